@@ -39,7 +39,7 @@ PAIRS = {
     "plan": Pair(
         f"plan --camera {CAMERA} --distance 20 --width 30 --height 10",
         lambda *_: vs.plan(CAMERA, distance_m=20, width_m=30, height_m=10),
-        # Positions are `stations`, not rounded; `of_kind` tells those of each kind.
+        # Positions are `stations`, not rounded; `select_kind` returns those of one kind.
         ("sheet", "positions", "perpendicular", "oblique"),
     ),
     "check": Pair(

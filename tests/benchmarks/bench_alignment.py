@@ -53,7 +53,7 @@ def counted(model: Path) -> dict[str, Any]:
 
 
 def debian(images: Path, names: list[str], work: Path, size: int, threads: int) -> dict[str, Any]:
-    from vomstudio.photogrammetry.align.features import MOST_FEATURES
+    from vomstudio.photogrammetry.align.features import MAX_FEATURES
 
     database, sparse, listed = work / "colmap.db", work / "sparse", work / "images.txt"
     sparse.mkdir()
@@ -65,7 +65,7 @@ def debian(images: Path, names: list[str], work: Path, size: int, threads: int) 
             ["colmap", "feature_extractor", *common, "--image_path", str(images)]
             + ["--image_list_path", str(listed), "--SiftExtraction.use_gpu", "0"]
             + ["--SiftExtraction.max_image_size", str(size)]
-            + ["--SiftExtraction.max_num_features", str(MOST_FEATURES)]
+            + ["--SiftExtraction.max_num_features", str(MAX_FEATURES)]
             + ["--SiftExtraction.num_threads", count],
             ["colmap", "exhaustive_matcher", *common, "--SiftMatching.use_gpu", "0"]
             + ["--SiftMatching.num_threads", count],

@@ -25,7 +25,7 @@ from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.control import place_by_control
-from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.combined import difference
 from vomstudio.registration.evidence import Evidence, marked_places, register
@@ -110,7 +110,7 @@ class Run:
     truth: Similarity
     wrong: str | None
 
-    def adjusted(self) -> tuple[Adjusted, list[str]]:
+    def adjusted(self) -> tuple[Adjustment, list[str]]:
         """The adjustment, and the labels of points that are flagged."""
         model = self.control.model
         centre = model.mean(axis=0, keepdims=True)

@@ -32,7 +32,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.colmap_workspace import write_workspace
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap, DepthOptions, depth_map, make_task
 from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse, neighbours_by_name
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
 
 DISTANCE, FOCAL = 8.0, 1100.0
@@ -119,7 +119,7 @@ def main() -> None:
     truth = true_points(face, [photo.view for photo in photos])
     names = [photo.view.name for photo in photos]
     for method in wanted:
-        pairs = choose_pairs(scene, method=None if method == "mixed" else method)
+        pairs = select_pairs(scene, method=None if method == "mixed" else method)
         threads = 2 if method == "patchmatch" else 1
         tasks = [
             make_task(plan, photos.__getitem__, DepthOptions(threads=threads))

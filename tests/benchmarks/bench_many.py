@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
 from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 from vomstudio.photogrammetry.surface import meshing, texture
 from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -71,7 +71,7 @@ def run(count: int) -> dict[str, float]:
             for p, v in zip(photos, views, strict=True)
         ],
     )
-    pairs = timed("pairs", lambda: choose_pairs(scene))
+    pairs = timed("pairs", lambda: select_pairs(scene))
     tasks = [make_task(plan, straight.__getitem__) for plan in pairs.plans]
     maps = timed("depths", lambda: [depth_map(task) for task in tasks])
     names = [scene.views[plan.view].name for plan in pairs.plans]

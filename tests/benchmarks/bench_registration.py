@@ -26,7 +26,7 @@ from vomstudio.geology.view_attitudes import camera_rotations, error_axes
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.control.attitude_tables import attitude_table
-from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, held
+from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, match_attitudes
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance
@@ -204,7 +204,7 @@ def _phones(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
         table = attitude_table(names, told, doubted=True, down=down)
         lens = Intrinsics.pinhole(4, 3, 3.0, 2.0, 1.5)
         views = [View(i, lens, t.T @ turn, np.zeros(3)) for i, t in zip(names, true, strict=True)]
-        return list(held(table, range(n), views, north_deg, []).kinds)
+        return list(match_attitudes(table, range(n), views, north_deg, []).kinds)
 
     return draw
 

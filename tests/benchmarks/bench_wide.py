@@ -28,7 +28,7 @@ from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
 from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 
 SIZE, FOCAL, DISTANCE, ARC = (600, 432), 550.0, 8.0, 120.0
@@ -61,7 +61,7 @@ def main() -> None:
         names = [view.name for view in views]
         print(f"{count} photos, {apart:g} degrees between neighbours", flush=True)
         for method in args.methods.split(","):
-            pairs = choose_pairs(scene, method=None if method == "rule" else method)
+            pairs = select_pairs(scene, method=None if method == "rule" else method)
             begun = time.process_time()
             maps = [depth_map(make_task(plan, photos.__getitem__)) for plan in pairs.plans]
             used = (time.process_time() - begun) / len(maps)

@@ -308,7 +308,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     third = seen[2]
     assert np.hypot(*(np.array(sight.expected[third]) - views[third].project(place)[0])) < 2.0
     assert sight.worst[1] < 0.2
-    assert photo.list.names[:3] == [*sorted(seen[:2]), sight.by_use[0]], "by their use"
+    assert photo.list.names[:3] == [*sorted(seen[:2]), sight.unmarked_photos[0]], "by their use"
     photo.show_photo(third)
     ready(photo)
     driver.pause(50)

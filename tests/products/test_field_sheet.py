@@ -53,7 +53,7 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert said["Footprint"] == "20 x 13.3 m"
     assert said["Spacing"] == "6 m along, 4 m up"
     assert said["Overlap"] == "70 %"
-    straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
+    straight, oblique = len(plan.select_kind("perpendicular")), len(plan.select_kind("oblique"))
     assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
     assert said["Photos per place"].startswith(f"{plan.views_least} or more, ")
     near, far = plan.depth_of_field_m
@@ -96,7 +96,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
         lines = {str(line.get_label()): line for line in axes.lines}
         arrows = [c for c in axes.collections if isinstance(c, Quiver)]
         for kind, arrow in zip(("perpendicular", "oblique"), arrows, strict=True):
-            some = plan.of_kind(kind)  # type: ignore[arg-type]
+            some = plan.select_kind(kind)  # type: ignore[arg-type]
             line = lines[f"{kind}: {len(some)}"]
             assert np.array_equal(line.get_xdata(), [s.along_m for s in some])
             assert np.array_equal(line.get_ydata(), [getattr(s, height) for s in some])
@@ -108,7 +108,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
             assert np.asarray(arrow.V) / arrow.scale == pytest.approx(0.12 * np.array(toward))
     boxes = [p for p in front.patches if isinstance(p, Rectangle)]
     assert (boxes[0].get_xy(), boxes[0].get_width(), boxes[0].get_height()) == ((0, 0), 30, 10)
-    first, (w, h) = plan.of_kind("perpendicular")[0], plan.footprint_m
+    first, (w, h) = plan.select_kind("perpendicular")[0], plan.footprint_m
     assert boxes[1].get_width() == w
     assert boxes[1].get_height() == h
     assert boxes[1].get_center() == pytest.approx((first.along_m, first.up_m))
@@ -343,7 +343,7 @@ def test_a_sheet_in_each_format_can_be_opened_and_has_its_drawings(
 @pytest.mark.parametrize("n", [1, 399, 400, 401])
 def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: int) -> None:
     """And a kind of photo that is not taken is not in the legend."""
-    first = plan.of_kind("perpendicular")[0]
+    first = plan.select_kind("perpendicular")[0]
     front, above = draw_field_sheet(replace(plan, positions=(first,) * n), pictures_only=True).axes
     for axes in (front, above):
         assert sum(isinstance(c, Quiver) for c in axes.collections) == (n <= 400)
@@ -389,7 +389,7 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
     legend = front.get_legend()
     assert legend is not None
     assert above.get_legend() is None
-    straight, oblique = (len(plan.of_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
+    straight, oblique = (len(plan.select_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
     said = {
         text.get_text(): handle
         for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
@@ -414,12 +414,12 @@ def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
     few = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     for plan in (many, few):
         wanted = sum(
-            0 < len(plan.of_kind(kind)) <= 400
+            0 < len(plan.select_kind(kind)) <= 400
             for kind in ("perpendicular", "oblique")  # type: ignore[arg-type]
         )
         for axes in draw_field_sheet(plan, pictures_only=True).axes:
             assert sum(isinstance(c, Quiver) for c in axes.collections) == wanted
-    assert len(many.of_kind("perpendicular")) > 400
+    assert len(many.select_kind("perpendicular")) > 400
 
 
 @pytest.mark.parametrize("ending", ["pdf", "svg", "html"])

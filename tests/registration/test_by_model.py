@@ -16,9 +16,9 @@ from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
 from vomstudio.core.errors import Cancelled, GeometryError, InputError
 from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.registration.by_model.reference import fit_to_reference
-from vomstudio.registration.by_model.refining import Refined, determined
-from vomstudio.registration.by_model.stable import in_polygons, near_cloud
-from vomstudio.registration.by_model.subsets import cut_into_blocks, spread_of
+from vomstudio.registration.by_model.refining import Refinement, determined_directions
+from vomstudio.registration.by_model.stable import find_inside_polygons, near_cloud
+from vomstudio.registration.by_model.subsets import cut_into_blocks, jackknife_error
 from vomstudio.registration.combined import Combined, difference
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import place
@@ -162,7 +162,7 @@ def test_it_can_be_cancelled() -> None:
 
 
 # --- its error ------------------------------------------------------------------------------------
-def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refined, Array]:
+def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refinement, Array]:
     """Misses of a wall of blocks with one error for each block and one for each place, and the
     seven numbers by least squares."""
     rng = np.random.default_rng(seed)
@@ -177,12 +177,12 @@ def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refined, Arra
     moves[:, 0] = -(places - about)[:, 2]
     moves[:, 2] = (places - about)[:, 0]
     moves[:, 5] = size
-    held = determined(moves.T @ moves, np.zeros((7, 7)))
+    held = determined_directions(moves.T @ moves, np.zeros((7, 7)))
     step = held @ (held.T @ (moves.T @ miss))
     left = miss - moves @ step
     ones = np.ones(len(flat))
     return (
-        Refined(STAYS, about, size, places, left, moves, left, ones, 0.03, held, np.eye(3)),
+        Refinement(STAYS, about, size, places, left, moves, left, ones, 0.03, held, np.eye(3)),
         step * [1, 1, 1, 1, size, size, size],
     )
 
@@ -192,10 +192,10 @@ def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
     inside, naive = [], []
     for seed in range(200):
         found, step = clustered(seed)
-        whitening = spread_of(found, 0.5).whitening
+        whitening = jackknife_error(found, 0.5).whitening
         numbers = np.linalg.pinv(whitening)
         inside.append(np.abs(step) <= 1.96 * np.linalg.norm(numbers, axis=1))
-        plain = found.held @ found.held.T * (found.miss**2).mean()
+        plain = found.determined @ found.determined.T * (found.miss**2).mean()
         units = np.array([1, 1, 1, 1, found.size, found.size, found.size])
         naive.append(np.abs(step) <= 1.96 * np.sqrt(np.diag(plain)) * units)
     shares = np.array(inside).mean(axis=0)[[0, 2, 5]]
@@ -210,7 +210,7 @@ def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
 
 def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() -> None:
     found, _ = clustered(3)
-    spread = spread_of(found, 0.5)
+    spread = jackknife_error(found, 0.5)
     covariance = np.linalg.pinv(spread.whitening) @ np.linalg.pinv(spread.whitening).T
     named, side = cut_into_blocks(found.places, spread.blocks, 4 * 0.5)
     assert (int(named.max()) + 1, side) == (spread.blocks, pytest.approx(spread.side_m))
@@ -229,7 +229,7 @@ def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() ->
 def test_information_that_noise_makes_up_is_none() -> None:
     information = np.diag([9.0, 4.0, 1.0, 0.0, 16.0, 25.0, 1.0])
     noise = np.diag([0.9, 0.4, 0.8, 0.0, 0.0, 0.0, 0.2])
-    held = determined(information, noise)
+    held = determined_directions(information, noise)
     assert held.shape == (7, 5)
     assert held.T @ information @ held == pytest.approx(np.eye(5))
     # The third is mostly noise, of the fourth nothing is known.
@@ -324,13 +324,13 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
     path = tmp_path / "stable.geojson"
     path.write_text(json.dumps(layer))
     points = np.array([[1.0, 1, 90], [6, 1, 0], [4.9, 4.9, -5]])
-    flags, messages = in_polygons(points, path, "EPSG:32633")
+    flags, messages = find_inside_polygons(points, path, "EPSG:32633")
     assert flags.tolist() == [True, False, True]
     assert {each.code for each in messages} <= {"frame.outside-area"}
     for wrong in (json.dumps({**layer, "features": []}), "nothing"):
         path.write_text(wrong)
         with pytest.raises(InputError) as refused:
-            in_polygons(points, path, "EPSG:32633")
+            find_inside_polygons(points, path, "EPSG:32633")
         assert refused.value.file == str(path)
 
 
@@ -347,7 +347,7 @@ def test_polygons_of_another_system_are_converted(tmp_path, crs: str) -> None:
     path = tmp_path / "mask.shp"
     shape = shapely.Polygon(convert(ring, crs)[:, :2])
     pyogrio.raw.write(path, shapely.to_wkb([shape]), [], [], geometry_type="Polygon", crs=crs)
-    flags, messages = in_polygons(places, path, ZONE)
+    flags, messages = find_inside_polygons(places, path, ZONE)
     inside = ((places > low) & (places < high))[:, :2].all(axis=1)
     assert flags.tolist() == inside.tolist()
     assert inside.any()

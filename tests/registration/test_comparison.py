@@ -59,9 +59,9 @@ def test_the_distance_of_a_cube_is_that_of_its_formula() -> None:
     truth = outside + np.minimum(off.max(axis=1), 0.0)
     for shift in (np.zeros(3), FAR):
         sides = MeshSides(Mesh(box.vertices + shift, box.faces))
-        found = sides.opposite(places + shift)
+        found = sides.find_counterparts(places + shift)
         assert found.distance == pytest.approx(truth, abs=1e-8)
-        assert not found.beside.any()
+        assert not found.beyond_edge.any()
         assert np.linalg.norm(sides.mean_normal) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -78,7 +78,7 @@ def test_the_distance_to_a_rough_mesh_is_that_of_open3d() -> None:
         o3d.core.Tensor(mesh.faces.astype(np.uint32)),
     )
     theirs = scene.compute_distance(o3d.core.Tensor(places.astype(np.float32))).numpy()
-    found = MeshSides(mesh).opposite(places)
+    found = MeshSides(mesh).find_counterparts(places)
     assert np.abs(found.distance) == pytest.approx(theirs, abs=2e-6)
 
 
@@ -108,7 +108,7 @@ def test_faces_without_area_and_places_that_are_nowhere() -> None:
     ground = sheet(5)
     faces = np.concatenate([ground.faces, [[0, 0, 1], [3, 3, 3]]]).astype(np.int32)
     places = np.array([[0.2, 0.2, 0.1], [np.nan, 0, 0], [0.0, 0.0, -0.2]])
-    found = MeshSides(Mesh(ground.vertices, faces)).opposite(places)
+    found = MeshSides(Mesh(ground.vertices, faces)).find_counterparts(places)
     assert found.distance == pytest.approx([0.1, np.nan, -0.2], nan_ok=True)
 
 
@@ -139,7 +139,7 @@ def test_the_sides_of_a_cloud_all_around_a_body_agree() -> None:
     ball /= np.linalg.norm(ball, axis=1, keepdims=True)
     bench = PointCloud(ball)
     places = 1.1 * ball[:500]
-    distance = CloudSides(bench, 0.046).opposite(places).distance
+    distance = CloudSides(bench, 0.046).find_counterparts(places).distance
     assert np.abs(np.sign(distance).sum()) == 500
     # A chord's plane lies within the ball: half of the radius squared over four.
     assert np.abs(distance) == pytest.approx(np.full(500, 0.1), abs=0.02)
@@ -169,7 +169,7 @@ def waves(n: int, seed: int, up: float) -> Array:
     return np.column_stack([flat, z])
 
 
-def ours(normals: Array | None = None) -> m3c2.Projected:
+def ours(normals: Array | None = None) -> m3c2.Projection:
     first, second = waves(6000, 1, 0.0), waves(5000, 2, 0.05)
     core = first[::600]
     up = np.broadcast_to([0.0, 0.0, 1.0], core.shape)

@@ -12,7 +12,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.adjustment import adjust
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.likelihood import widened
+from vomstudio.registration.likelihood import widen_by_likelihood
 from vomstudio.registration.observations import Points
 
 _Z95 = 1.959963984540054
@@ -35,7 +35,7 @@ def judged(kind: Points) -> tuple[np.ndarray, np.ndarray]:
     centre = kind.model.mean(axis=0, keepdims=True)
     size = float(np.sqrt(((kind.model - centre) ** 2).sum(axis=1).mean()))
     found = adjust([kind], centre, size)
-    return found.rotation, widened([kind], found, centre).rotation
+    return found.rotation, widen_by_likelihood([kind], found, centre).rotation
 
 
 @pytest.mark.parametrize("sigma", [0.5, 1.5, 2.5])

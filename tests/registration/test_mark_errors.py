@@ -18,7 +18,7 @@ from vomstudio.registration.marks.mark_errors import (
     place_covariance,
     robust_place,
 )
-from vomstudio.registration.marks.wrong_marks import agreeing, meet
+from vomstudio.registration.marks.wrong_marks import find_agreeing, meet
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -56,7 +56,7 @@ def test_most_marks_locate_a_point_and_the_others_are_wrong() -> None:
     (marks,) = marked(1.0, 8, points=1, wrong=3)
     right = triangulate(marks.views[3:], marks.pixels[3:])
     assert robust_place(marks) == pytest.approx(right, abs=0.02)
-    rows, wrong = agreeing("A", marks, 6.0)
+    rows, wrong = find_agreeing("A", marks, 6.0)
     assert rows.tolist() == [3, 4, 5, 6, 7]
     assert [mark.photo for mark in wrong] == [view.name for view in marks.views[:3]]
     assert meet(Marks(marks.views[3:], marks.pixels[3:]), 6.0)

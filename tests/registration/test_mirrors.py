@@ -9,7 +9,7 @@ import pytest
 from tests.messages import with_code
 from vomstudio.core.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
-from vomstudio.registration.checks.comparison import left_over
+from vomstudio.registration.checks.comparison import residual_misfit
 from vomstudio.registration.checks.mirrors import fits_as_mirror, tipping_findings
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
@@ -97,12 +97,12 @@ def test_the_upward_direction_may_be_any_in_the_model() -> None:
 def test_what_is_left_over_is_that_of_least_squares() -> None:
     model, world = ground(9, 15.0, 0.05, 5)
     found = register_points(model, world)
-    left = left_over(model, world)
+    left = residual_misfit(model, world)
     assert left is not None
     assert found.rms_control_m is not None
     assert left.variance == pytest.approx(9 * found.rms_control_m**2 / 20, rel=1e-6)
     assert 20 / 3 <= left.free <= 20
-    assert left_over(model[:3], world[:3])
-    assert left_over(model * [1.0, 0.0, 0.0], world) is None
+    assert residual_misfit(model[:3], world[:3])
+    assert residual_misfit(model * [1.0, 0.0, 0.0], world) is None
     with pytest.raises(GeometryError):
         register_points(model * [1.0, 0.0, 0.0], world)

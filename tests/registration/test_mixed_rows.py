@@ -12,7 +12,7 @@ from pyproj import Transformer
 from tests.messages import with_code
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.checks.heights import missing_height_findings
-from vomstudio.registration.checks.mixed_values import mixed_row_findings, mixed_values
+from vomstudio.registration.checks.mixed_values import find_mixed_values, mixed_row_findings
 from vomstudio.registration.coordinate_checks import find_misplaced_points, misreading_findings
 from vomstudio.registration.placing import register_points
 
@@ -120,7 +120,7 @@ def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
 
 def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
     model, world = site(36, 6)
-    found = mixed_values(model, changed(world, [0, 2, 4], lambda w: w - [0.0, 0.0, 27.3]))
+    found = find_mixed_values(model, changed(world, [0, 2, 4], lambda w: w - [0.0, 0.0, 27.3]))
     assert found is not None
     assert found.kind == "offset"
     assert abs(found.offset_m or 0.0) == pytest.approx(27.3, abs=0.2)
@@ -147,7 +147,7 @@ def test_sound_points_and_single_blunders_are_not_mixed() -> None:
         chance = np.random.default_rng(seed)
         model, world = site(seed, int(chance.integers(5, 12)), float(chance.choice([0.02, 2.0])))
         world[0] += chance.normal(size=3) * 3.0 * (seed % 2)
-        alarms += mixed_values(model, world) is not None
+        alarms += find_mixed_values(model, world) is not None
     assert alarms <= 1
 
 

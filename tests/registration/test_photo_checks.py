@@ -15,7 +15,7 @@ from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
 from vomstudio.registration.level_evidence import away_deg, level_line_findings
 from vomstudio.registration.marks.mark_errors import Marks
-from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.marks.wrong_marks import find_agreeing
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -29,7 +29,7 @@ def seen(place: Array = PLACE) -> Array:
 
 def test_marks_that_agree_are_all_kept() -> None:
     chance = np.random.default_rng(1)
-    rows, wrong = agreeing("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
+    rows, wrong = find_agreeing("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
     assert rows.tolist() == list(range(9))
     assert wrong == []
 
@@ -37,10 +37,10 @@ def test_marks_that_agree_are_all_kept() -> None:
 def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
     marks = seen()
     marks[4] += [600.0, -300.0]
-    rows, (wrong,) = agreeing("A", Marks(VIEWS, marks), 6.0)
+    rows, (wrong,) = find_agreeing("A", Marks(VIEWS, marks), 6.0)
     assert 4 not in rows
     assert (wrong.label, wrong.photo) == ("A", VIEWS[4].name)
-    assert wrong.wanted == pytest.approx(tuple(seen()[4]), abs=0.1)
+    assert wrong.expected == pytest.approx(tuple(seen()[4]), abs=0.1)
 
 
 def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> None:

@@ -10,9 +10,9 @@ from pyproj import Transformer
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.camera_positions import cameras_that_fit
+from vomstudio.registration.camera_positions import select_consistent_cameras
 from vomstudio.registration.checks.heights import constant_height_findings
-from vomstudio.registration.checks.point_order import other_order
+from vomstudio.registration.checks.point_order import find_row_order
 
 Array = npt.NDArray[np.float64]
 ORIGIN = np.array([398_000.0, 4_980_000.0, 320.0])
@@ -30,7 +30,9 @@ def cameras(seed: int, noise: float = 0.5) -> tuple[Array, Array]:
 
 def told(model: Array, world: Array) -> tuple[list[Finding], list[Finding]]:
     nothing = np.full(world.shape, np.nan)
-    _, wrong, gone = cameras_that_fit(PHOTOS[: len(model)], model, world, nothing, alone=True)
+    _, wrong, gone = select_consistent_cameras(
+        PHOTOS[: len(model)], model, world, nothing, alone=True
+    )
     return wrong, gone
 
 
@@ -72,7 +74,7 @@ def test_photos_named_in_another_order_are_named() -> None:
             assert (finding.code, finding.values["photos"]) == ("control.other-order", True)
             assert gone == []
         # The first photo has no position, and the last position no photo.
-        found = other_order(model[1:], world[:-1])
+        found = find_row_order(model[1:], world[:-1])
         assert found is not None
         assert (found.rows + 1 == found.others).all()
 

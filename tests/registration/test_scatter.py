@@ -99,13 +99,13 @@ def test_a_receiver_that_drifts_is_recognised_where_the_order_is_known() -> None
         row = np.where(np.arange(n) % 2, 20.0, -20.0)
         places = np.column_stack([np.linspace(-50, 50, n), row, rng.uniform(-5, 5, n)])
         errors = rng.normal(size=(n, 3))
-        sound += scatter_of(places, left_over(places, errors), in_order=True).drift > 0.0
+        sound += scatter_of(places, left_over(places, errors), is_ordered=True).drift > 0.0
         for i in range(1, n):
             errors[i] = rho * errors[i - 1] + np.sqrt(1.0 - rho**2) * errors[i]
         fit = fit_similarity(places, places + errors)
         off = np.abs(Rotation.from_matrix(fit.rotation).as_rotvec())
         for k, in_order in enumerate((False, True)):
-            found = scatter_of(places, fit(places) - places - errors, in_order=in_order)
+            found = scatter_of(places, fit(places) - places - errors, is_ordered=in_order)
             inside[k] += (off <= 1.96 * np.sqrt(np.diag(found.rotation))).mean()
     assert inside[0] / runs < 0.75
     assert inside[1] / runs > 0.84

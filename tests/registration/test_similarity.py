@@ -292,6 +292,6 @@ def test_many_points_join_together_as_they_would_one_by_one(
         together = fit_robustly(points, target)[1]
         few, taken[0] = taken[0], 0
         with monkeypatch.context() as singly:
-            singly.setattr(similarity, "_AT_ONCE", 10**9)
+            singly.setattr(similarity, "_STEP_DIVISOR", 10**9)
             np.testing.assert_array_equal(together, fit_robustly(points, target)[1])
     assert few < taken[0] / 3

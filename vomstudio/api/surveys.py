@@ -183,7 +183,7 @@ def plan(
     True
     """
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.photogrammetry.survey.plan_forecast import foretold
+    from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
     from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
 
@@ -208,7 +208,7 @@ def plan(
             check_target(page, force=replace)
     with arguments_named(PlanOptions):
         plan = plan_survey(_camera(camera, options.focal_mm), options)
-    plan = foretold(plan, options.receiver_m, options.control_m)
+    plan = add_forecasts(plan, options.receiver_m, options.control_m)
     if page is not None:
         write_field_sheet(page, plan, force=replace)
     warn(plan.warnings)

@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import check_target
     from vomstudio.photogrammetry.survey.plan_camera import camera_of
-    from vomstudio.photogrammetry.survey.plan_forecast import foretold
+    from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
     from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
 
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_format(args.output)
         check_target(args.output, force=args.force)
     plan = plan_survey(camera_of(" ".join(args.camera), options.focal_mm), options)
-    plan = foretold(plan, options.receiver_m, options.control_m)
+    plan = add_forecasts(plan, options.receiver_m, options.control_m)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
     out.result({**plan.to_dict(), "sheet": args.output})
@@ -97,8 +97,8 @@ def _result_text(plan: SurveyPlan) -> str:
             tr(
                 "{count}: {perpendicular} perpendicular, {oblique} oblique by 30 degrees",
                 count=len(plan.positions),
-                perpendicular=len(plan.of_kind("perpendicular")),
-                oblique=len(plan.of_kind("oblique")),
+                perpendicular=len(plan.select_kind("perpendicular")),
+                oblique=len(plan.select_kind("oblique")),
             ),
         ),
         (

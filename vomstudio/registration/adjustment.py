@@ -1,13 +1,13 @@
-"""A similarity by everything that is known of it at once, and how well it then is known.
+"""Estimate a similarity from all observations by least squares, with its covariance.
 
-Weighted least squares over the seven numbers of `observations`, from several starts (Gauss-Newton).
-Where accuracies are not stated, those of each group of rows are estimated together with the
-similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149), and what
-is stated from few of them is widened as Student's t asks, with Satterthwaite's degrees of freedom.
-What fits well by itself is not made out to be bad because something else contradicts it: a group's
-error is that of the group alone where it would be larger by more than chance.
-What nothing determines stays as it is in the model's file, tilts before turns about the vertical.
-The covariance is that of linear least squares: good for rotations known to some 20 degrees.
+Weighted least squares over the seven parameters of `observations`, from several starts
+(Gauss-Newton). Errors that are not stated are estimated for each group of rows together with the
+similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149). Errors
+estimated from few rows are widened by Student's t with Satterthwaite's degrees of freedom.
+The error of a group that contradicts the others is that of the group alone, if the joint estimate
+exceeds it by more than chance. Parameters that no observation determines keep their values in the
+file of the model, tilts before turns about the vertical.
+The covariance is that of linear least squares: valid for rotation errors up to some 20 degrees.
 """
 
 from __future__ import annotations
@@ -34,58 +34,73 @@ from vomstudio.registration.observations import (
 )
 from vomstudio.registration.row_errors import (
     METRES,
-    drift_of,
-    estimated,
-    inverse_of,
-    left_over,
-    most_times,
-    spread_of,
-    system_of,
+    estimate_covariance,
+    estimate_drift,
+    estimate_errors,
+    invert_determined,
+    max_variance_ratio,
+    remove_shared_errors,
+    weighted_system,
 )
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
 
-_STARTS = 400
-_FOLLOWED = 6
-_STEPS = 60
-_SMALL = 1e-11
-# Starts are only compared with each other: the one that is chosen is followed to the end.
-_SMALL_START = 1e-6
-_SURE = 0.99
-# Free misses that say something of an error.
-_FEWEST_ALONE = 1.5
-# What rows without a stated error are taken to be as good as, where nothing is left over to judge
-# them by: metres as a share of the model's size, radians.
-_USUAL_SHARE = 0.01
-_USUAL_RAD = np.radians(3.0)
-# Starts that end with this much more than the least sum of squares fit as well by chance.
-AS_GOOD = 9.0
-# Of its error: what misses by more counts less and less.
-_CAUCHY = 3.0
-_BESIDE = 0.3
-# Rotations that differ by more than this (rad) are not the same one.
-_APART = 0.2
+_RANDOM_STARTS = 400
+_MAX_FOLLOWED_STARTS = 6
+_MAX_ITERATIONS = 60
+_STEP_TOLERANCE = 1e-11
+# Starts are only compared with each other; the selected one is iterated to the end.
+_START_STEP_TOLERANCE = 1e-6
+_SIGNIFICANCE = 0.99
+# Redundancy below which a group shows nothing of its error.
+_MIN_REDUNDANCY_ALONE = 1.5
+# Default error of rows without a stated error or redundancy: share of the model's size, radians.
+_DEFAULT_ERROR_SHARE = 0.01
+_DEFAULT_ERROR_RAD = np.radians(3.0)
+# Results whose cost exceeds the minimum by less fit equally well by chance.
+EQUAL_FIT_COST = 9.0
+# Residual, in multiples of its error, from which Cauchy's function reduces its weight.
+_CAUCHY_SCALE = 3.0
+_MIN_START_DISTANCE_RAD = 0.3
+# Rotations that differ by more, rad, are distinct solutions.
+_DISTINCT_ROTATION_RAD = 0.2
 
 
 @dataclass(frozen=True, eq=False)
-class Adjusted:
-    """fit : model to World; centre : (3,) World, what it turns and grows about
-    covariance : (7, 7) of a turn about east, north, up (rad), a relative change of scale and a
-        shift (metres), one sigma of a normal distribution with the same 95 % as Student's; only
-        what is determined counts, see `free`
-    plain : (7, 7) the same without Student's widening
-    free : (7, k) directions of the seven numbers that nothing determines, orthonormal in units of
-        the model's size
-    rows, sigma, error : of all observations, the errors by which they entered the fit, and those
-        that their misses show, one sigma
-    begins : (kinds + 1,) where the rows of each kind begin
-    assumed : names of groups whose error could not be judged and was taken as usual
-    overdrawn : how many times larger the misses are than what was stated; 1 where they agree
-    ambiguous : a quite different rotation fits as well
-    free_of : of each group whose error is not stated, how many free misses it rests on
-    drift : correlation of the errors of neighbours in a table, by group ("points", "cameras");
-        without the groups whose errors are independent
-    common, common_covariance : (k,) and (k, k) of the errors that rows share, in the order of
-        `rows.shared_names`
+class Adjustment:
+    """Result of `adjust`.
+
+    Attributes
+    ----------
+    fit : Similarity
+        Model to World.
+    centre : (3,) array
+        World, centre of the rotation and of the change of scale.
+    covariance : (7, 7) array
+        Of a turn about east, north, up (rad), a relative change of scale and a shift (metres), one
+        sigma of a normal distribution with the same 95 % as Student's; zero for what is
+        undetermined, see `free`.
+    plain : (7, 7) array
+        The same without Student's widening.
+    free : (7, k) array
+        Undetermined directions of the seven parameters, orthonormal in units of the model's size.
+    rows, sigma, error
+        All observations, the errors by which they entered the fit, and those that their residuals
+        show, one sigma.
+    begins : (kinds + 1,) tuple of int
+        First row of each kind.
+    assumed : tuple of str
+        Groups whose error could not be estimated and is a default.
+    misfit_factor : float
+        Ratio of the residuals to the stated errors; 1 if they agree.
+    ambiguous : bool
+        Whether a distinct rotation fits as well.
+    redundancy_of : mapping
+        Redundancy of each group whose error is not stated.
+    drift : mapping
+        Correlation of the errors of neighbours in a table, by group ("points", "cameras"); without
+        the groups whose errors are independent.
+    common, common_covariance : (k,) and (k, k) array
+        Errors that rows share, in the order of `rows.shared_names`.
     """
 
     fit: Similarity
@@ -98,25 +113,25 @@ class Adjusted:
     error: FloatArray
     begins: tuple[int, ...]
     assumed: tuple[str, ...]
-    overdrawn: float
+    misfit_factor: float
     ambiguous: bool
     size: float
     redundancy: float
     information: FloatArray
     common: FloatArray
     common_covariance: FloatArray
-    free_of: Mapping[str, float]
+    redundancy_of: Mapping[str, float]
     drift: Mapping[str, float]
 
     @property
     def rotation(self) -> FloatArray:
-        """(3, 3) radians squared, about east, north, up."""
+        """Return the covariance (3, 3) of the rotation about east, north, up, rad²."""
         return self.covariance[:3, :3]
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """kinds, centre, size : as of `adjust`; alone : as of `_alone`"""
+    """Arguments of `adjust`, and the variances of its groups by `_variances_alone`."""
 
     kinds: Sequence[Observed]
     centre: FloatArray
@@ -124,39 +139,57 @@ class _Problem:
     alone: Mapping[str, tuple[float, float]]
 
     def at(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
-        """The rows there, where those of each kind begin, and (3,) what they turn about."""
+        """Return the rows at a fit, the first row of each kind, and the centre (3,)."""
         place = fit(self.centre)[0]
         return (*all_rows(self.kinds, fit, place), place)
 
 
-def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjusted:
-    """The similarity from the model to World.
+def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjustment:
+    """Estimate the similarity from the model to World.
 
-    centre : (1, 3) model, what it turns about where nothing places it; size : of the model, in its
-    unit (a typical distance from the centre)
-    Raises GeometryError where nothing at all is given.
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    centre : (1, 3) array
+        Model; centre of the rotation if nothing determines the position.
+    size : float
+        Typical distance of the model from its centre, in its unit.
+
+    Raises
+    ------
+    GeometryError
+        If there are no observations.
     """
     if not any(len(kind.labels) for kind in kinds):
         raise GeometryError(Finding("registration.no-observations"))
     offset = _offset(kinds)
-    kinds = [_shifted(kind, offset) for kind in kinds]
-    alone = _alone(kinds, centre, size)
+    kinds = [_shift(kind, offset) for kind in kinds]
+    alone = _variances_alone(kinds, centre, size)
     problem = _Problem(kinds, centre, size, alone)
-    ended = [_followed(problem, start) for start in _agreed_by_most(problem, _starts(problem))]
-    least = min(cost for _, cost in ended)
-    good = [fit for fit, cost in ended if cost <= least + AS_GOOD]
-    # Of those that fit alike the one that tilts the model least, then the one that turns it least.
-    good.sort(key=lambda fit: (round(_tilt_of(fit.rotation), 3), _angle_of(fit.rotation)))
-    found = _judged(problem, good[0])
-    # Where turns are free, others fit as well by themselves.
-    held = not found.free.shape[1] or np.abs(found.free[:3]).max() < 1e-6
-    apart = any(_angle_of(good[0].rotation.T @ fit.rotation) > _APART for fit in good)
-    found = replace(_add_scale_error(kinds, found), ambiguous=bool(held and apart))
-    fit = replace(found.fit, translation=found.fit.translation + offset)
-    return replace(found, fit=fit, centre=found.centre + offset)
+    solutions = [
+        _iterate(problem, start) for start in _supported_by_most(problem, _starts(problem))
+    ]
+    min_cost = min(cost for _, cost in solutions)
+    equal_fits = [fit for fit, cost in solutions if cost <= min_cost + EQUAL_FIT_COST]
+    # Among equal fits prefer the one that tilts the model least, then the one that turns it least.
+    equal_fits.sort(
+        key=lambda fit: (round(_tilt_angle(fit.rotation), 3), _rotation_angle(fit.rotation))
+    )
+    result = _evaluate(problem, equal_fits[0])
+    # An undetermined rotation has equal fits by definition.
+    is_rotation_determined = not result.free.shape[1] or np.abs(result.free[:3]).max() < 1e-6
+    has_distinct_fit = any(
+        _rotation_angle(equal_fits[0].rotation.T @ fit.rotation) > _DISTINCT_ROTATION_RAD
+        for fit in equal_fits
+    )
+    result = replace(
+        _add_scale_error(kinds, result), ambiguous=bool(is_rotation_determined and has_distinct_fit)
+    )
+    fit = replace(result.fit, translation=result.fit.translation + offset)
+    return replace(result, fit=fit, centre=result.centre + offset)
 
 
-def _add_scale_error(kinds: Sequence[Observed], result: Adjusted) -> Adjusted:
+def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustment:
     """Add the error of a fixed scale to the covariance of a fit.
 
     The fit is unchanged. The covariance of its seven parameters grows by their response to the
@@ -171,39 +204,42 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjusted) -> Adjusted:
             error = max(error, kind.scale_error)
     if not error > 0:
         return result
-    moves, _, units = system_of(result.rows, result.sigma, result.size)
-    inverse, _ = inverse_of(moves.T @ moves)
+    moves, _, units = weighted_system(result.rows, result.sigma, result.size)
+    inverse, _ = invert_determined(moves.T @ moves)
     step = -inverse @ (moves[: len(change)].T @ (change / result.sigma))
     response = error * (step * units)[:7]
     added = np.outer(response, response)
     return replace(result, covariance=result.covariance + added, plain=result.plain + added)
 
 
-def _alone(
+def _variances_alone(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> dict[str, tuple[float, float]]:
-    """Of each group of points and attitudes without a stated error the variance by the misses of
-    its kind alone, and how many free ones there are; of kinds that stand beside others only."""
+    """Estimate the variance of each group without a stated error from its kind alone.
+
+    Returns the variance and its redundancy by group, for points and attitudes, if there are other
+    kinds.
+    """
     kinds = [kind for kind in kinds if len(kind.labels)]
-    # A scale that is kept stands for every one of them.
-    kept = [kind for kind in kinds if isinstance(kind, KeptScale)]
+    # A fixed scale belongs to each of them.
+    fixed_scale = [kind for kind in kinds if isinstance(kind, KeptScale)]
     kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
-    found: dict[str, tuple[float, float]] = {}
+    variances: dict[str, tuple[float, float]] = {}
     for kind in kinds if len(kinds) > 1 else ():
-        # Planes have many starts, which would take longer than all else.
+        # Planes have many starts and would take longer than the adjustment.
         if not isinstance(kind, Points | Attitudes) or np.isfinite(kind.sigma).all():
             continue
-        one = adjust([kind, *kept], centre, size)
+        one = adjust([kind, *fixed_scale], centre, size)
         groups = np.array(one.rows.groups)
         unknown = ~np.isfinite(one.rows.sigma)
-        for name, free in one.free_of.items():
-            if free >= _FEWEST_ALONE:
+        for name, free in one.redundancy_of.items():
+            if free >= _MIN_REDUNDANCY_ALONE:
                 sigma = one.sigma[unknown & (groups == name)]
-                found[name] = float(sigma[0] ** 2), free
-    return found
+                variances[name] = float(sigma[0] ** 2), free
+    return variances
 
 
-def _shifted(kind: Observed, offset: FloatArray) -> Observed:
+def _shift(kind: Observed, offset: FloatArray) -> Observed:
     if isinstance(kind, Points):
         return replace(kind, world=kind.world - offset)
     if isinstance(kind, Combined):
@@ -213,7 +249,7 @@ def _shifted(kind: Observed, offset: FloatArray) -> Observed:
 
 
 def _offset(kinds: Sequence[Observed]) -> FloatArray:
-    """(3,) where the points are in World: near them, no digits are lost to large coordinates."""
+    """Return a World place (3,) near the points, which keeps the digits of coordinates."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
     points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
     return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
@@ -230,45 +266,52 @@ def _starts(problem: _Problem) -> list[Similarity]:
     points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
-    kept = _kept_scale(kinds)
-    alone = sum(not isinstance(kind, KeptScale) for kind in kinds) == 1
-    if len(model) >= 3 and (alone or not (nearly_on_a_line(model) or nearly_on_a_line(world))):
+    fixed_scale = _fixed_scale(kinds)
+    is_only_kind = sum(not isinstance(kind, KeptScale) for kind in kinds) == 1
+    if len(model) >= 3 and (
+        is_only_kind or not (nearly_on_a_line(model) or nearly_on_a_line(world))
+    ):
         with suppress(GeometryError):
-            return [fit_similarity(model, world, scale=kept)]
-    scale = _first_scale(kinds, model, world) if kept is None else kept
-    turns = [np.eye(3), *(t for kind in kinds for t in _own_starts(kind))]
+            return [fit_similarity(model, world, scale=fixed_scale)]
+    scale = _first_scale(kinds, model, world) if fixed_scale is None else fixed_scale
+    turns = [np.eye(3), *(t for kind in kinds for t in _starts_of_kind(kind))]
     if len(turns) == 1:
-        turns += [*Rotation.random(_STARTS, random_state=0).as_matrix()]
-    found = []
+        turns += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
+    candidates = []
     for turn in turns:
         if len(model):
             shift = world.mean(axis=0) - scale * turn @ model.mean(axis=0)
         else:
             shift = centre.ravel() - scale * turn @ centre.ravel()
         start = Similarity(scale, turn, shift)
-        found.append((_cost(problem, start, robust=True), start))
-    followed = [found[0][1]]
-    for _, start in sorted(found[1:], key=lambda pair: pair[0]):
-        # Many that lie side by side lead to one and the same.
-        if all(_angle_of(start.rotation.T @ f.rotation) > _BESIDE for f in followed):
+        candidates.append((_cost(problem, start, robust=True), start))
+    followed = [candidates[0][1]]
+    for _, start in sorted(candidates[1:], key=lambda pair: pair[0]):
+        # Similar starts converge to the same solution.
+        if all(
+            _rotation_angle(start.rotation.T @ f.rotation) > _MIN_START_DISTANCE_RAD
+            for f in followed
+        ):
             followed.append(start)
-        if len(followed) > _FOLLOWED:
+        if len(followed) > _MAX_FOLLOWED_STARTS:
             break
     return followed
 
 
-def _agreed_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
-    """Where starts lead to if gross mistakes count little; those that most observations bear out.
-    By squares alone one strike that was read as dip direction can turn a model upside down."""
+def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
+    """Return robust solutions from starts: those that most observations support.
+
+    By squares alone one strike that was read as dip direction can turn a model upside down.
+    """
     if len(starts) < 2:
         return list(starts)
-    ended = [_followed(problem, start, robust=True) for start in starts]
+    ended = [_iterate(problem, start, robust=True) for start in starts]
     least = min(cost for _, cost in ended)
-    return [fit for fit, cost in ended if cost <= least + AS_GOOD]
+    return [fit for fit, cost in ended if cost <= least + EQUAL_FIT_COST]
 
 
-def _own_starts(kind: Observed) -> list[FloatArray]:
-    """The mean rotation that the attitudes of cameras tell; those that pairs of directions do."""
+def _starts_of_kind(kind: Observed) -> list[FloatArray]:
+    """Return the mean rotation by camera attitudes, or the rotations by pairs of directions."""
     if isinstance(kind, Directions):
         return rotations_by_pairs(kind.model, kind.world, axial=kind.axial)
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
@@ -278,7 +321,7 @@ def _own_starts(kind: Observed) -> list[FloatArray]:
     return [u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt]
 
 
-def _kept_scale(kinds: Sequence[Observed]) -> float | None:
+def _fixed_scale(kinds: Sequence[Observed]) -> float | None:
     """Metres per unit of the model if the scale is fixed."""
     for kind in kinds:
         if isinstance(kind, KeptScale):
@@ -298,30 +341,36 @@ def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray
     return 1.0
 
 
-def _usual(rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]) -> FloatArray:
-    """(m,) what errors begin with: stated, or usual for their kind, or what is the most that they
-    may be by what they show alone."""
+def _initial_errors(
+    rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]
+) -> FloatArray:
+    """Return the initial errors (m,) of rows: the stated one or a default.
+
+    A default does not exceed the largest error that the group alone allows.
+    """
     metres = np.array([g in METRES for g in rows.groups])
-    usual = np.where(metres, _USUAL_SHARE * size, _USUAL_RAD)
+    usual = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
     for name, (variance, free) in alone.items():
         which = np.array(rows.groups) == name
-        most = float(np.sqrt(variance * most_times(free, free)))
+        most = float(np.sqrt(variance * max_variance_ratio(free, free)))
         usual[which] = np.minimum(usual[which], max(most, 1e-12 * size))
     return np.where(np.isfinite(rows.sigma), rows.sigma, usual)
 
 
 def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
-    """The sum of squares, each by its usual error; robust : by Cauchy's function of them."""
+    """Return the sum of squares by initial errors; robust : of Cauchy's function of them."""
     rows, _, _ = problem.at(fit)
-    squares = (rows.misses / _usual(rows, problem.size * fit.scale, problem.alone)) ** 2
-    return float((_CAUCHY**2 * np.log1p(squares / _CAUCHY**2) if robust else squares).sum())
+    squares = (rows.misses / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
+    return float(
+        (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if robust else squares).sum()
+    )
 
 
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
-    """(7,) the change that lessens the squares most; of what is free, the least one."""
-    moves, misses, units = system_of(rows, sigma, size)
-    inverse, null = inverse_of(moves.T @ moves)
+    """Return the change (7,) that reduces the squares most, minimal in free directions."""
+    moves, misses, units = weighted_system(rows, sigma, size)
+    inverse, null = invert_determined(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)
     if null.shape[1]:
         weighed = turn_first[:, None] * null
@@ -329,8 +378,17 @@ def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) ->
     return np.asarray((step * units)[:7], np.float64)
 
 
-def moved(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similarity:
-    """After a turn step[:3] (rad) about World axes, a relative scale step[3], a shift step[4:]."""
+def apply_step(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similarity:
+    """Apply a change of the seven parameters to a similarity.
+
+    Parameters
+    ----------
+    fit : Similarity
+    step : (7,) array
+        Turn about the World axes (rad), relative change of scale, shift.
+    centre : (3,) array
+        World.
+    """
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_rotvec(step[:3]).as_matrix()
@@ -340,73 +398,75 @@ def moved(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similarity:
     return Similarity(fit.scale * grow, rotation, translation)
 
 
-def _followed(
+def _iterate(
     problem: _Problem, fit: Similarity, *, robust: bool = False
 ) -> tuple[Similarity, float]:
-    """Where a start leads to with usual errors, and the cost there; robust : as in `_cost`."""
-    for _ in range(_STEPS):
+    """Return the solution to which a start converges with initial errors, and its cost."""
+    for _ in range(_MAX_ITERATIONS):
         rows, _, at = problem.at(fit)
         size = problem.size * fit.scale
-        sigma = _usual(rows, size, problem.alone)
+        sigma = _initial_errors(rows, size, problem.alone)
         if robust:
-            sigma = np.hypot(sigma, rows.misses / _CAUCHY)
+            sigma = np.hypot(sigma, rows.misses / _CAUCHY_SCALE)
         step = _step(rows, sigma, size, _preference(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
             step = step * (0.7 / length)
-        fit = moved(fit, step, at)
-        if np.abs(step[:4]).max() < _SMALL_START:
+        fit = apply_step(fit, step, at)
+        if np.abs(step[:4]).max() < _START_STEP_TOLERANCE:
             break
     return fit, _cost(problem, fit, robust=robust)
 
 
 def _preference(rows: Rows) -> FloatArray:
-    """How dear changes are that nothing asks for: tilts more than turns about the vertical."""
+    """Return the cost of undetermined changes: tilts cost more than turns about the vertical."""
     dear = np.ones(7 + rows.shared.shape[1])
     dear[:2] = 1e3
     return dear
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
+def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     from scipy.stats import chi2
 
     size, alone = problem.size, problem.alone
     rows, begins, at = problem.at(fit)
-    sigma = _usual(rows, size * fit.scale, alone)
+    sigma = _initial_errors(rows, size * fit.scale, alone)
     groups = np.array(rows.groups)
     unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
-    free_of: dict[str, float] = {}
-    held: set[str] = set()
-    for _ in range(_STEPS):
+    redundancy_of: dict[str, float] = {}
+    groups_kept_alone: set[str] = set()
+    for _ in range(_MAX_ITERATIONS):
         rows, begins, at = problem.at(fit)
         before = sigma.copy()
         if unstated:
-            sigma, free_of = estimated(rows, sigma, size * fit.scale, unstated, alone, held)
+            sigma, redundancy_of = estimate_errors(
+                rows, sigma, size * fit.scale, unstated, alone, groups_kept_alone
+            )
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
-        fit = moved(fit, step, at)
-        if np.abs(step[:4]).max() < _SMALL and np.allclose(before, sigma, rtol=1e-6):
+        fit = apply_step(fit, step, at)
+        if np.abs(step[:4]).max() < _STEP_TOLERANCE and np.allclose(before, sigma, rtol=1e-6):
             break
     rows, begins, at = problem.at(fit)
     length = size * fit.scale
-    moves, misses, units = system_of(rows, sigma, length)
+    moves, misses, units = weighted_system(rows, sigma, length)
     information = moves.T @ moves
-    inverse, null = inverse_of(information)
+    inverse, null = invert_determined(information)
     common = -(inverse @ (moves.T @ misses) * units)[7:]
-    misses = left_over(moves, misses, inverse, len(rows.misses))
+    misses = remove_shared_errors(moves, misses, inverse, len(rows.misses))
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
-    drift = drift_of(rows, moves, misses)
-    share, spread, factor = spread_of(rows, moves, misses, inverse, drift)
-    overdrawn = 1.0
+    drift = estimate_drift(rows, moves, misses)
+    share, spread, factor = estimate_covariance(rows, moves, misses, inverse, drift)
+    misfit_factor = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
         squares = float((misses**2).sum())
-        if squares > chi2.ppf(_SURE, redundancy):
-            overdrawn = float(np.sqrt(squares / redundancy))
-    plain = spread * np.outer(units, units) * overdrawn**2
+        if squares > chi2.ppf(_SIGNIFICANCE, redundancy):
+            misfit_factor = float(np.sqrt(squares / redundancy))
+    plain = spread * np.outer(units, units) * misfit_factor**2
     covariance = plain * np.outer(factor, factor)
-    assumed = tuple(name for name in unstated if free_of.get(name, 0.0) < 0.5)
-    return Adjusted(
+    assumed = tuple(name for name in unstated if redundancy_of.get(name, 0.0) < 0.5)
+    return Adjustment(
         fit,
         at,
         covariance[:7, :7],
@@ -417,30 +477,36 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
         sigma * share,
         tuple(begins),
         assumed,
-        overdrawn,
+        misfit_factor,
         False,
         length,
         redundancy,
         information,
         common,
         covariance[7:, 7:],
-        free_of,
+        redundancy_of,
         drift,
     )
 
 
-def weighed_rows(found: Adjusted) -> tuple[FloatArray, FloatArray]:
-    """(m, 7 + k) the rows divided by their errors, with what they share, and (7 + k, 7 + k) the
-    covariance by these errors as they are, without the widening for few of them; of what nothing
-    determines zero."""
-    moves, _, _ = system_of(found.rows, found.sigma, found.size)
-    inverse, _ = inverse_of(moves.T @ moves)
-    return moves[: len(found.sigma)], inverse
+def weighted_rows(result: Adjustment) -> tuple[FloatArray, FloatArray]:
+    """Return the weighted rows of an adjustment and the covariance of its parameters.
+
+    Returns
+    -------
+    rows : (m, 7 + k) array
+        Derivatives divided by the errors, with those by shared errors.
+    covariance : (7 + k, 7 + k) array
+        Without Student's widening; zero for what is undetermined.
+    """
+    moves, _, _ = weighted_system(result.rows, result.sigma, result.size)
+    inverse, _ = invert_determined(moves.T @ moves)
+    return moves[: len(result.sigma)], inverse
 
 
-def _tilt_of(rotation: FloatArray) -> float:
+def _tilt_angle(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0)))
 
 
-def _angle_of(rotation: FloatArray) -> float:
+def _rotation_angle(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))

@@ -1,8 +1,8 @@
-"""Whether the attitudes of cameras agree among each other, and what they look like that do not.
+"""Check whether the attitudes of cameras agree, and find the cause if they do not.
 
-Every photo tells the turn of the model by itself: its attitude in World against that in the model.
-Where conventions differ, or a photo was turned, these turns scatter, and one change of the angles
-makes them agree.
+Every photo determines the rotation of the model by itself, from its attitudes in World and in the
+model. If conventions differ, or a photo was rotated, these rotations scatter, and one change of the
+angles makes them agree.
 """
 
 from __future__ import annotations
@@ -18,71 +18,102 @@ from vomstudio.core.words import tr
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.selection import selected
 
-# Turns that scatter by less are those of good instruments, in whatever convention.
-_AGREE_DEG = 5.0
-_CLOSE_DEG = 10.0
-_BETTER = 0.3
-_FEWEST = 4
-# A photo further from the others than this, and than so many times their scatter, is left out.
-_FAR_DEG = 15.0
-_TIMES = 5.0
-# More photos than this are judged by some of them.
-_MOST = 600
-# A turn of which so much is about the vertical leaves that as it is.
-_LEVEL = 0.95
+# Rotations that scatter by less agree: good instruments, whatever the convention.
+_MAX_SCATTER_DEG = 5.0
+_MAX_SCATTER_CHANGED_DEG = 10.0
+_MAX_SCATTER_RATIO = 0.3
+_MIN_PHOTOS = 4
+# A photo is an outlier beyond this angle and this multiple of the scatter.
+_OUTLIER_DEG = 15.0
+_OUTLIER_FACTOR = 5.0
+# Of more photos a subset is compared.
+_MAX_COMPARED = 600
+# Vertical component of a rotation axis above which the vertical is unchanged.
+_MIN_VERTICAL_COMPONENT = 0.95
 
 
-def left_out(
+def find_outliers(
     labels: Sequence[str], angles: FloatArray, model: FloatArray, messages: list[Finding]
 ) -> tuple[BoolArray, BoolArray]:
-    """(n,) which photos do not agree with most others, and of which not even the vertical does.
+    """Find the photos whose attitudes do not agree with most others.
 
-    angles : (n, 3) yaw, pitch, roll in World; model : (n, 3, 3) from the cameras to the model
-    messages : messages about suspicious angles are appended
+    Parameters
+    ----------
+    labels : sequence of str
+    angles : (n, 3) array
+        Yaw, pitch, roll in World, degrees.
+    model : (n, 3, 3) array
+        Rotations from the cameras to the model.
+    messages : list of Finding
+        Messages about suspicious angles are appended.
+
+    Returns
+    -------
+    outliers : (n,) array of bool
+    tilted : (n,) array of bool
+        Those whose vertical does not agree either.
     """
-    none = np.zeros(len(labels), bool)
-    if len(labels) < _FEWEST:
-        return none, none
+    no_photos = np.zeros(len(labels), bool)
+    if len(labels) < _MIN_PHOTOS:
+        return no_photos, no_photos
     turns = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
-    usual, scatter = _agreed(turns)
-    if scatter > _AGREE_DEG:
+    typical, scatter = _majority_rotation(turns)
+    if scatter > _MAX_SCATTER_DEG:
         better = [
-            (_agreed(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1], sentence)
+            (
+                _majority_rotation(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1],
+                sentence,
+            )
             for change, sentence in _conventions()
         ]
-        least, sentence = min(better)
-        if least < min(_BETTER * scatter, _CLOSE_DEG):
+        least_scatter, sentence = min(better)
+        if least_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
             messages.append(
                 Finding(
                     "attitude.other-convention",
                     scatter_deg=scatter,
-                    least_deg=least,
+                    least_deg=least_scatter,
                     change=sentence,
                 )
             )
-            return none, none
-    off = _apart(turns, usual)
-    limit = _limit(off)
-    out = np.asarray(off > limit)
-    tilted = none.copy()
-    if out.any():
-        tilted[out] = _described(labels, angles, model, usual, out, limit, messages)
-    return out, tilted
+            return no_photos, no_photos
+    angles_off = _rotation_angles(turns, typical)
+    limit = _outlier_limit_deg(angles_off)
+    outliers = np.asarray(angles_off > limit)
+    tilted = no_photos.copy()
+    if outliers.any():
+        tilted[outliers] = _describe_outliers(
+            labels, angles, model, typical, outliers, limit, messages
+        )
+    return outliers, tilted
 
 
-def verticals_left_out(
+def find_vertical_outliers(
     labels: Sequence[str],
     down: FloatArray,
     model: FloatArray,
     considered: BoolArray,
     messages: list[Finding],
 ) -> BoolArray:
-    """(n,) which photos' verticals do not agree with most others.
+    """Find the photos whose verticals do not agree with most others.
 
-    down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
-    considered : (n,) which photos to check
+    Parameters
+    ----------
+    labels : sequence of str
+    down : (n, 3) array
+        Direction of gravity, in the frame of each camera.
+    model : (n, 3, 3) array
+        Rotations from the cameras to the model.
+    considered : (n,) array of bool
+        Photos to check.
+    messages : list of Finding
+        Messages about excluded photos are appended.
+
+    Returns
+    -------
+    (n,) array of bool
     """
-    if len(labels) < _FEWEST or not considered.any():
+    if len(labels) < _MIN_PHOTOS or not considered.any():
         return np.zeros(len(labels), bool)
     turned = [down]
     for _ in range(3):
@@ -90,10 +121,10 @@ def verticals_left_out(
         right, below, ahead = turned[-1].T
         turned.append(np.column_stack([-below, right, ahead]))
     each = [np.einsum("nij,nj->ni", model, one) for one in turned]
-    usual, scatter = _agreed_down(each[0])
-    if scatter > _AGREE_DEG:
-        least, quarter = min((_agreed_down(one)[1], k) for k, one in enumerate(each))
-        if quarter and least < min(_BETTER * scatter, _CLOSE_DEG):
+    usual, scatter = _majority_direction(each[0])
+    if scatter > _MAX_SCATTER_DEG:
+        least, quarter = min((_majority_direction(one)[1], k) for k, one in enumerate(each))
+        if quarter and least < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
             messages.append(
                 Finding(
                     "attitude.turned-photos",
@@ -103,11 +134,11 @@ def verticals_left_out(
                 )
             )
             return np.zeros(len(labels), bool)
-    off = _from(each[0], usual)
-    out = np.asarray(considered & (off > _limit(off)))
+    off = _angles_to(each[0], usual)
+    out = np.asarray(considered & (off > _outlier_limit_deg(off)))
     if out.any():
-        away = np.array([_from(one, usual) for one in each])[:, out]
-        close = away.min(axis=0) < _CLOSE_DEG
+        away = np.array([_angles_to(one, usual) for one in each])[:, out]
+        close = away.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
         quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
         messages.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
         if quarters:
@@ -116,41 +147,44 @@ def verticals_left_out(
 
 
 # --- what angles may mean ---------------------------------------------------------------------
-def _plus(column: int, degrees: float) -> Callable[[FloatArray], FloatArray]:
+def _add_degrees(column: int, degrees: float) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: angles + degrees * np.eye(3)[column]
 
 
-def _times(*factors: float) -> Callable[[FloatArray], FloatArray]:
+def _multiply(*factors: float) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: angles * factors
 
 
-def _quarters() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
+def _quarter_turns() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
-        (_plus(2, 90.0), tr("90° is added to roll (photos in portrait)")),
-        (_plus(2, -90.0), tr("90° is taken from roll (photos in portrait)")),
-        (_plus(2, 180.0), tr("180° is added to roll (photos upside down)")),
+        (_add_degrees(2, 90.0), tr("90° is added to roll (photos in portrait)")),
+        (_add_degrees(2, -90.0), tr("90° is taken from roll (photos in portrait)")),
+        (_add_degrees(2, 180.0), tr("180° is added to roll (photos upside down)")),
     ]
 
 
 def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
-        *_quarters(),
-        (_plus(1, -90.0), tr("90° is taken from pitch (it is counted from straight down)")),
-        (_plus(1, 90.0), tr("90° is added to pitch (it is counted from the horizon, downwards)")),
-        (_times(1.0, -1.0, 1.0), tr("pitch has its sign changed (it is positive downwards)")),
-        (_times(-1.0, 1.0, 1.0), tr("yaw has its sign changed (it runs counterclockwise)")),
-        (_times(1.0, 1.0, -1.0), tr("roll has its sign changed")),
-        (_from_radians, tr("all angles are multiplied by 57.2958 (they are radians)")),
+        *_quarter_turns(),
+        (_add_degrees(1, -90.0), tr("90° is taken from pitch (it is counted from straight down)")),
+        (
+            _add_degrees(1, 90.0),
+            tr("90° is added to pitch (it is counted from the horizon, downwards)"),
+        ),
+        (_multiply(1.0, -1.0, 1.0), tr("pitch has its sign changed (it is positive downwards)")),
+        (_multiply(-1.0, 1.0, 1.0), tr("yaw has its sign changed (it runs counterclockwise)")),
+        (_multiply(1.0, 1.0, -1.0), tr("roll has its sign changed")),
+        (_radians_to_degrees, tr("all angles are multiplied by 57.2958 (they are radians)")),
     ]
 
 
-def _from_radians(angles: FloatArray) -> FloatArray:
-    """What is no radian stays as it is."""
+def _radians_to_degrees(angles: FloatArray) -> FloatArray:
+    """Convert angles to degrees if all are small enough to be radians."""
     radians = np.nanmax(np.abs(angles), initial=0.0) <= 2.0 * np.pi + 1e-6
     return np.degrees(angles) if radians else angles
 
 
-def _described(
+def _describe_outliers(
     labels: Sequence[str],
     angles: FloatArray,
     model: FloatArray,
@@ -171,15 +205,15 @@ def _described(
     for row in map(int, np.flatnonzero(out)):
         one = angles[row : row + 1]
         fits = [
-            (float(_apart(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
-            for change, sentence in _quarters()
+            (float(_rotation_angles(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
+            for change, sentence in _quarter_turns()
         ]
         least, sentence = min(fits)
         between = camera_rotations(one)[0] @ back[row] @ usual.T
         turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
         # Where a camera looks down, a photo that was turned seems to have another yaw.
         quarter = least < limit / 2
-        flat = not quarter and abs(turn[2]) > _LEVEL * np.linalg.norm(turn)
+        flat = not quarter and abs(turn[2]) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(turn)
         tilted.append(not flat)
         if quarter:
             named.setdefault(("quarter", sentence), []).append(labels[row])
@@ -199,39 +233,39 @@ def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
     return Finding("attitude.left-out", limit_deg=what, photos=photos)
 
 
-def _limit(off: FloatArray) -> float:
-    return max(_FAR_DEG, _TIMES * 1.4826 * float(np.median(off)))
+def _outlier_limit_deg(off: FloatArray) -> float:
+    return max(_OUTLIER_DEG, _OUTLIER_FACTOR * 1.4826 * float(np.median(off)))
 
 
-def _agreed_down(there: FloatArray) -> tuple[FloatArray, float]:
-    """The direction that most of (n, 3) are near to, and their median angle from it, degrees."""
-    some = there[:: max(1, -(-len(there) // _MOST))]
-    angles = np.degrees(np.arccos(np.clip(some @ some.T, -1.0, 1.0)))
-    middle = some[int(np.argmin(np.median(angles, axis=1)))]
-    near = _from(some, middle)
-    mean = some[near <= np.median(near)].sum(axis=0)
-    better = mean / np.linalg.norm(mean)
-    return better, float(np.median(_from(there, better)))
+def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
+    """Return the direction near most of (n, 3), and their median angle to it, degrees."""
+    subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED))]
+    angles = np.degrees(np.arccos(np.clip(subset @ subset.T, -1.0, 1.0)))
+    middle = subset[int(np.argmin(np.median(angles, axis=1)))]
+    near = _angles_to(subset, middle)
+    mean = subset[near <= np.median(near)].sum(axis=0)
+    refined = mean / np.linalg.norm(mean)
+    return refined, float(np.median(_angles_to(directions, refined)))
 
 
-def _from(there: FloatArray, usual: FloatArray) -> FloatArray:
-    """(n,) degrees."""
-    return np.asarray(np.degrees(np.arccos(np.clip(there @ usual, -1.0, 1.0))), np.float64)
+def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
+    """Return the angles (n,) to a direction, degrees."""
+    return np.asarray(np.degrees(np.arccos(np.clip(directions @ reference, -1.0, 1.0))), np.float64)
 
 
-def _agreed(turns: FloatArray) -> tuple[FloatArray, float]:
-    """The turn that most of (n, 3, 3) are near to, and their median angle from it, degrees."""
-    some = turns[:: max(1, -(-len(turns) // _MOST))]
+def _majority_rotation(turns: FloatArray) -> tuple[FloatArray, float]:
+    """Return the rotation near most of (n, 3, 3), and their median angle to it, degrees."""
+    some = turns[:: max(1, -(-len(turns) // _MAX_COMPARED))]
     flat = some.reshape(-1, 9)
     angles = np.degrees(np.arccos(np.clip((flat @ flat.T - 1.0) / 2.0, -1.0, 1.0)))
     middle = some[int(np.argmin(np.median(angles, axis=1)))]
-    near = _apart(some, middle)
+    near = _rotation_angles(some, middle)
     u, _, vt = np.linalg.svd(some[near <= np.median(near)].sum(axis=0))
     better = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
-    return better, float(np.median(_apart(turns, better)))
+    return better, float(np.median(_rotation_angles(turns, better)))
 
 
-def _apart(turns: FloatArray, usual: FloatArray) -> FloatArray:
-    """(n,) degrees between turns (n, 3, 3) and one."""
+def _rotation_angles(turns: FloatArray, usual: FloatArray) -> FloatArray:
+    """Return the angles (n,) between rotations (n, 3, 3) and one rotation, degrees."""
     trace = np.einsum("nij,ij->n", turns.reshape(-1, 3, 3), usual)
     return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

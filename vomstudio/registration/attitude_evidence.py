@@ -1,4 +1,4 @@
-"""How cameras were held, as observations: whole attitudes, or the vertical and north apart."""
+"""Observations from camera attitudes: complete attitudes, or vertical and north separately."""
 
 from __future__ import annotations
 
@@ -18,39 +18,46 @@ from vomstudio.geology.view_attitudes import (
 )
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
-from vomstudio.registration.attitude_checks import left_out, verticals_left_out
+from vomstudio.registration.attitude_checks import find_outliers, find_vertical_outliers
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
 from vomstudio.registration.similarity import Similarity
 
 NORTH_DOUBT_DEG = 10.0
-"""One sigma of a compass's north until it has been checked: steel, rocks, the phone itself."""
+"""Default error of compass north, one sigma: steel, rocks, the phone itself."""
 MOUNT_DOUBT_DEG = 1.0
-"""One sigma of what a gimbal or an accelerometer is out of line with its camera, about each axis,
-where no accuracy is stated. It is the same in all photos, which do not show it unless they look to
-several sides. (A drone that writes -89.9 degrees looked 1.5 degrees beside the vertical.)"""
-_WRONG = 6.0
-"""A photo's vertical is wrong that is so many times further off than half of them are."""
-# The azimuth of a view that is steeper says nothing that the phone's compass could have meant.
-_STEEPEST_DEG = 60.0
+"""Default misalignment of a gimbal or an accelerometer with its camera, about each axis, one sigma.
+
+It is common to all photos, which show it only if they look in several directions. (A drone that
+recorded -89.9 degrees looked 1.5 degrees off the vertical.)"""
+_OUTLIER_FACTOR = 6.0
+"""Verticals farther off than this multiple of the median are outliers."""
+# Steeper views have no meaningful azimuth.
+_MAX_STEEPNESS_DEG = 60.0
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
-    """kinds : observations; angles, model : (n, 3), (n, 3, 3) of the photos whose attitude is
-    wholly known, in World and in the model"""
+class AttitudeEvidence:
+    """Observations from camera attitudes.
+
+    Attributes
+    ----------
+    kinds : tuple of Observed
+    angles, model : (n, 3) and (n, 3, 3) array
+        Photos with a complete attitude: in World (degrees), and rotations to the model.
+    """
 
     kinds: tuple[Observed, ...]
     angles: FloatArray
     model: FloatArray
 
 
-def held(
+def match_attitudes(
     table: AttitudeTable,
     rows: Sequence[int],
     views: Sequence[View],
     north_doubt_deg: float,
     messages: list[Finding],
-) -> Held:
+) -> AttitudeEvidence:
     """Match the attitudes of a table, with yaws from grid north, to the cameras of the model.
 
     messages : messages about excluded attitudes are appended
@@ -63,34 +70,38 @@ def held(
     whole = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
     phone = yaw & tilt & ~whole
-    phone &= _not_steep(labels, phone, down, messages)
+    phone &= _has_azimuth(labels, phone, down, messages)
     both = whole | phone
     known = np.full_like(angles, np.nan)
     known[whole] = angles[whole]
     if phone.any():
         known[phone] = view_angles(from_down_and_azimuth(down[phone], angles[phone, 0]))
     bad, tilted = np.zeros((2, len(labels)), bool)
-    bad[both], tilted[both] = left_out(_chosen(labels, both), known[both], model[both], messages)
-    tilted[tilt] |= verticals_left_out(
-        _chosen(labels, tilt), down[tilt], model[tilt], ~both[tilt], messages
+    bad[both], tilted[both] = find_outliers(
+        _select_labels(labels, both), known[both], model[both], messages
+    )
+    tilted[tilt] |= find_vertical_outliers(
+        _select_labels(labels, tilt), down[tilt], model[tilt], ~both[tilt], messages
     )
     shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
     unstated = np.isnan(sigma[:, 1:]).any()
     mount = float(np.radians(MOUNT_DOUBT_DEG)) if unstated else 0.0
     kinds: list[Observed] = [
         _attitudes(labels, whole & ~bad, angles, model, sigma, shared, mount),
-        # Of a photo whose compass was wrong the vertical is still right.
+        # The vertical is right even if the compass is wrong.
         _verticals(labels, tilt & (~whole | bad) & ~tilted, down, model, sigma, mount),
         _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
     ]
     good = both & ~bad
-    return Held(tuple(k for k in kinds if len(k.labels)), known[good], model[good])
+    return AttitudeEvidence(tuple(k for k in kinds if len(k.labels)), known[good], model[good])
 
 
 @dataclass(frozen=True)
 class AttitudeMiss:
-    """How far a photo's attitude is from that in the placed model: placed less given, degrees about
-    the axes of `error_axes`; None for what the photo does not say."""
+    """Difference of a photo's attitude, placed minus stated, degrees.
+
+    The angles are about the axes of `error_axes`; None if the photo does not state them.
+    """
 
     photo: str
     yaw_deg: float | None
@@ -98,21 +109,33 @@ class AttitudeMiss:
     roll_deg: float | None
 
 
-def misses(
+def attitude_differences(
     table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
 ) -> list[AttitudeMiss]:
-    """Of the rows of a table, also those that took no part; rotation : (3, 3) of the placed
-    model."""
+    """Return the differences between the attitudes of the placed model and those of a table.
+
+    Rows that take no part in the fit are included.
+
+    Parameters
+    ----------
+    table : AttitudeTable
+    rows : sequence of int
+    views : sequence of View
+    rotation : (3, 3) array
+        Model to World.
+    """
     if not rows:
         return []
     turns, yaw, tilt = _turns(table, rows, views, rotation)
-    off = np.degrees(np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns))
-    given = table.angles[np.asarray(rows, int)]
-    known = np.column_stack([np.isfinite(given[:, 0]), tilt, tilt])
+    differences = np.degrees(
+        np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns)
+    )
+    stated = table.angles[np.asarray(rows, int)]
+    known = np.column_stack([np.isfinite(stated[:, 0]), tilt, tilt])
     return [
         AttitudeMiss(
             table.photos[row],
-            *(float(v) if k else None for v, k in zip(off[i], known[i], strict=True)),
+            *(float(v) if k else None for v, k in zip(differences[i], known[i], strict=True)),
         )
         for i, row in enumerate(rows)
     ]
@@ -125,39 +148,65 @@ def bowing_by_tilts(
     placed: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
-    """The bowing that the verticals of photos show in a placed model, wrong ones left out; extent :
-    (m, 3) points of the model, in its own frame; None where they tell nothing of it."""
+    """Estimate the bowing of a placed model from the verticals of photos, without outliers.
+
+    Parameters
+    ----------
+    table : AttitudeTable
+    rows : sequence of int
+    views : sequence of View
+    placed : Similarity
+    extent : (m, 3) array or None
+        Points of the model, in its frame.
+
+    Returns
+    -------
+    Bowing or None
+        None if the verticals do not determine it.
+    """
     if not rows:
         return None
     turns, _, tilt = _turns(table, rows, views, placed.rotation)
-    aside = turns[:, :2] - np.median(turns[tilt, :2], axis=0) if tilt.any() else turns[:, :2]
-    length = np.hypot(*aside.T)
-    right = tilt & (length <= _WRONG * float(np.median(length[tilt])) if tilt.any() else tilt)
+    tilts = turns[:, :2] - np.median(turns[tilt, :2], axis=0) if tilt.any() else turns[:, :2]
+    length = np.hypot(*tilts.T)
+    is_inlier = tilt & (
+        length <= _OUTLIER_FACTOR * float(np.median(length[tilt])) if tilt.any() else tilt
+    )
     places = placed(np.array([view.centre for view in views]))
     reach = None if extent is None or not len(extent) else placed(extent)
     cameras = placed.rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    return bowing_of_turns(places[right], turns[right], cameras[right], reach)
+    return bowing_of_turns(places[is_inlier], turns[is_inlier], cameras[is_inlier], reach)
 
 
 def _turns(
     table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """By how much each photo is turned in the placed model against what it says, (n, 3) radians,
-    World; its yaw, (n,) degrees, and whether it tells the vertical."""
+    """Return the rotation of each photo from its stated to its placed attitude.
+
+    Returns
+    -------
+    turns : (n, 3) array
+        Rotation vectors, World, rad.
+    yaw : (n,) array
+        Degrees.
+    has_vertical : (n,) array of bool
+    """
     from scipy.spatial.transform import Rotation
 
     which = np.asarray(rows, int)
-    given, down = table.angles[which], down_of(table)[which]
+    stated, down = table.angles[which], down_of(table)[which]
     placed = rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    seen = view_angles(placed)
-    tilt = np.isfinite(down[:, 0])
-    yaw = np.where(np.isfinite(given[:, 0]), given[:, 0], seen[:, 0])
-    there = camera_rotations(np.column_stack([yaw, seen[:, 1:]]))
-    there[tilt] = from_down_and_azimuth(down[tilt], yaw[tilt])
-    whole = np.isfinite(given).all(axis=1)
-    there[whole] = camera_rotations(given[whole])
-    turns: FloatArray = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
-    return turns, yaw, tilt
+    placed_angles = view_angles(placed)
+    has_vertical = np.isfinite(down[:, 0])
+    yaw = np.where(np.isfinite(stated[:, 0]), stated[:, 0], placed_angles[:, 0])
+    stated_rotations = camera_rotations(np.column_stack([yaw, placed_angles[:, 1:]]))
+    stated_rotations[has_vertical] = from_down_and_azimuth(down[has_vertical], yaw[has_vertical])
+    whole = np.isfinite(stated).all(axis=1)
+    stated_rotations[whole] = camera_rotations(stated[whole])
+    turns: FloatArray = Rotation.from_matrix(
+        placed @ np.swapaxes(stated_rotations, 1, 2)
+    ).as_rotvec()
+    return turns, yaw, has_vertical
 
 
 def _attitudes(
@@ -170,7 +219,9 @@ def _attitudes(
     mount: float,
 ) -> Attitudes:
     world, axes = camera_rotations(angles[which]), error_axes(angles[which])
-    return Attitudes(_chosen(labels, which), model[which], world, axes, sigma[which], shared, mount)
+    return Attitudes(
+        _select_labels(labels, which), model[which], world, axes, sigma[which], shared, mount
+    )
 
 
 def _verticals(
@@ -181,9 +232,9 @@ def _verticals(
     sigma: FloatArray,
     mount: float,
 ) -> Verticals:
-    there = np.einsum("nij,nj->ni", model[which], down[which])
-    names = _chosen(labels, which)
-    return Verticals(names, there, sigma[which, 1:], model[which], mount)
+    directions = np.einsum("nij,nj->ni", model[which], down[which])
+    names = _select_labels(labels, which)
+    return Verticals(names, directions, sigma[which, 1:], model[which], mount)
 
 
 def _norths(
@@ -194,19 +245,19 @@ def _norths(
     sigma: FloatArray,
     shared: float,
 ) -> Azimuths:
-    names = _chosen(labels, which)
+    names = _select_labels(labels, which)
     azimuths = np.radians(angles[which, 0])
     return Azimuths(names, model[which][:, :, 2], azimuths, sigma[which, 0], shared)
 
 
-def _not_steep(
+def _has_azimuth(
     labels: Sequence[str], phone: BoolArray, down: FloatArray, messages: list[Finding]
 ) -> BoolArray:
-    steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
+    steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_MAX_STEEPNESS_DEG)))
     if steep.any():
-        messages.append(Finding("attitude.too-steep", photos=_chosen(labels, steep)))
+        messages.append(Finding("attitude.too-steep", photos=_select_labels(labels, steep)))
     return np.asarray(~steep)
 
 
-def _chosen(labels: Sequence[str], which: BoolArray) -> list[str]:
+def _select_labels(labels: Sequence[str], which: BoolArray) -> list[str]:
     return [labels[int(i)] for i in np.flatnonzero(which)]

@@ -1,8 +1,9 @@
-"""Observations that cannot be right: too far from where all others put them to be chance.
+"""Find observations whose residuals are too large to be chance.
 
-Each is left out in turn; its miss from what the others say is held against their error (the
-deletion residual; Baarda 1968; Cook & Weisberg 1982, Residuals and Influence in Regression, 2.2.2),
-and the worst one is removed as long as one is significant, since one mistake hides another.
+Each observation is left out in turn, and its residual from the fit of the others is compared with
+their error (the deletion residual; Baarda 1968; Cook & Weisberg 1982, Residuals and Influence in
+Regression, 2.2.2). The worst one is removed while one is significant, since one mistake hides
+another.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
+from vomstudio.registration.adjustment import EQUAL_FIT_COST, Adjustment, adjust, weighted_rows
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import azimuth_that_fits
 from vomstudio.registration.observations import (
@@ -34,28 +35,38 @@ from vomstudio.registration.observations import (
 )
 from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
 
-# Of the size of the model, or rad: closer than this is rounding.
+# Share of the model's size, or rad: smaller residuals are rounding.
 _ROUNDING = 1e-9
-# Of the whole set of a right registration one in a thousand is accused.
-_BY_CHANCE = 0.001
-# Points: of fewer nobody can say which agree. Of six, four agree so much better than all of them by
-# chance (15 ways to choose them, 5 free misses) in less than one set in two thousand.
-_FEWEST_TO_HIDE, _SIX_TO_HIDE, _BETTER_BY = 7, 6, 100.0
-# Directions that are left out one by one: of fewer none can be wrong, of more the misses tell.
-_FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
-# What a reading is usually off, and how many misses that counts as beside those that are there: by
-# four planes alone nobody could say that one of them is wrong.
-_USUAL_RAD, _USUAL_COUNTS = np.radians(3.0), 4.0
-_FITS_DEG = (10.0, 20.0)
+# Significance of the test of a complete set of observations.
+_SIGNIFICANCE = 0.001
+# Points from which a robust fit is tried. Of six points four agree better than all of them by this
+# factor of the variance by chance in less than one set in two thousand (15 subsets, redundancy 5).
+_MIN_POINTS_ROBUST, _MIN_POINTS_SUBSET, _MIN_VARIANCE_RATIO = 7, 6, 100.0
+# Directions that are left out one by one: fewer cannot show an error, more show it by residuals.
+_MIN_DIRECTIONS, _MAX_DIRECTIONS = 4, 12
+# Default error of a reading, and its weight as a number of residuals in the pooled variance: four
+# planes alone could not show that one of them is wrong.
+_DEFAULT_ERROR_RAD, _DEFAULT_ERROR_WEIGHT = np.radians(3.0), 4.0
+_AZIMUTH_LIMITS_DEG = (10.0, 20.0)
 _DIRECTIONS = Directions | Azimuths | LevelLines | PlumbLines | PhotoUpright | Verticals
-# Misses that are so many times the usual are looked into.
-_LARGE = 1.5
+# Ratio of residuals to default errors from which directions are tested.
+_MIN_MISFIT = 1.5
 
 
 @dataclass(frozen=True)
 class Blunder:
-    """label : of the point or direction; photo : of the mark, None where no photos take part
-    error_m : how far from where the others put it; error_deg : the same of a direction
+    """Observation that is inconsistent with all others.
+
+    Attributes
+    ----------
+    label : str
+        Of the point or direction.
+    photo : str or None
+        Photo of the mark; None without photos.
+    error_m : float or None
+        Distance from the place by the others.
+    error_deg : float or None
+        Angle to the direction by the others.
     """
 
     label: str
@@ -64,20 +75,19 @@ class Blunder:
     error_deg: float | None = None
 
     def text(self) -> str:
-        """Its label, and how far it is off where that is known."""
+        """Return the label, with the error if it is known."""
         if self.error_m is not None:
             return f"{self.label} ({self.error_m:.3g} m)"
         return self.label if self.error_deg is None else f"{self.label} ({self.error_deg:.2g}°)"
 
 
 Single = tuple[int, int]
-"""Number of its kind, and its row there."""
+"""Index of the kind, and row in it."""
 
 
 @dataclass(frozen=True)
-class _Judged:
-    """chance : of a miss as large; strength : its square over what is expected; of : so many are
-    judged together"""
+class _TestResult:
+    """chance : p-value of its residual; strength : F ratio; of : number of tested observations"""
 
     single: Single
     chance: float
@@ -87,12 +97,24 @@ class _Judged:
 
 
 @dataclass(frozen=True)
-class Without:
-    """The placement without one of a few directions. error_deg : how far that is from where the
-    others put it; turned_deg : by how much the model turns without it; others_deg : how well the
-    others then agree (RMS); weakest_95_deg : the worst error of the rotation then, None where that
-    is not known; suspect : it is too far off to be chance; azimuth_off_deg : of a suspect,
-    what added to its azimuth would make it agree, None where neither 90 nor 180 degrees would"""
+class LeaveOneOut:
+    """Placement without one of a few directions.
+
+    Attributes
+    ----------
+    error_deg : float
+        Angle of the direction to its placement by the others.
+    turned_deg : float
+        Rotation of the model relative to the placement with all.
+    others_deg : float
+        RMS residual of the others.
+    weakest_95_deg : float or None
+        Error about the weakest axis; None if not known.
+    suspect : bool
+        Whether the error is too large to be chance.
+    azimuth_off_deg : float or None
+        Correction of a suspect azimuth that makes it agree, None if neither 90 nor 180 degrees do.
+    """
 
     label: str
     error_deg: float
@@ -104,104 +126,122 @@ class Without:
 
 
 def find_blunders(
-    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float
+    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
 ) -> list[Blunder]:
-    """The worst first; at most a third of all, since of more nobody can say which are right.
+    """Find observations that are inconsistent with the others, the worst first.
 
-    One mistake makes others look wrong: what was named before the worst were out is held against
-    the rest again, and cleared where it fits that.
+    At most a third of all is returned, since of more it is not clear which are right. One mistake
+    makes others look wrong: every blunder is tested again without all of them, and cleared if it
+    fits.
+
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    found : Adjustment
+        Of `kinds`.
+    centre, size
+        As of `adjust`.
     """
-    named = _find_blunders(kinds, found, centre, size, trust_stated=True)
-    if not np.isfinite(found.rows.sigma).any():
+    named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
+    if not np.isfinite(fit_of_all.rows.sigma).any():
         return named or []
-    if named is None or (named and not _explain_misfit(kinds, named, found, centre, size)):
-        # The stated accuracies are too small, which is no blunder.
-        named = _find_blunders(kinds, found, centre, size, trust_stated=False)
+    if named is None or (named and not _explain_misfit(kinds, named, fit_of_all, centre, size)):
+        # The stated accuracies are too small; that is not a blunder.
+        named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=False)
     return named or []
 
 
 def _explain_misfit(
     kinds: Sequence[Observed],
     named: Sequence[Blunder],
-    found: Adjusted,
+    fit_of_all: Adjustment,
     centre: FloatArray,
     size: float,
 ) -> bool:
-    """Return whether the observations without the named ones agree with the stated accuracies.
+    """Return whether the observations without the blunders agree with the stated accuracies.
 
-    Those without the two worst or more may agree by chance, so the named ones must be farther off
-    than the worst of so many are, whatever the accuracies.
+    Without two or more of the worst they may agree by chance, so the blunders must be significant
+    as the worst of all such subsets, whatever the accuracies.
     """
     from scipy.stats import f
 
     labels = {blunder.label for blunder in named}
-    kinds = [chosen(kind, [label not in labels for label in kind.labels]) for kind in kinds]
-    rest = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
-    if rest.overdrawn > 1.0 or len(named) == 1:
-        return rest.overdrawn <= 1.0
-    squares = [float(((each.rows.misses / each.sigma) ** 2).sum()) for each in (found, rest)]
-    free = found.redundancy - rest.redundancy, rest.redundancy
+    kinds = [
+        select_observations(kind, [label not in labels for label in kind.labels]) for kind in kinds
+    ]
+    fit_of_others = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
+    if fit_of_others.misfit_factor > 1.0 or len(named) == 1:
+        return fit_of_others.misfit_factor <= 1.0
+    squares = [
+        float(((each.rows.misses / each.sigma) ** 2).sum()) for each in (fit_of_all, fit_of_others)
+    ]
+    free = fit_of_all.redundancy - fit_of_others.redundancy, fit_of_others.redundancy
     if min(free) < 1.0:
         return False
     ratio = (squares[0] - squares[1]) / free[0] / max(squares[1] / free[1], 1e-300)
-    ways = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
-    return ratio > float(f.isf(_BY_CHANCE / ways, *free))
+    subsets = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
+    return ratio > float(f.isf(_SIGNIFICANCE / subsets, *free))
 
 
 def _find_blunders(
     kinds: Sequence[Observed],
-    found: Adjusted,
+    fit_of_all: Adjustment,
     centre: FloatArray,
     size: float,
     *,
     trust_stated: bool,
 ) -> list[Blunder] | None:
-    """trust_stated : residuals are compared with the stated errors, not with each other
+    """Return the blunders, None if there are more than a third.
 
-    Returns None if more than a third would be named."""
+    trust_stated : compare residuals with the stated errors, not with each other
+    """
     total = sum(len(kind.labels) for kind in kinds)
-    out: list[Single] = []
+    excluded: list[Single] = []
     named: dict[Single, Blunder] = {}
     while len(named) < total // 3:
-        worst = _worst(_judged(kinds, out, found, trust_stated=trust_stated))
+        worst = _worst(_test_all(kinds, excluded, fit_of_all, trust_stated=trust_stated))
         if worst is None:
             break
-        out.append(worst.single)
+        excluded.append(worst.single)
         named[worst.single] = worst.blunder
-        found = _adjusted(kinds, out, centre, size)
+        fit_of_all = _adjust_without(kinds, excluded, centre, size)
     else:
-        # As many as can be named at all: then it is not these that are wrong.
-        if total // 3 and _worst(_judged(kinds, out, found, trust_stated=trust_stated)) is not None:
+        # More than a third look wrong, so the cause is another.
+        if (
+            total // 3
+            and _worst(_test_all(kinds, excluded, fit_of_all, trust_stated=trust_stated))
+            is not None
+        ):
             return None
-    if not named and (hidden := _hidden(kinds)):
-        # Mistakes that hide each other: each is held against those that agree.
-        out = hidden
+    if not named and (hidden := _hidden_outliers(kinds)):
+        # Mistakes that hide each other: test each against those that agree.
+        excluded = hidden
         named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
-        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
+        _clear_consistent(kinds, excluded, named, centre, size, trust_stated=trust_stated)
         return list(named.values())
-    if len(out) > 1:
-        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
+    if len(excluded) > 1:
+        _clear_consistent(kinds, excluded, named, centre, size, trust_stated=trust_stated)
     return list(named.values())
 
 
-def _hidden(kinds: Sequence[Observed]) -> list[Single]:
-    """Points that a fit by most of them leaves out; none where they are more than can be named."""
+def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
+    """Return the points that a robust fit excludes; empty if they are more than a third."""
     total = sum(len(kind.labels) for kind in kinds)
-    found: list[Single] = []
-    for at, kind in enumerate(kinds):
-        if isinstance(kind, Points) and len(kind.labels) >= _SIX_TO_HIDE:
+    outliers: list[Single] = []
+    for index, kind in enumerate(kinds):
+        if isinstance(kind, Points) and len(kind.labels) >= _MIN_POINTS_SUBSET:
             try:
                 fit, agree = fit_robustly(kind.model, kind.world)
             except GeometryError:
                 continue
-            if len(kind.labels) < _FEWEST_TO_HIDE and not _far_better(kind, fit, agree):
+            if len(kind.labels) < _MIN_POINTS_ROBUST and not _far_better(kind, fit, agree):
                 continue
-            found += [(at, int(row)) for row in np.flatnonzero(~agree)]
-    return found if len(found) <= total // 3 else []
+            outliers += [(index, int(row)) for row in np.flatnonzero(~agree)]
+    return outliers if len(outliers) <= total // 3 else []
 
 
 def _far_better(points: Points, fit: Similarity, agree: BoolArray) -> bool:
-    """Whether those of the points that agree do so far better than all of them."""
+    """Return whether the agreeing points fit far better than all points."""
 
     def variance(which: BoolArray, by: Similarity) -> float:
         misses = by(points.model[which]) - points.world[which]
@@ -209,123 +249,128 @@ def _far_better(points: Points, fit: Similarity, agree: BoolArray) -> bool:
 
     every = np.ones(len(agree), np.bool_)
     whole = fit_similarity(points.model, points.world)
-    return variance(every, whole) > _BETTER_BY * variance(agree, fit)
+    return variance(every, whole) > _MIN_VARIANCE_RATIO * variance(agree, fit)
 
 
-def _cleared(
+def _clear_consistent(
     kinds: Sequence[Observed],
-    out: list[Single],
+    excluded: list[Single],
     named: dict[Single, Blunder],
     centre: FloatArray,
     size: float,
     *,
     trust_stated: bool,
 ) -> None:
-    """Takes out of both what fits the rest; the others are described by their miss from it."""
+    """Remove from both the observations that fit the others, and update the errors of the rest."""
     total = sum(len(kind.labels) for kind in kinds)
-    for single in [*out]:
-        tried = [other for other in out if other != single]
-        rest = _adjusted(kinds, tried, centre, size)
-        again = _judged(kinds, tried, rest, trust_stated=trust_stated)
-        judged = next((one for one in again if one.single == single), None)
-        if judged is None:
+    for single in [*excluded]:
+        others_excluded = [other for other in excluded if other != single]
+        fit_of_others = _adjust_without(kinds, others_excluded, centre, size)
+        results = _test_all(kinds, others_excluded, fit_of_others, trust_stated=trust_stated)
+        result = next((one for one in results if one.single == single), None)
+        if result is None:
             continue
-        if judged.chance < _BY_CHANCE / total:
-            named[single] = judged.blunder
+        if result.chance < _SIGNIFICANCE / total:
+            named[single] = result.blunder
         else:
-            out.remove(single)
+            excluded.remove(single)
             del named[single]
 
 
-def _adjusted(
+def _adjust_without(
     kinds: Sequence[Observed], out: Sequence[Single], centre: FloatArray, size: float
-) -> Adjusted:
-    return adjust([kind for _, kind, _ in _left(kinds, out)], centre, size)
+) -> Adjustment:
+    return adjust([kind for _, kind, _ in _remaining(kinds, out)], centre, size)
 
 
-def _left(
+def _remaining(
     kinds: Sequence[Observed], out: Sequence[Single]
 ) -> list[tuple[int, Observed, list[int]]]:
-    """Number, what is left, and which rows these are, of each kind that has any left."""
-    gone = set(out)
-    found = []
-    for at, kind in enumerate(kinds):
-        rows = [row for row in range(len(kind.labels)) if (at, row) not in gone]
+    """Return index, observations and row numbers of each kind that has any remaining."""
+    excluded = set(out)
+    remaining = []
+    for index, kind in enumerate(kinds):
+        rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded]
         if rows:
-            keep = [(at, row) not in gone for row in range(len(kind.labels))]
-            found.append((at, chosen(kind, keep), rows))
-    return found
+            keep = [(index, row) not in excluded for row in range(len(kind.labels))]
+            remaining.append((index, select_observations(kind, keep), rows))
+    return remaining
 
 
-def chosen(kind: Observed, keep: Sequence[bool]) -> Observed:
-    """The same kind of observation with the single ones that are kept."""
-    which = np.flatnonzero(keep)
+def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
+    """Return a kind of observation reduced to a subset.
+
+    keep : (n,) which of its single observations
+    """
+    rows = np.flatnonzero(keep)
     n = len(kind.labels)
-    changed: dict[str, Any] = {"labels": [kind.labels[int(i)] for i in which]}
+    changed: dict[str, Any] = {"labels": [kind.labels[int(i)] for i in rows]}
     for field in fields(kind):  # type: ignore[arg-type]
         value = getattr(kind, field.name)
         if isinstance(value, np.ndarray) and len(value) == n:
-            changed[field.name] = value[which]
-    made: Observed = replace(kind, **changed)  # type: ignore[type-var]
-    return made
+            changed[field.name] = value[rows]
+    selection: Observed = replace(kind, **changed)  # type: ignore[type-var]
+    return selection
 
 
-def _worst(judged: Sequence[_Judged]) -> _Judged | None:
-    """The least likely one that chance does not explain. Chances of gross mistakes are all nought
-    in figures of the machine; of these the one that is farthest out counts."""
-    wrong = [one for one in judged if one.chance < _BY_CHANCE / one.of]
+def _worst(judged: Sequence[_TestResult]) -> _TestResult | None:
+    """Return the least likely significant observation, if any.
+
+    The p-values of gross mistakes underflow to 0; among these the strongest counts.
+    """
+    wrong = [one for one in judged if one.chance < _SIGNIFICANCE / one.of]
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
 
 
-def _judged(
-    kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted, *, trust_stated: bool
-) -> list[_Judged]:
-    """Each one that the others say something of, held against these."""
+def _test_all(
+    kinds: Sequence[Observed], out: Sequence[Single], fit_of_all: Adjustment, *, trust_stated: bool
+) -> list[_TestResult]:
+    """Test each observation that the others determine."""
     from scipy.stats import chi2, f
 
-    rows, sigma = found.rows, found.sigma
+    rows, sigma = fit_of_all.rows, fit_of_all.sigma
     stated = np.isfinite(rows.sigma) & trust_stated
-    moves, covariance = weighed_rows(found)
+    moves, covariance = weighted_rows(fit_of_all)
     misses = rows.misses / sigma
-    free = found.redundancy
+    free = fit_of_all.redundancy
     squares = float((misses**2).sum())
-    left = _left(kinds, out)
-    total = sum(len(kind.labels) for _, kind, _ in left)
-    tested: list[tuple[Single, Observed, int, FloatArray]] = []
+    remaining = _remaining(kinds, out)
+    total = sum(len(kind.labels) for _, kind, _ in remaining)
+    candidates: list[tuple[Single, Observed, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
-    for place, (at, kind, own) in enumerate(left):
+    for place, (index, kind, row_numbers) in enumerate(remaining):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
-        first, last = found.begins[place], found.begins[place + 1]
+        first, last = fit_of_all.begins[place], fit_of_all.begins[place + 1]
         width = (last - first) // len(kind.labels)
-        for number, row in enumerate(own):
+        for number, row in enumerate(row_numbers):
             which = slice(first + number * width, first + (number + 1) * width)
-            rest = np.eye(width) - moves[which] @ covariance @ moves[which].T
-            if np.linalg.eigvalsh(rest)[0] < 1e-6 or free - width < 1:
-                # Nothing else says where it should be.
+            residual_weight = np.eye(width) - moves[which] @ covariance @ moves[which].T
+            if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or free - width < 1:
+                # The others do not determine it.
                 continue
-            deleted = np.linalg.solve(rest, misses[which])
-            if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(found.size, 1.0):
+            deleted = np.linalg.solve(residual_weight, misses[which])
+            if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(fit_of_all.size, 1.0):
                 continue
-            tested.append(((at, row), kind, number, deleted * sigma[which]))
+            candidates.append(((index, row), kind, number, deleted * sigma[which]))
             statistic = float(misses[which] @ deleted)
             statistics.append((statistic, width, bool(stated[which].all())))
-    if not tested:
+    if not candidates:
         return []
     squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
     others = np.where(known, 1.0, np.maximum((squares - squared) / (free - widths), 1e-300))
     strength = squared / widths / others
-    # All at once: a call of scipy's costs as much as the rest of a point.
+    # One call for all: a call of SciPy costs as much as the rest of a point.
     chance = np.where(
         known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(free - widths, 1))
     )
     return [
-        _Judged(single, float(p), float(s), total, _described(kind, kind.labels[number], miss))
-        for (single, kind, number, miss), p, s in zip(tested, chance, strength, strict=True)
+        _TestResult(single, float(p), float(s), total, _describe(kind, kind.labels[number], miss))
+        for (single, kind, number, miss), p, s in zip(candidates, chance, strength, strict=True)
     ]
 
 
-def _described(kind: Observed, label: str, error: FloatArray) -> Blunder:
+def _describe(kind: Observed, label: str, error: FloatArray) -> Blunder:
     if isinstance(kind, Combined):
         return Blunder(label, None, *kind.size_of(error))
     size = float(np.linalg.norm(error))
@@ -334,63 +379,73 @@ def _described(kind: Observed, label: str, error: FloatArray) -> Blunder:
     return Blunder(label, None, None, float(np.degrees(size)))
 
 
-def left_out(
+def exclude_labels(
     kinds: Sequence[Observed], check: Points | None, labels: Sequence[str]
 ) -> tuple[list[Observed], Points | None]:
-    """The observations and check points without those of the labels. Raises UsageError for a label
-    that is none of theirs."""
-    every = [label for kind in kinds for label in kind.labels]
-    every += [] if check is None else list(check.labels)
+    """Remove the observations and check points of some labels.
+
+    Raises
+    ------
+    UsageError
+        For an unknown label.
+    """
+    known_labels = [label for kind in kinds for label in kind.labels]
+    known_labels += [] if check is None else list(check.labels)
     for label in labels:
-        if label not in every:
-            near = get_close_matches(label, every, 3) or every[:8]
+        if label not in known_labels:
+            near = get_close_matches(label, known_labels, 3) or known_labels[:8]
             raise UsageError(
                 Finding("registration.unknown-label", label=label, known=", ".join(near)),
                 field="--without",
             )
 
-    def rest(kind: Observed) -> Observed:
-        return chosen(kind, [label not in labels for label in kind.labels])
+    def keep_unlisted(kind: Observed) -> Observed:
+        return select_observations(kind, [label not in labels for label in kind.labels])
 
-    left = [rest(kind) for kind in kinds]
-    judges = None if check is None else rest(check)
-    assert judges is None or isinstance(judges, Points)
-    return [kind for kind in left if len(kind.labels)], judges
+    remaining = [keep_unlisted(kind) for kind in kinds]
+    remaining_check = None if check is None else keep_unlisted(check)
+    assert remaining_check is None or isinstance(remaining_check, Points)
+    return [kind for kind in remaining if len(kind.labels)], remaining_check
 
 
 # --- few directions ---------------------------------------------------------------------------
 def leave_one_out(
-    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float
-) -> list[Without]:
-    """A placement by a few directions alone, without each of them, the most suspicious first; empty
-    where they agree, or where they are more, and misses tell.
+    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
+) -> list[LeaveOneOut]:
+    """Leave out each of a few directions in turn, the most suspicious first.
 
-    One wrong one of a few pulls the placement to itself and hides in what is left over; where no
-    accuracies are stated, it also makes these seem as bad. So each is left out, and held against
-    the others' own agreement, to which the usual error of a compass adds a few misses' worth.
+    Applies to placements by few directions alone. One wrong direction of a few attracts the
+    placement and hides in the residuals; without stated accuracies it also inflates their error.
+    Each one is compared with the agreement of the others, pooled with the default error of a
+    compass.
+
+    Returns
+    -------
+    list of Without
+        Empty if the directions agree or if there are more of them.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
     alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
-    if not alone or not _FEWEST_DIRECTIONS <= total <= _FEW_DIRECTIONS:
+    if not alone or not _MIN_DIRECTIONS <= total <= _MAX_DIRECTIONS:
         return []
-    usual = np.where(np.isfinite(found.rows.sigma), found.rows.sigma, _USUAL_RAD)
-    whole = float(((found.rows.misses / usual) ** 2).sum())
-    if found.redundancy < 3.0 or whole <= _LARGE**2 * found.redundancy:
+    usual = np.where(np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD)
+    whole = float(((fit_of_all.rows.misses / usual) ** 2).sum())
+    if fit_of_all.redundancy < 3.0 or whole <= _MIN_MISFIT**2 * fit_of_all.redundancy:
         return []
-    if found.ambiguous:
-        # Of rotations that fit alike it is the one that tilts least, not the one that fits best.
-        whole -= AS_GOOD
-    return _one_by_one(kinds, found, centre, size, whole)
+    if fit_of_all.ambiguous:
+        # Among equal fits the one that tilts least was selected, not the best one.
+        whole -= EQUAL_FIT_COST
+    return _leave_each_out(kinds, fit_of_all, centre, size, whole)
 
 
-def _one_by_one(
-    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float, whole: float
-) -> list[Without]:
+def _leave_each_out(
+    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float, whole: float
+) -> list[LeaveOneOut]:
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
 
-    stated = bool(np.isfinite(found.rows.sigma).all())
-    tried: list[tuple[float, float, Without]] = []
+    stated = bool(np.isfinite(fit_of_all.rows.sigma).all())
+    results: list[tuple[float, float, LeaveOneOut]] = []
     singles = [
         (at, row)
         for at, kind in enumerate(kinds)
@@ -401,31 +456,35 @@ def _one_by_one(
         kind = kinds[single[0]]
         assert isinstance(kind, Directions)
         try:
-            again = _adjusted(kinds, [single], centre, size)
+            fit_of_others = _adjust_without(kinds, [single], centre, size)
         except GeometryError:
             continue
-        usual = np.where(np.isfinite(again.rows.sigma), again.rows.sigma, _USUAL_RAD)
-        rest = float(((again.rows.misses / usual) ** 2).sum())
-        free = again.redundancy
-        gain = max(whole - rest, 0.0)
+        usual = np.where(
+            np.isfinite(fit_of_others.rows.sigma), fit_of_others.rows.sigma, _DEFAULT_ERROR_RAD
+        )
+        squares = float(((fit_of_others.rows.misses / usual) ** 2).sum())
+        free = fit_of_others.redundancy
+        gain = max(whole - squares, 0.0)
         if stated:
             chance = float(chi2.sf(gain, 2))
         else:
-            pooled = (rest + _USUAL_COUNTS) / (free + _USUAL_COUNTS)
-            chance = float(f.sf(gain / 2.0 / pooled, 2, free + _USUAL_COUNTS))
-        placed = again.fit.rotation @ kind.model[single[1]]
-        others = float(np.degrees(np.sqrt((again.rows.misses**2).mean())))
+            pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (free + _DEFAULT_ERROR_WEIGHT)
+            chance = float(f.sf(gain / 2.0 / pooled, 2, free + _DEFAULT_ERROR_WEIGHT))
+        placed = fit_of_others.fit.rotation @ kind.model[single[1]]
+        others = float(np.degrees(np.sqrt((fit_of_others.rows.misses**2).mean())))
         cosine = float(placed @ kind.world[single[1]])
-        turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
-        worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(again.rotation)[-1])))
-        # The others, being few, do not say well where it should be.
-        limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_FITS_DEG))
+        turned = Rotation.from_matrix(
+            fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T
+        ).magnitude()
+        worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1])))
+        # The few others determine it poorly.
+        limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_AZIMUTH_LIMITS_DEG))
         fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
-        tried.append(
+        results.append(
             (
-                rest,
+                squares,
                 chance,
-                Without(
+                LeaveOneOut(
                     kind.labels[single[1]],
                     float(
                         np.degrees(
@@ -434,14 +493,16 @@ def _one_by_one(
                     ),
                     float(np.degrees(turned)),
                     others,
-                    None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6 else worst,
+                    None
+                    if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
+                    else worst,
                     suspect=False,
                     azimuth_off_deg=fits,
                 ),
             )
         )
-    tried.sort(key=lambda each: each[0])
-    found_out = [replace(each, azimuth_off_deg=None) for _, _, each in tried]
-    if tried and tried[0][1] < _BY_CHANCE / len(tried):
-        found_out[0] = replace(tried[0][2], suspect=True)
-    return found_out
+    results.sort(key=lambda each: each[0])
+    sorted_results = [replace(each, azimuth_off_deg=None) for _, _, each in results]
+    if results and results[0][1] < _SIGNIFICANCE / len(results):
+        sorted_results[0] = replace(results[0][2], suspect=True)
+    return sorted_results

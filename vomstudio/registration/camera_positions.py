@@ -28,67 +28,85 @@ from vomstudio.registration.observations import Points
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
 
-_SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
+_MIN_DISTANCE_M = 0.01  # photos are not taken nearer to each other
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
-def in_metres(
+def positions_in_metres(
     positions: Positions, crs: str | None, messages: list[Finding]
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
     """Convert camera positions to metres in the CRS of the model.
 
-    Returns the positions, the CRS of the model, and a longitude and latitude among them if known.
     Positions without a height, or with another height reference than most, are excluded.
 
-    crs : "EPSG:n" or WKT of the model, None to take that of the file
-    messages : messages about assumptions and excluded positions are appended
-    Raises InputError or UsageError.
+    Parameters
+    ----------
+    positions : Positions
+    crs : str or None
+        "EPSG:n" or WKT of the model, None to use that of the file.
+    messages : list of Finding
+        Messages about assumptions and excluded positions are appended.
+
+    Returns
+    -------
+    positions : Positions
+    crs : str or None
+        CRS of the model.
+    place : (float, float) or None
+        Longitude and latitude among the positions if known.
+
+    Raises
+    ------
+    InputError, UsageError
     """
     positions, crs, to_grid = _source(positions, crs)
-    positions = _with_heights(positions, messages)
+    positions = _drop_without_heights(positions, messages)
     if to_grid is None:
         return positions, crs, None
     places = positions.places.copy()
-    degrees = _as_degrees(positions, to_grid[1])
+    degrees = _to_degrees(positions, to_grid[1])
     _refuse_exchanged(positions, degrees, crs)
     for row, (longitude, latitude) in enumerate(degrees.tolist()):
-        there = to_grid[0](longitude, latitude)
-        if there is None:
+        grid_place = to_grid[0](longitude, latitude)
+        if grid_place is None:
             raise InputError(
                 Finding("crs.outside-area", photo=positions.photos[row], crs=crs),
                 file=positions.file,
             )
-        places[row, :2] = there
+        places[row, :2] = grid_place
     middle = np.median(degrees, axis=0)
     messages.append(_heights_finding(positions, float(middle[0]), float(middle[1])))
-    moved = replace(positions, places=places, degrees=False, crs=crs)
-    return moved, crs, (float(middle[0]), float(middle[1]))
+    converted = replace(positions, places=places, degrees=False, crs=crs)
+    return converted, crs, (float(middle[0]), float(middle[1]))
 
 
 def _source(
     positions: Positions, crs: str | None
 ) -> tuple[Positions, str | None, tuple[ToGrid, ToGrid | None] | None]:
-    """With what turns longitude and latitude into the CRS of the model, and what turns the file's
-    x and y into longitude and latitude (None: they are that)."""
+    """Return positions and CRS with the conversions to that CRS.
+
+    The first conversion is from longitude and latitude to the CRS of the model, the second from the
+    file's x and y to longitude and latitude (None if they are that already).
+    """
     from pyproj import CRS, Transformer
     from pyproj.exceptions import CRSError
 
     from vomstudio.io.gis.crs import degrees_to_grid, parse_crs, utm_zone
 
-    own = None
+    file_crs = None
     if positions.crs is not None:
         try:
-            own = CRS.from_user_input(positions.crs)
+            file_crs = CRS.from_user_input(positions.crs)
         except CRSError as error:
-            raise _unknown(positions) from error
-        own = own.sub_crs_list[0] if own.is_compound else own
-        if own.is_geographic:
+            raise _unknown_crs_error(positions) from error
+        file_crs = file_crs.sub_crs_list[0] if file_crs.is_compound else file_crs
+        if file_crs.is_geographic:
             positions = replace(positions, degrees=True)
         elif crs is None:
-            code, unit = parse_crs(own.to_wkt())
+            code, unit = parse_crs(file_crs.to_wkt())
             if unit != 1.0:
                 raise InputError(
-                    Finding("frame.not-in-metres", crs=own.name),
+                    Finding("frame.not-in-metres", crs=file_crs.name),
                     file=positions.file,
                     line=positions.line,
                 )
@@ -103,11 +121,11 @@ def _source(
                 Finding("cameras.in-degrees", zone=zone or "EPSG:32633"),
                 field="--crs",
             )
-        base = "EPSG:4326" if own is None else own.to_wkt()
+        base = "EPSG:4326" if file_crs is None else file_crs.to_wkt()
         return positions, crs, (degrees_to_grid(crs, base), None)
-    if own is None or crs is None:
+    if file_crs is None or crs is None:
         return positions, crs, None
-    to_degrees = Transformer.from_crs(own, "EPSG:4326", always_xy=True)
+    to_degrees = Transformer.from_crs(file_crs, "EPSG:4326", always_xy=True)
 
     def back(x: float, y: float) -> tuple[float, float] | None:
         longitude, latitude = to_degrees.transform(x, y)[:2]
@@ -117,7 +135,7 @@ def _source(
     return positions, crs, (degrees_to_grid(crs), back)
 
 
-def _unknown(positions: Positions) -> InputError:
+def _unknown_crs_error(positions: Positions) -> InputError:
     return InputError(
         Finding("frame.unknown-crs", crs=(positions.crs or "")[:60]),
         file=positions.file,
@@ -125,26 +143,25 @@ def _unknown(positions: Positions) -> InputError:
     )
 
 
-def _as_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
-    """(n, 2) longitude and latitude. Raises InputError for those that are none."""
-    found = positions.places[:, :2].copy()
+def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
+    """Return longitude and latitude (n, 2). Raises InputError for invalid ones."""
+    degrees = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
-        there = (x, y) if back is None else back(x, y)
+        place = (x, y) if back is None else back(x, y)
         photo = positions.photos[row]
-        if there is None:
+        if place is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
-        if (finding_ := why_not_on_earth(*there)) is not None:
+        if (reason := why_not_on_earth(*place)) is not None:
             if back is None and why_not_on_earth(y, x) is None:
-                raise _exchanged(positions, photo, x, y)
-            raise InputError(finding_, file=positions.file, field=photo)
-        found[row] = there
-    return found
+                raise _exchanged_error(positions, photo, x, y)
+            raise InputError(reason, file=positions.file, field=photo)
+        degrees[row] = place
+    return degrees
 
 
 def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None) -> None:
-    """Raises InputError where longitude and latitude lie outside the area of the CRS, and would lie
-    within it if they were exchanged."""
+    """Raise InputError if positions lie in the area of the CRS only with exchanged degrees."""
     from pyproj import CRS
 
     area = CRS.from_user_input(crs).area_of_use if crs is not None else None
@@ -157,10 +174,12 @@ def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None
         return bool((around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
     if not inside(*degrees.T) and inside(degrees[:, 1], degrees[:, 0]):
-        raise _exchanged(positions, positions.photos[0], *degrees[0].tolist())
+        raise _exchanged_error(positions, positions.photos[0], *degrees[0].tolist())
 
 
-def _exchanged(positions: Positions, photo: str, longitude: float, latitude: float) -> InputError:
+def _exchanged_error(
+    positions: Positions, photo: str, longitude: float, latitude: float
+) -> InputError:
     finding = Finding(
         "control.swapped-degrees", "error", label=photo, longitude=longitude, latitude=latitude
     )
@@ -168,7 +187,7 @@ def _exchanged(positions: Positions, photo: str, longitude: float, latitude: flo
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _with_heights(positions: Positions, messages: list[Finding]) -> Positions:
+def _drop_without_heights(positions: Positions, messages: list[Finding]) -> Positions:
     keep = np.isfinite(positions.places[:, 2])
     if not keep.any():
         raise InputError(
@@ -183,7 +202,7 @@ def _with_heights(positions: Positions, messages: list[Finding]) -> Positions:
                 photos=selected(positions.photos, ~keep),
             )
         )
-    above = np.array([_above(word) for word in positions.heights])
+    above = np.array([_normalise_reference(word) for word in positions.heights])
     if len(above):
         usual = Counter(above[keep].tolist()).most_common(1)[0][0]
         other = keep & (above != usual)
@@ -192,7 +211,7 @@ def _with_heights(positions: Positions, messages: list[Finding]) -> Positions:
                 Finding(
                     "cameras.other-heights",
                     count=int(other.sum()),
-                    usual=_called(usual),
+                    usual=_reference_name(usual),
                     photos=selected(positions.photos, other),
                 )
             )
@@ -209,11 +228,11 @@ def _with_heights(positions: Positions, messages: list[Finding]) -> Positions:
     )
 
 
-def _above(word: str) -> str:
+def _normalise_reference(word: str) -> str:
     return "sea level" if word == "below sea level" else word
 
 
-def _called(word: str) -> str:
+def _reference_name(word: str) -> str:
     return {
         "ellipsoid": tr("above the ellipsoid"),
         "sea level": tr("above the sea"),
@@ -225,25 +244,25 @@ def _heights_finding(positions: Positions, longitude: float, latitude: float) ->
     from vomstudio.io.gis.heights import geoid_height_m
 
     geoid_m = geoid_height_m(longitude, latitude)
-    reference = _above(positions.heights[0]) if positions.heights else ""
+    reference = _normalise_reference(positions.heights[0]) if positions.heights else ""
     return Finding(
         "cameras.heights",
-        reference=_called(reference),
+        reference=_reference_name(reference),
         geoid=tr("up to 100 m") if geoid_m is None else tr("{height:+.1f} m", height=geoid_m),
         geoid_m=geoid_m,
     )
 
 
-# --- what they are mistaken for ----------------------------------------------------------------
+# --- misread positions ------------------------------------------------------------------------
 def require_apart(world: FloatArray) -> None:
-    """Raises GeometryError for positions (n, 3) in degrees, and for those that are all one."""
-    if degrees := degree_findings(world, apart_m=_SAME_PLACE_M):
+    """Raise GeometryError if positions (n, 3) are in degrees or all equal."""
+    if degrees := degree_findings(world, apart_m=_MIN_DISTANCE_M):
         raise GeometryError(degrees[0])
-    if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
+    if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _MIN_DISTANCE_M:
         raise GeometryError(Finding("gps-equal", "error", value=len(world), photos=()))
 
 
-def cameras_that_fit(
+def select_consistent_cameras(
     labels: Sequence[str],
     model: FloatArray,
     world: FloatArray,
@@ -254,11 +273,27 @@ def cameras_that_fit(
 ) -> tuple[Points, list[Finding], list[Finding]]:
     """Select the camera positions that are consistent with most others.
 
-    Returns the selected positions, findings about suspicious ones and messages about excluded
-    ones.
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world, sigma : (n, 3) array
+    alone : bool
+        Whether nothing else determines the position of the model.
+    crs : str, optional
+        CRS of World.
 
-    model, world, sigma : (n, 3); alone : nothing else places the model; crs : of World
-    Raises GeometryError for positions that place nothing.
+    Returns
+    -------
+    cameras : Points
+    suspicions : list of Finding
+        About suspicious positions.
+    exclusions : list of Finding
+        About excluded positions.
+
+    Raises
+    ------
+    GeometryError
+        If the positions do not determine the position of the model.
     """
     require_apart(world)
     wrong, far = find_misplaced_points(labels, model, world, crs)
@@ -270,10 +305,10 @@ def cameras_that_fit(
         line = Finding("collinear", "error", photos=list(labels), value=None)
         raise GeometryError(wrong[0] if wrong else line)
     if len(near) >= 3:
-        findings, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
+        findings, whole = _check_all([labels[int(i)] for i in near], model[near], world[near])
         wrong += findings
         if not whole:
-            used[near] = _agreeing(model[near], world[near], sigma[near])
+            used[near] = _inliers(model[near], world[near], sigma[near])
     exclusions: list[Finding] = []
     if not used.all():
         exclusions.append(
@@ -286,7 +321,7 @@ def cameras_that_fit(
     return cameras, wrong, exclusions
 
 
-def _doubts(
+def _check_all(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> tuple[list[Finding], bool]:
     """Return findings about all positions, and whether they affect all of them."""
@@ -302,10 +337,10 @@ def _doubts(
     return mixed or misreading_findings(model, world, mirrors=False), False
 
 
-def _agreeing(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
+def _inliers(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
     known = sigma[np.isfinite(sigma)]
     floor = 3 * float(known.max()) if len(known) else 0.0
-    # On a line no turn about it tells right ones from wrong ones.
+    # Positions on a line are consistent with any turn about it.
     with suppress(GeometryError):
         return fit_robustly(model, world, floor=floor)[1]
     return np.ones(len(model), bool)

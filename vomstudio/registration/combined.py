@@ -1,4 +1,4 @@
-"""A similarity that was found by other means, as one observation with its covariance."""
+"""A similarity estimated by other means, as one observation with its covariance."""
 
 from __future__ import annotations
 
@@ -14,17 +14,25 @@ from vomstudio.registration.similarity import Similarity, jacobian
 
 @dataclass(frozen=True, eq=False)
 class Combined:
-    """Such as the fit of a model to another one.
+    """Similarity as an observation, such as the fit of a model to another one.
 
-    start : the similarity that was found, model to World; about : (3,) World, what its errors turn
-        and grow about
-    whitening : (m, 7) whose products with a turn about east, north and up (rad), a relative change
-        of scale and a shift (m), all about there, are independent with the variance 1; m is under
-        7 where it leaves something free
-    size : m, how far what was fitted typically reaches from there
-    scale_error : relative error of a scale that was fixed in the fit, one sigma; 0 if fitted
-    scale_response : (7,) change of the fit per relative error of the fixed scale; its fourth
-        component is 1. None if the scale was fitted
+    Attributes
+    ----------
+    start : Similarity
+        Model to World.
+    about : (3,) array
+        World, centre of its errors of rotation and scale.
+    whitening : (m, 7) array
+        Its products with a turn about east, north and up (rad), a relative change of scale and a
+        shift (m), all about `about`, are independent with the variance 1. m < 7 if directions are
+        undetermined.
+    size : float
+        RMS distance of the fitted points from `about`, metres.
+    scale_error : float
+        Relative error of a fixed scale, one sigma; 0 if fitted.
+    scale_response : (7,) array or None
+        Change of the fit per relative error of the fixed scale; its fourth component is 1. None if
+        the scale was fitted.
     """
 
     labels: Sequence[str]
@@ -58,14 +66,17 @@ class Combined:
         )
 
     def size_of(self, error: FloatArray) -> tuple[float, float]:
-        """How large rows (m,) are, in metres at `about` and degrees."""
+        """Return the size of rows (m,) in metres at `about` and in degrees."""
         numbers = np.linalg.pinv(self.whitening) @ error
         return float(np.linalg.norm(numbers[4:])), float(np.degrees(np.linalg.norm(numbers[:3])))
 
 
 def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatArray:
-    """(7,) turn, relative change of scale and shift about a place of World, that take what `other`
-    makes of the model to what `fit` makes of it."""
+    """Return the change (7,) that transforms one similarity into another.
+
+    The turn, relative change of scale and shift about a place of World transform the result of
+    `other` into that of `fit`.
+    """
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_matrix(fit.rotation @ other.rotation.T).as_rotvec()

@@ -1,4 +1,4 @@
-"""From readings by compass to observations of a model's place."""
+"""Observations from compass readings."""
 
 from __future__ import annotations
 
@@ -26,9 +26,17 @@ _READING_DEG = 3.0
 
 
 class Segment(NamedTuple):
-    """Two places on the model, and the azimuth from the first to the second (degrees) or the metres
-    between them. sigma : of that value, one sigma, None for what is usual; label : "" for its
-    number"""
+    """Two places on the model with the azimuth from the first to the second, or their distance.
+
+    Attributes
+    ----------
+    value : float
+        Degrees or metres.
+    sigma : float or None
+        Error of the value, one sigma; None for the default.
+    label : str
+        "" for its number.
+    """
 
     first: tuple[float, float, float]
     second: tuple[float, float, float]
@@ -38,8 +46,12 @@ class Segment(NamedTuple):
 
 
 def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Finding]:
-    """What looks wrong with readings: angles in radians, a name given twice, a strike read as dip
-    direction. kinds : what they became, without what is left out"""
+    """Return findings about readings that look wrong.
+
+    Angles in radians, labels that occur twice, and strikes read as dip directions.
+
+    kinds : observations from the table, without excluded ones
+    """
     findings = radian_findings(table.azimuth_deg, table.inclination_deg)
     twice = [name for name, count in Counter(table.labels).items() if count > 1]
     if twice:
@@ -65,9 +77,15 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
 def compass_directions(
     table: CompassTable, turn_deg: float, north_doubt_deg: float = 0.0
 ) -> list[Directions]:
-    """Planes and lines that were read, each kind by itself, the planes first.
+    """Return the planes and the lines of a table as observations.
 
-    turn_deg : added to all azimuths; north_doubt_deg : one sigma of what these may be off alike
+    Parameters
+    ----------
+    table : CompassTable
+    turn_deg : float
+        Added to all azimuths.
+    north_doubt_deg : float
+        Common error of all azimuths, one sigma.
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths run clockwise.
@@ -85,13 +103,22 @@ def compass_directions(
     return kinds
 
 
-def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
-    """Lines from one place on the model to another whose azimuth (degrees) is known.
+def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
+    """Return lines with a known azimuth as observations.
 
-    north_doubt_deg : as of `compass_directions`. Raises UsageError for places that are above each
-    other.
+    Parameters
+    ----------
+    given : sequence of Segment
+        Azimuths in degrees.
+    north_doubt_deg : float
+        As of `compass_directions`.
+
+    Raises
+    ------
+    UsageError
+        If one place is above the other.
     """
-    vectors = np.array([np.subtract(b, a) for a, b, *_ in given], np.float64)
+    vectors = np.array([np.subtract(b, a) for a, b, *_ in segments], np.float64)
     length = np.linalg.norm(vectors, axis=1)
     if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
         raise UsageError(
@@ -99,9 +126,10 @@ def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azi
             field="--bearing",
         )
     labels = [
-        line.label or tr("azimuth {number}", number=number) for number, line in enumerate(given, 1)
+        line.label or tr("azimuth {number}", number=number)
+        for number, line in enumerate(segments, 1)
     ]
-    angles = np.radians([line.value for line in given])
-    sigma = [_READING_DEG if line.sigma is None else line.sigma for line in given]
+    angles = np.radians([line.value for line in segments])
+    sigma = [_READING_DEG if line.sigma is None else line.sigma for line in segments]
     doubt = float(np.radians(north_doubt_deg))
     return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), doubt)

@@ -1,11 +1,10 @@
-"""Whether what is known of a model's place agrees: control points with positions of cameras, and
-the north of a compass with that of everything else.
+"""Check the consistency of control points with camera positions, and of north and scale.
 
-Points and cameras place it alone; turn and scale of the two are compared beside their errors. They
-differ where one is in another system, and where the lens is wrong: a focal length that is 5 % off
-moves the cameras by as much of their distance, and leaves a scene that fits its points. What all
-azimuths of a compass are off is estimated together with the placement, as if nothing were known of
-it beforehand."""
+Points and cameras each determine rotation and scale; these are compared with their errors. They
+differ if one is in another system, or if the lens is wrong: a focal length with an error of 5 %
+moves the cameras by 5 % of their distance, and leaves a scene that fits its points. The common
+error of all azimuths of a compass is estimated together with the placement, without a prior.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
     COMPASS,
@@ -32,27 +31,32 @@ from vomstudio.registration.observations import (
 )
 from vomstudio.registration.similarity import nearly_on_a_line
 
-_FEWEST = 4
-# Of right registrations one in a thousand is called contradictory.
-_BY_CHANCE = 0.001
-# Of an angle that is as good as not known beforehand, and that is not worth a word.
-_ANY_NORTH_RAD = np.radians(60.0)
-_NOT_SEEN_DEG = 20.0
-_LITTLE_DEG = 0.5
-# So near a quarter turn a yaw is taken for that of another side of the camera.
-_NEAR_QUARTER_DEG = 10.0
+_MIN_OBSERVATIONS = 4
+# Significance of contradictions.
+_SIGNIFICANCE = 0.001
+# Prior of an unknown angle, largest error of a determined one, smallest one that is reported.
+_FREE_NORTH_SIGMA_RAD = np.radians(60.0)
+_MAX_NORTH_ERROR_DEG = 20.0
+_MIN_NORTH_TURN_DEG = 0.5
+# Difference to a quarter turn within which a yaw is that of another side of the camera.
+_QUARTER_TOLERANCE_DEG = 10.0
 _STEP_DEG = 10.0
-_SEE_NORTH = Points | Attitudes | Combined | Directions | Azimuths
-_STEPS = 6
+_NORTH_KINDS = Points | Attitudes | Combined | Directions | Azimuths
+_MAX_ITERATIONS = 6
 # Logarithm of a ratio of scales up to which steps of the adjustment converge.
-_CLOSE_SCALES = 0.4
+_MAX_LOG_SCALE = 0.4
 
 
 @dataclass(frozen=True)
 class ScaleContradiction:
-    """A kept scale that all else contradicts by more than chance.
+    """Significant difference of a fixed scale to that by all other observations.
 
-    times : the other scale, as a multiple of the one that is kept; error : relative, one sigma
+    Attributes
+    ----------
+    times : float
+        Ratio of the other scale to the fixed one.
+    error : float
+        Relative error of `times`, one sigma.
     """
 
     times: float
@@ -66,43 +70,43 @@ class ScaleContradiction:
         )
 
 
-def contradicted_scale(
+def check_fixed_scale(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[ScaleContradiction | None, list[Observed]]:
-    """Compare a kept scale with that by all else.
+    """Compare a fixed scale with that by the other observations.
 
     Parameters
     ----------
     kinds : sequence of Observed
-    centre, size : as of `adjust`
+    centre, size
+        As of `adjust`.
 
     Returns
     -------
     ScaleContradiction or None
-    list of Observed
-        With points moved towards their mean until they have the kept scale, where that is
-        contradicted: the best rotation does not depend on the scale, whereas misfits of a wrong one
-        would turn the model to where they cost least.
+    kinds : list of Observed
+        In case of a contradiction the points are scaled about their mean to the fixed scale: the
+        best rotation does not depend on the scale, whereas misfits of a wrong one would bias it.
     """
     from scipy.stats import norm
 
-    rest = [kind for kind in kinds if not isinstance(kind, KeptScale)]
-    kept = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
-    if kept is None or not rest:
+    others = [kind for kind in kinds if not isinstance(kind, KeptScale)]
+    fixed_scale = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
+    if fixed_scale is None or not others:
         return None, list(kinds)
-    free = adjust(rest, centre, size)
+    free = adjust(others, centre, size)
     if np.abs(free.free[3]).sum() > 0:
         return None, list(kinds)
-    metres = float(kept.length[0] / np.linalg.norm(kept.second - kept.first))
+    metres = float(fixed_scale.length[0] / np.linalg.norm(fixed_scale.second - fixed_scale.first))
     times, error = free.fit.scale / metres, float(np.sqrt(free.covariance[3, 3]))
-    found = None
-    if abs(np.log(times)) >= float(norm.isf(_BY_CHANCE / 2.0)) * error:
-        found = ScaleContradiction(times, error)
-    elif abs(np.log(times)) < _CLOSE_SCALES:
+    contradiction = None
+    if abs(np.log(times)) >= float(norm.isf(_SIGNIFICANCE / 2.0)) * error:
+        contradiction = ScaleContradiction(times, error)
+    elif abs(np.log(times)) < _MAX_LOG_SCALE:
         return None, list(kinds)
-    places = [kind.world for kind in kinds if isinstance(kind, Points)]
-    middle = np.concatenate(places).mean(axis=0) if places else np.zeros(3)
-    return found, [
+    point_sets = [kind.world for kind in kinds if isinstance(kind, Points)]
+    middle = np.concatenate(point_sets).mean(axis=0) if point_sets else np.zeros(3)
+    return contradiction, [
         replace(kind, world=middle + (kind.world - middle) / times, sigma=kind.sigma / times)
         if isinstance(kind, Points)
         else kind
@@ -113,9 +117,9 @@ def contradicted_scale(
 def disagreement_findings(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> list[Finding]:
-    """Where points and cameras contradict each other.
+    """Return findings if points and cameras contradict each other.
 
-    centre : (1, 3) model, size : of it, as for `adjust`
+    kinds, centre, size : as of `adjust`
     """
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2
@@ -124,7 +128,7 @@ def disagreement_findings(
         adjust([kind], centre, size)
         for kind in kinds
         if isinstance(kind, Points)
-        and len(kind.labels) >= _FEWEST
+        and len(kind.labels) >= _MIN_OBSERVATIONS
         and not nearly_on_a_line(kind.model)
         and not nearly_on_a_line(kind.world)
     ]
@@ -134,8 +138,8 @@ def disagreement_findings(
     turn = Rotation.from_matrix(first.rotation @ second.rotation.T).as_rotvec()
     grow = float(np.log(first.scale / second.scale))
     off = np.array([*turn, grow])
-    errors = _of_turn_and_scale(alone[0]) + _of_turn_and_scale(alone[1])
-    if float(chi2.sf(off @ np.linalg.solve(errors, off), 4)) > _BY_CHANCE:
+    errors = _rotation_scale_covariance(alone[0]) + _rotation_scale_covariance(alone[1])
+    if float(chi2.sf(off @ np.linalg.solve(errors, off), 4)) > _SIGNIFICANCE:
         return []
     return [
         Finding(
@@ -146,14 +150,25 @@ def disagreement_findings(
     ]
 
 
-def _of_turn_and_scale(found: Adjusted) -> FloatArray:
-    return found.covariance[:4, :4]
+def _rotation_scale_covariance(result: Adjustment) -> FloatArray:
+    return result.covariance[:4, :4]
 
 
 @dataclass(frozen=True, eq=False)
 class NorthTurn:
-    """What all azimuths of one north are too large by, and its 95 % error, degrees; name : of that
-    north; planes : whether planes and lines were read by it, and not azimuths alone"""
+    """Common error of all azimuths from one north, degrees.
+
+    Attributes
+    ----------
+    name : str
+        Of the north.
+    turn_deg : float
+        Azimuths are too large by this.
+    error95_deg : float
+        95 % error.
+    planes : bool
+        Whether planes and lines refer to it, and not azimuths alone.
+    """
 
     name: str
     turn_deg: float
@@ -170,57 +185,65 @@ class NorthTurn:
             "turn_deg": self.turn_deg,
             "error95_deg": self.error95_deg,
         }
-        if abs(self.turn_deg - near) < _NEAR_QUARTER_DEG:
+        if abs(self.turn_deg - near) < _QUARTER_TOLERANCE_DEG:
             return Finding("registration.north-quarter-turn", correction_deg=-near, **values)
         return Finding("registration.north-turned", **values)
 
 
-def turned_norths(
+def estimate_norths(
     kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[list[NorthTurn], list[Observed]]:
-    """Of compass and yaws by how much they are off for all readings alike, where something else
-    determines north and it is more than chance; and the kinds with these norths corrected and not
-    known beforehand, as the model is best placed by and single readings are judged."""
-    found, left = [], list(kinds)
+    """Estimate the common errors of compass azimuths and of yaws.
+
+    A north is corrected if other observations determine it and its error is significant.
+
+    Returns
+    -------
+    norths : list of NorthTurn
+    kinds : list of Observed
+        With corrected azimuths and without a prior of these norths, as the model is best placed and
+        single readings are judged.
+    """
+    norths, corrected = [], list(kinds)
     for name in (COMPASS, YAW):
-        turned = _turned(left, centre, size, name)
-        if turned is not None:
-            turn, left = turned
-            found.append(turn)
-    return found, left
+        estimate = _estimate_north(corrected, centre, size, name)
+        if estimate is not None:
+            turn, corrected = estimate
+            norths.append(turn)
+    return norths, corrected
 
 
-def _turned(
+def _estimate_north(
     kinds: Sequence[Observed], centre: FloatArray, size: float, name: str
 ) -> tuple[NorthTurn, list[Observed]] | None:
     from scipy.stats import norm
 
-    read = Attitudes if name == YAW else Directions | Azimuths
-    others = [kind for kind in kinds if not isinstance(kind, read)]
-    if len(others) == len(kinds) or not any(isinstance(kind, _SEE_NORTH) for kind in others):
+    reading_kinds = Attitudes if name == YAW else Directions | Azimuths
+    others = [kind for kind in kinds if not isinstance(kind, reading_kinds)]
+    if len(others) == len(kinds) or not any(isinstance(kind, _NORTH_KINDS) for kind in others):
         return None
     try:
         turned = _first_turn(kinds, others, centre, size, name)
     except GeometryError:
         return None
-    freed = [_freed(kind, turned, name) for kind in kinds]
-    for _ in range(_STEPS):
+    freed = [_free_north(kind, turned, name) for kind in kinds]
+    for _ in range(_MAX_ITERATIONS):
         try:
-            found = adjust(freed, centre, size)
+            result = adjust(freed, centre, size)
         except GeometryError:
             return None
-        at = found.rows.shared_names.index(name)
-        # The rows turn what is placed, against the clock; readings run with it.
-        step = -float(np.degrees(found.common[at]))
+        index = result.rows.shared_names.index(name)
+        # Rows turn the model counterclockwise, readings increase clockwise.
+        step = -float(np.degrees(result.common[index]))
         turned += step
-        error = float(np.degrees(np.sqrt(found.common_covariance[at, at])))
-        if error > _NOT_SEEN_DEG:
+        error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
+        if error > _MAX_NORTH_ERROR_DEG:
             return None
-        freed = [_freed(kind, turned, name) for kind in kinds]
+        freed = [_free_north(kind, turned, name) for kind in kinds]
         if abs(step) < 0.01:
             break
     turned = float((turned + 180.0) % 360.0 - 180.0)
-    if abs(turned) < max(_LITTLE_DEG, float(norm.isf(_BY_CHANCE / 2.0)) * error):
+    if abs(turned) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
         return None
     planes = any(isinstance(kind, Directions) for kind in kinds)
     return NorthTurn(name, turned, 1.959963984540054 * error, planes), freed
@@ -233,18 +256,25 @@ def _first_turn(
     size: float,
     name: str,
 ) -> float:
-    """About by how much the readings are turned, degrees, by what the others place the model by:
-    from far off, small steps would end at a wrong place."""
-    found = adjust(others, centre, size)
-    if np.abs(found.free[:3]).sum() > 0:
+    """Return a first estimate of the error of a north, degrees, from the other observations.
+
+    Small steps from a distant start would converge to a wrong solution.
+    """
+    fit_of_others = adjust(others, centre, size)
+    if np.abs(fit_of_others.free[:3]).sum() > 0:
         return 0.0
-    read = [kind for kind in kinds if not any(kind is other for other in others)]
+    readings = [kind for kind in kinds if not any(kind is other for other in others)]
     turns = np.arange(0.0, 360.0, _STEP_DEG)
     misses = [
         np.median(
             np.abs(
                 np.concatenate(
-                    [_freed(kind, turn, name).rows(found.fit, found.centre).misses for kind in read]
+                    [
+                        _free_north(kind, turn, name)
+                        .rows(fit_of_others.fit, fit_of_others.centre)
+                        .misses
+                        for kind in readings
+                    ]
                 )
             )
         )
@@ -253,20 +283,22 @@ def _first_turn(
     return float(turns[int(np.argmin(misses))])
 
 
-def _freed(kind: Observed, turned_deg: float, name: str) -> Observed:
-    """A kind of readings with this taken off its azimuths, and with a north that is not known
-    beforehand; other kinds as they are."""
+def _free_north(kind: Observed, turned_deg: float, name: str) -> Observed:
+    """Correct the azimuths of a kind of readings and remove the prior of their north."""
     by = np.radians(turned_deg)
     c, s = np.cos(by), np.sin(by)
     back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     if name == YAW:
         if isinstance(kind, Attitudes):
             return replace(
-                kind, world=back @ kind.world, axes=back @ kind.axes, north_sigma=_ANY_NORTH_RAD
+                kind,
+                world=back @ kind.world,
+                axes=back @ kind.axes,
+                north_sigma=_FREE_NORTH_SIGMA_RAD,
             )
         return kind
     if isinstance(kind, Azimuths):
-        return replace(kind, azimuth=kind.azimuth - by, north_sigma=_ANY_NORTH_RAD)
+        return replace(kind, azimuth=kind.azimuth - by, north_sigma=_FREE_NORTH_SIGMA_RAD)
     if isinstance(kind, Directions):
-        return replace(kind, world=kind.world @ back.T, north_sigma=_ANY_NORTH_RAD)
+        return replace(kind, world=kind.world @ back.T, north_sigma=_FREE_NORTH_SIGMA_RAD)
     return kind

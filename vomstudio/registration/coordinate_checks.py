@@ -23,11 +23,11 @@ from vomstudio.registration.checks.mirrors import fits_as_mirror
 from vomstudio.registration.checks.mixed_values import mixed_row_findings
 from vomstudio.registration.checks.point_groups import (
     degrees_among_metres,
-    fit_as_they_are,
+    distances_agree,
+    find_larger_group,
     mixed_degree_findings,
+    select_group_at_model,
     separate_group_findings,
-    two_places,
-    where_the_model_is,
 )
 from vomstudio.registration.checks.point_order import row_order_findings
 from vomstudio.registration.observations import Points
@@ -41,24 +41,24 @@ _UNITS = (
     (0.001, to_translate("kilometres")),
 )
 # Another reading of the numbers is proposed if it fits better by this factor.
-_BETTER = 0.3
-_STEEP = 5.0
-_FITS = 0.01
-_FEWEST = 5
+_MAX_RESIDUAL_RATIO = 0.3
+_MIN_STEEPNESS = 5.0
+_MIN_RESIDUAL_SHARE = 0.01
+_MIN_POINTS = 5
 # Multiple of the median distance from the centre beyond which a point is misplaced.
-_FAR = 30.0
+_OUTLIER_FACTOR = 30.0
 # With more points, swapped labels are not searched.
-_MOST = 60
-_MUCH_BETTER = 0.1
+_MAX_POINTS = 60
+_MAX_SWAPPED_RATIO = 0.1
 # Relative difference between a scale and a unit factor, if the scale is known as well as that.
-_SAME_SCALE = 0.005
+_SCALE_TOLERANCE = 0.005
 # Coordinates of a neighbouring zone are off by less.
-_NEXT_ZONES_DEG = 15.0
+_MAX_ZONE_OFFSET_DEG = 15.0
 _MAX_KM = 20_000.0
 # A registration rotates a model that is already in its CRS by less.
-_TURNED_DEG = 20.0
+_MAX_TURN_DEG = 20.0
 # Multiple of the extent of the model beyond which control points do not belong to it.
-_OFF = 10.0
+_MAX_OFFSET_FACTOR = 10.0
 
 
 def point_findings(
@@ -110,7 +110,7 @@ def far_from_others(world: FloatArray) -> BoolArray:
         return np.zeros(len(world), bool)
     away = np.linalg.norm(world - np.median(world, axis=0), axis=1)
     usual = float(np.median(away))
-    return np.asarray(away > _FAR * usual) if usual > 0 else np.zeros(len(world), bool)
+    return np.asarray(away > _OUTLIER_FACTOR * usual) if usual > 0 else np.zeros(len(world), bool)
 
 
 def find_misplaced_points(
@@ -134,12 +134,12 @@ def find_misplaced_points(
     if degrees.any():
         return mixed_degree_findings(labels, degrees), degrees
     far = far_from_others(world)
-    if far.any() and fit_as_they_are(model, world):
+    if far.any() and distances_agree(model, world):
         return [], far & False
-    here = ~far if far.any() else two_places(model, world)
+    here = ~far if far.any() else find_larger_group(model, world)
     if here is None:
         return [], far
-    right = where_the_model_is(model, world, here, inside_area(world, crs))
+    right = select_group_at_model(model, world, here, inside_area(world, crs))
     if right is None:
         return [*separate_group_findings(labels, world, here)], np.zeros(len(world), bool)
     return far_point_findings(labels, world, ~right), ~right
@@ -151,7 +151,7 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
         return []
     middle = np.median(world[~far], axis=0)
     reach = float(np.linalg.norm(world[~far] - middle, axis=1).max())
-    near = _FAR * max(reach, 1.0)
+    near = _OUTLIER_FACTOR * max(reach, 1.0)
     exchanged: list[int] = []
     lost: list[int] = []
     scaled: dict[str, list[int]] = {}
@@ -194,10 +194,10 @@ def swapped_label_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
     """Return a finding about two points that fit the others if their labels are swapped."""
-    if not _FEWEST <= len(labels) <= _MOST:
+    if not _MIN_POINTS <= len(labels) <= _MAX_POINTS:
         return []
     rms = _rms(model, world)
-    if rms is None or rms < _FITS * _reach(world):
+    if rms is None or rms < _MIN_RESIDUAL_SHARE * _reach(world):
         return []
     best: tuple[float, int, int] | None = None
     for i, k in combinations(range(len(labels)), 2):
@@ -206,12 +206,12 @@ def swapped_label_findings(
         miss = _rms(model, world[order])
         if miss is not None and (best is None or miss < best[0]):
             best = miss, i, k
-    if best is None or best[0] > _MUCH_BETTER * rms:
+    if best is None or best[0] > _MAX_SWAPPED_RATIO * rms:
         return []
     # If only one point is wrong, excluding it explains the misfit as well.
     for alone in best[1:]:
-        rest = np.arange(len(labels)) != alone
-        miss = _rms(model[rest], world[rest])
+        others = np.arange(len(labels)) != alone
+        miss = _rms(model[others], world[others])
         if miss is not None and miss < 2.0 * best[0]:
             return []
     return [
@@ -256,10 +256,12 @@ def misreading_findings(
 
     model, world : (n, 3); mirrors : whether swapped x and y are tried
     """
-    if len(model) < _FEWEST:
+    if len(model) < _MIN_POINTS:
         return []
     rms = _miss(model, world)
-    if rms is None or rms < (_FITS if not _is_steep(world) else 0.1 * _FITS):
+    if rms is None or rms < (
+        _MIN_RESIDUAL_SHARE if not _is_steep(world) else 0.1 * _MIN_RESIDUAL_SHARE
+    ):
         return []
     heights, feet = tr("heights"), tr("feet")
     readings = [
@@ -277,7 +279,7 @@ def misreading_findings(
     better = [
         (miss, finding)
         for changed, finding in readings
-        if (miss := _miss(model, changed)) is not None and miss < _BETTER * rms
+        if (miss := _miss(model, changed)) is not None and miss < _MAX_RESIDUAL_RATIO * rms
     ]
     return [min(better, key=lambda each: each[0])[1]] if better else []
 
@@ -302,7 +304,9 @@ def _is_steep(world: FloatArray) -> bool:
 
     Only such heights are tried in other units: smaller ones always fit flat ground better.
     """
-    return float(np.ptp(world[:, 2])) > _STEEP * float(np.linalg.norm(np.ptp(world[:, :2], axis=0)))
+    return float(np.ptp(world[:, 2])) > _MIN_STEEPNESS * float(
+        np.linalg.norm(np.ptp(world[:, :2], axis=0))
+    )
 
 
 def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Finding]:
@@ -310,9 +314,9 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Find
 
     scale : metres per unit of the model; scale_error_95 : relative
     """
-    if scale_error_95 is None or scale_error_95 > 4 * _SAME_SCALE:
+    if scale_error_95 is None or scale_error_95 > 4 * _SCALE_TOLERANCE:
         return []
-    near = max(_SAME_SCALE, scale_error_95)
+    near = max(_SCALE_TOLERANCE, scale_error_95)
     for times, unit in _UNITS:
         if abs(scale / times - 1.0) < near:
             return [
@@ -367,7 +371,7 @@ def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
         return None
     units = (
         (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
-        (_FOOT_M, tr("feet"), distance_deg > _NEXT_ZONES_DEG),
+        (_FOOT_M, tr("feet"), distance_deg > _MAX_ZONE_OFFSET_DEG),
     )
     for factor, unit, is_plausible in units:
         if is_plausible and beyond(x * factor, y * factor)[0] == 0.0:
@@ -397,17 +401,17 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
     low, high = extent.min(axis=0), extent.max(axis=0)
     reach = float(np.linalg.norm(high - low))
     off = np.maximum(np.maximum(low - model, model - high), 0.0)
-    if reach > 0 and float(np.median(np.linalg.norm(off, axis=1))) > _OFF * reach:
-        here, there = np.median(model, axis=0), (low + high) / 2
+    if reach > 0 and float(np.median(np.linalg.norm(off, axis=1))) > _MAX_OFFSET_FACTOR * reach:
+        points_middle, model_middle = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
             Finding(
                 "registration.off-model",
-                x=float(here[0]),
-                y=float(here[1]),
-                z=float(here[2]),
-                mx=float(there[0]),
-                my=float(there[1]),
-                mz=float(there[2]),
+                x=float(points_middle[0]),
+                y=float(points_middle[1]),
+                z=float(points_middle[2]),
+                mx=float(model_middle[0]),
+                my=float(model_middle[1]),
+                mz=float(model_middle[2]),
             )
         )
 
@@ -421,16 +425,16 @@ def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> lis
 
     if not len(extent):
         return []
-    moved = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
-    reach = float(np.linalg.norm(np.ptp(extent, axis=0)))
-    if moved <= max(_OFF * reach, 1000.0):
+    distance_m = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
+    extent_m = float(np.linalg.norm(np.ptp(extent, axis=0)))
+    if distance_m <= max(_MAX_OFFSET_FACTOR * extent_m, 1000.0):
         turn = _turn_deg(extent, placed)
         return (
             []
-            if turn <= _TURNED_DEG
+            if turn <= _MAX_TURN_DEG
             else [Finding("registration.turned", turn_deg=turn, crs=crs_name(crs))]
         )
-    return [Finding("registration.moved", distance_km=moved / 1000.0, crs=crs_name(crs))]
+    return [Finding("registration.moved", distance_km=distance_m / 1000.0, crs=crs_name(crs))]
 
 
 def _turn_deg(before: FloatArray, after: FloatArray) -> float:
@@ -480,7 +484,7 @@ def _rms(model: FloatArray, world: FloatArray) -> float | None:
 
 
 def _miss(model: FloatArray, world: FloatArray) -> float | None:
-    """The median miss of a similarity, as a share of how far the points reach."""
+    """Return the median residual of a similarity as a share of the extent of the points."""
     local = world - world.mean(axis=0)
     try:
         fit, _ = fit_robustly(model, local)

@@ -27,14 +27,14 @@ from vomstudio.io.control.observation_tables import (
 )
 from vomstudio.registration.attitude_evidence import (
     NORTH_DOUBT_DEG,
+    AttitudeEvidence,
     AttitudeMiss,
-    Held,
+    attitude_differences,
     bowing_by_tilts,
-    held,
-    misses,
+    match_attitudes,
 )
-from vomstudio.registration.blunders import left_out
-from vomstudio.registration.camera_positions import cameras_that_fit
+from vomstudio.registration.blunders import exclude_labels
+from vomstudio.registration.camera_positions import select_consistent_cameras
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_evidence import (
     Segment,
@@ -50,7 +50,7 @@ from vomstudio.registration.coordinate_checks import (
     scale_unit_findings,
     view_direction_findings,
 )
-from vomstudio.registration.length_evidence import kept_scale, length_findings, lengths_of
+from vomstudio.registration.length_evidence import fixed_scale, length_findings, lengths_of
 from vomstudio.registration.level_evidence import (
     KnownDirection,
     level_line_findings,
@@ -68,27 +68,34 @@ from vomstudio.registration.marks.mark_errors import (
     marks_disagree,
     place_covariance,
 )
-from vomstudio.registration.marks.wrong_marks import agreeing, meet
+from vomstudio.registration.marks.wrong_marks import find_agreeing, meet
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
     Observed,
     Points,
 )
-from vomstudio.registration.placing import place, place_robustly, with_warnings
+from vomstudio.registration.placing import place, place_robustly, prepend_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity
 from vomstudio.registration.warnings import bowing_findings
 
 Marked = tuple[str, str, float, float]
-# Up to which 93 % of simulated placements by cameras along a line lie within their stated error.
-_UNSURE_DEG = 40.0
+# Errors up to this cover 93 % of simulated placements by cameras along a line.
+_MAX_TURN_ERROR_DEG = 40.0
 
 
 @dataclass
 class Evidence:
-    """Everything that is given; `views` are of the model's cameras, in its own frame, and `centres`
-    where these stand, also those of which no more is known."""
+    """All observations of the position of a model.
+
+    Attributes
+    ----------
+    views : mapping
+        Cameras of the model, in its frame.
+    centres : mapping
+        Their positions, also of cameras without more data.
+    """
 
     views: Mapping[str, View] = field(default_factory=dict)
     centres: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -106,7 +113,7 @@ class Evidence:
     attitudes: AttitudeTable | None = None
     """Yaws from the north of the map."""
     north_doubt_deg: float = NORTH_DOUBT_DEG
-    """One sigma of what a compass is off for all photos alike."""
+    """Common error of a compass for all photos, one sigma."""
     level: LevelTable | None = None
     """In photos."""
     level_lines: Sequence[KnownDirection] = ()
@@ -114,12 +121,12 @@ class Evidence:
     plumb_lines: Sequence[KnownDirection] = ()
     """On the model."""
     photo_up: FloatArray | None = None
-    """(3,) what was up when the photos were taken, in the frame of the model; None if unknown."""
+    """(3,) up direction when the photos were taken, in the frame of the model; None if unknown."""
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
     compass_doubt_deg: float = 0.0
-    """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
+    """Common error of all azimuths of `compass` and `azimuths`, one sigma."""
     compass_doubt_stated: bool = False
     """Whether the user stated it; else it is a default."""
     lengths: Sequence[Segment] = ()
@@ -131,29 +138,29 @@ class Evidence:
     reference: Combined | None = None
     """The model as it was fitted to another one."""
     without: Sequence[str] = ()
-    """Labels of what is left out."""
+    """Labels to leave out."""
     scale: float | None = None
     """Metres per unit of the model, if the scale is fixed."""
     scale_error: float | None = None
     """Relative error of the fixed scale, one sigma; None if not known."""
     robust: bool = False
-    """Whether what cannot be right beside the others is left out."""
+    """Whether to leave out outliers."""
     crs: str | None = None
-    """Of World, where it is known."""
+    """CRS of World, if known."""
     up: FloatArray | None = None
-    """(3,) What points up in the model's own frame, where that is known."""
+    """(3,) up direction in the frame of the model, if known."""
 
     @property
     def empty(self) -> bool:
-        """Nothing was given."""
-        given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
-        return all(one is None for one in (*given, self.reference)) and not (
+        """Whether there are no observations."""
+        observations = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
+        return all(observation is None for observation in (*observations, self.reference)) and not (
             self.lengths or self.azimuths or self.level_lines or self.plumb_lines
         )
 
     @property
     def too_few_alone(self) -> bool:
-        """Whether there are points and nothing else, and fewer than place a model."""
+        """Whether there are only points, and too few to place a model."""
         others = (self.positions, self.attitudes, self.level, self.compass)
         if self.pairs is None or any(one is not None for one in others):
             return False
@@ -216,12 +223,12 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     if evidence.reference is not None:
         kinds.append(evidence.reference)
     if evidence.without:
-        kinds, check = left_out(kinds, check, evidence.without)
+        kinds, check = exclude_labels(kinds, check, evidence.without)
         messages.append(Finding("registration.without", labels=list(evidence.without)))
     if evidence.compass is not None:
         messages += compass_findings(evidence.compass, kinds)
     if evidence.scale is not None:
-        kinds += kept_scale(evidence.scale, kinds, extent, evidence.scale_error)
+        kinds += fixed_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
         placed = (place_robustly if evidence.robust else place)(
             kinds, check, extent, up=evidence.up, doubted=bool(suspicions)
@@ -243,15 +250,15 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
     messages += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded)
     messages += _camera_findings(evidence, kinds, placed)
-    if evidence.positions is not None and _alone(kinds):
-        _refuse_unsure(placed, suspicions)
+    if evidence.positions is not None and _is_only_kind(kinds):
+        _refuse_uncertain(placed, suspicions)
     if attitudes is not None:
         messages += bowing_findings(_bowing_by_tilts(evidence, placed, extent), photos=True)
-    placed = _with_errors_of_control(_with_pixels(placed, evidence), evidence)
-    return with_warnings(placed, messages)
+    placed = _add_control_errors(_add_pixel_residuals(placed, evidence), evidence)
+    return prepend_warnings(placed, messages)
 
 
-def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
+def _add_pixel_residuals(placed: Placed, evidence: Evidence) -> Placed:
     """Add the RMS residual of each control point in photos, in pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placed
@@ -264,7 +271,7 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
             miss = view.project(known[label])[0] - [x, y]
             squares.setdefault(label, []).append(float(miss @ miss))
 
-    def with_pixels(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
+    def add_rms(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
         return tuple(
             replace(p, pixels=float(np.sqrt(np.mean(squares[p.label]))))
             if p.label in squares and np.isfinite(squares[p.label]).all()
@@ -272,7 +279,7 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
             for p in points
         )
 
-    return replace(placed, control=with_pixels(placed.control), check=with_pixels(placed.check))
+    return replace(placed, control=add_rms(placed.control), check=add_rms(placed.check))
 
 
 # --- points -----------------------------------------------------------------------
@@ -308,7 +315,7 @@ def _click_errors(evidence: Evidence) -> tuple[float, float]:
     return 0.0, 0.5 * (evidence.resolution or 0.0)
 
 
-def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
+def _add_control_errors(placed: Placed, evidence: Evidence) -> Placed:
     """Add the errors of clicks and marks that were used, and findings on them."""
     placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
     findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
@@ -321,7 +328,7 @@ def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
             if evidence.resolution is None and stated:
                 findings.append(Finding("control.click-error-unknown"))
         placed = replace(placed, click_sigma_m=click_m)
-    return with_warnings(placed, findings)
+    return prepend_warnings(placed, findings)
 
 
 # --- cameras ----------------------------------------------------------------------------------
@@ -391,7 +398,7 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
     model = np.array([centres[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
-    cameras, suspicious, exclusions = cameras_that_fit(
+    cameras, suspicious, exclusions = select_consistent_cameras(
         labels, model, world, sigma, alone=alone, crs=evidence.crs
     )
     suspicions += suspicious
@@ -409,20 +416,20 @@ def _camera_findings(
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
         findings += view_direction_findings(forward)
     for kind in kinds:
-        if isinstance(kind, Points) and kind.name == "cameras" and _alone(kinds):
+        if isinstance(kind, Points) and kind.name == "cameras" and _is_only_kind(kinds):
             findings += position_noise_findings(kind.world, placed(kind.model))
     return findings
 
 
-def _alone(kinds: Sequence[Observed]) -> bool:
+def _is_only_kind(kinds: Sequence[Observed]) -> bool:
     """Return whether only one kind of observation determines rotation and shift (not lengths)."""
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_unsure(placed: Placed, suspicions: Sequence[Finding]) -> None:
+def _refuse_uncertain(placed: Placed, suspicions: Sequence[Finding]) -> None:
     worst = placed.rotation_error_95_deg.weakest.error_deg
-    if worst is None or worst > _UNSURE_DEG:
-        reason = Finding("cameras.unsure", limit_deg=_UNSURE_DEG)
+    if worst is None or worst > _MAX_TURN_ERROR_DEG:
+        reason = Finding("cameras.unsure", limit_deg=_MAX_TURN_ERROR_DEG)
         raise GeometryError(suspicions[0] if suspicions else reason)
 
 
@@ -454,12 +461,12 @@ def marked_places(
     """
     collected = [] if messages is None else messages
     views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
-    given: Counter[str] = Counter()
+    mark_counts: Counter[str] = Counter()
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
         if view is None:
             continue
-        given[label] += 1
+        mark_counts[label] += 1
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
             collected.append(
@@ -485,7 +492,7 @@ def marked_places(
     evidence.mark_scatter_px = mark_px if points else None
     triangulated, contradictory = {}, []
     for label, each in points.items():
-        rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
+        rows, wrong_marks = find_agreeing(label, each, agreement_px(mark_px))
         collected += [mark.finding for mark in wrong_marks]
         right = each.select(rows)
         if len(rows) < 2:
@@ -498,16 +505,22 @@ def marked_places(
     if contradictory:
         collected.append(marks_disagree(contradictory))
     # Points that are marked once are reported where labels are compared.
-    few = [k for k in given if given[k] > 1 and k not in triangulated and k not in contradictory]
+    few = [
+        k
+        for k in mark_counts
+        if mark_counts[k] > 1 and k not in triangulated and k not in contradictory
+    ]
     if few:
         collected.append(Finding("control.few-marks", labels=few))
     return triangulated
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Finding]) -> Held:
+def _attitudes(
+    evidence: Evidence, table: AttitudeTable, messages: list[Finding]
+) -> AttitudeEvidence:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", messages)
     views = [evidence.views[name] for name in names]
-    return held(table, rows, views, evidence.north_doubt_deg, messages)
+    return match_attitudes(table, rows, views, evidence.north_doubt_deg, messages)
 
 
 def _bowing_by_tilts(
@@ -529,7 +542,7 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
         return []
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
     rotation = np.array(placed.matrix)[:3, :3] / placed.scale
-    return misses(table, rows, [evidence.views[name] for name in names], rotation)
+    return attitude_differences(table, rows, [evidence.views[name] for name in names], rotation)
 
 
 def _level(

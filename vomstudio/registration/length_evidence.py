@@ -1,5 +1,4 @@
-"""Lengths that were measured on a model, and a scale that is known beforehand, as observations of
-its place."""
+"""Lengths that were measured on a model, and a fixed scale, as observations."""
 
 from __future__ import annotations
 
@@ -17,17 +16,17 @@ from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
 
-_TAPE = 0.005
-"""One sigma of a length by tape whose ends are picked on a model, as a share of it."""
-_BY_CHANCE = 0.001
-_NAMED = 8
-# How many of each make a metre, and how near to that a length must be.
+_DEFAULT_ERROR = 0.005
+"""Default relative error of a tape length whose ends are picked on a model, one sigma."""
+_SIGNIFICANCE = 0.001
+_MAX_NAMED = 8
+# Units per metre, and the relative tolerance of a length in them.
 _UNITS = ((1 / 0.3048, "feet"), (100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"))
-_SAME_UNIT = 0.01
-KEPT = 1e-4
-"""One sigma of a scale that is kept, as a share of it, beside what is stated of it."""
+_UNIT_TOLERANCE = 0.01
+FIXED_SCALE_ERROR = 1e-4
+"""Relative error of a fixed scale, one sigma, besides its stated error."""
 # The same in the fit, which does not change the scale.
-_FIXED = 1e-9
+_FIT_SCALE_ERROR = 1e-9
 
 
 def lengths_of(
@@ -38,12 +37,24 @@ def lengths_of(
     click_m: float = 0.0,
     click: float = 0.0,
 ) -> list[Lengths]:
-    """Scale bars between points of `pairs` that are no checks, and lengths between two places.
+    """Return scale bars and measured lengths as observations.
 
-    click_m, click : error of each coordinate of a click on the model, in metres and in its unit,
-    which are added to each other. They count beside stated errors: the usual error of a tape
-    contains them.
-    Raises UsageError for a bar between points that are not there, and for two ends at one place."""
+    Scale bars with check points are left out.
+
+    Parameters
+    ----------
+    bars : sequence of ScaleBar
+    segments : sequence of Segment
+    pairs : Pairs or None
+    click_m, click : float
+        Error of each coordinate of a click on the model, in metres and in its unit, which are
+        added. They do not apply to default errors, which contain them.
+
+    Raises
+    ------
+    UsageError
+        For a bar between missing points, and for two ends at one place.
+    """
     labels, first, second, length, sigma = [], [], [], [], []
     places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
     is_clicked = {} if pairs is None else dict(zip(pairs.labels, pairs.is_clicked, strict=True))
@@ -75,7 +86,7 @@ def lengths_of(
         second.append(np.asarray(line.second))
         length.append(line.value)
         clicks.append(0 if line.sigma is None else 2)
-        sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
+        sigma.append(_DEFAULT_ERROR * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)
@@ -103,18 +114,25 @@ def lengths_of(
     ]
 
 
-def kept_scale(
+def fixed_scale(
     scale: float,
     kinds: Sequence[Observed],
     extent: FloatArray | None,
     scale_error: float | None = None,
 ) -> list[KeptScale]:
-    """Return a known scale, in metres per unit of the model, as a length across the model.
+    """Return a fixed scale as a length across the model.
 
     The fit does not change it; its error is added to the covariance of the fit.
 
-    extent : (n, 3) points of the model, None to take the points among `kinds`
-    scale_error : relative error of the scale, one sigma; None if not known
+    Parameters
+    ----------
+    scale : float
+        Metres per unit of the model.
+    kinds : sequence of Observed
+    extent : (n, 3) array or None
+        Points of the model, None to use the points among `kinds`.
+    scale_error : float, optional
+        Relative error of the scale, one sigma.
     """
     places = [] if extent is None or not len(extent) else [extent]
     places = places or [kind.model for kind in kinds if isinstance(kind, Points)]
@@ -127,8 +145,12 @@ def kept_scale(
     # The scale is uniform, so any length does.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
-    error = float(np.hypot(KEPT, scale_error or 0.0))
-    return [KeptScale([label], middle[None], end[None], length, _FIXED * length, scale_error=error)]
+    error = float(np.hypot(FIXED_SCALE_ERROR, scale_error or 0.0))
+    return [
+        KeptScale(
+            [label], middle[None], end[None], length, _FIT_SCALE_ERROR * length, scale_error=error
+        )
+    ]
 
 
 def length_findings(
@@ -137,15 +159,17 @@ def length_findings(
     pairs: Pairs | None,
     apart: Collection[str] = (),
 ) -> list[Finding]:
-    """Of lengths that are not those which the control points alone give, beyond the errors of
-    both. apart : labels of points and lengths that are left out, or named otherwise"""
+    """Return findings about lengths that contradict the control points.
+
+    apart : labels of points and lengths that are left out or reported otherwise
+    """
     if pairs is None or not (bars or segments):
         return []
     known = np.array([label not in apart for label in pairs.labels], bool) & ~pairs.check
-    judged = _points_alone(pairs.model[known], pairs.world[known], pairs.sigma[known])
-    if judged is None:
+    points_fit = _points_alone(pairs.model[known], pairs.world[known], pairs.sigma[known])
+    if points_fit is None:
         return []
-    scale, scale_error, sigma, times = judged
+    scale, scale_error, sigma, times = points_fit
     places = dict(zip(pairs.labels, pairs.model, strict=True))
     wrong: list[Finding] = []
     units: dict[str, list[str]] = {}
@@ -164,15 +188,15 @@ def length_findings(
         label = line.label or tr("length {number}", number=number)
         ends = np.asarray(line.first), np.asarray(line.second)
         lengths.append((label, *ends, line.value, line.sigma, False))
-    for label, first, second, stated, own, check in lengths:
-        by_points = scale * float(np.linalg.norm(second - first))
-        own = _TAPE * by_points if own is None else own
+    for label, first, second, stated, length_sigma, check in lengths:
+        length_by_points = scale * float(np.linalg.norm(second - first))
+        length_sigma = _DEFAULT_ERROR * length_by_points if length_sigma is None else length_sigma
         error = times(len(lengths)) * float(
-            np.sqrt((scale_error * by_points) ** 2 + 2.0 * sigma**2 + own**2)
+            np.sqrt((scale_error * length_by_points) ** 2 + 2.0 * sigma**2 + length_sigma**2)
         )
-        if not abs(stated - by_points) > error or not by_points > 0:
+        if not abs(stated - length_by_points) > error or not length_by_points > 0:
             continue
-        unit = _unit(stated / by_points, error / by_points)
+        unit = _unit(stated / length_by_points, error / length_by_points)
         if unit is not None:
             units.setdefault(unit, []).append(label)
         elif not check and label not in apart:
@@ -181,22 +205,32 @@ def length_findings(
                     "length.contradicted",
                     label=label,
                     stated_m=stated,
-                    by_points_m=by_points,
+                    by_points_m=length_by_points,
                     error_m=error,
                 )
             )
     findings = [
         Finding("length.other-unit", labels=labels, unit=tr(unit)) for unit, labels in units.items()
     ]
-    return [*findings, *wrong[:_NAMED]]
+    return [*findings, *wrong[:_MAX_NAMED]]
 
 
 def _points_alone(
     model: FloatArray, world: FloatArray, stated: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
-    """Metres per unit of the model by the points, its error (a share of it), that of a coordinate
-    (one sigma each), and how many of them are not exceeded by chance by one of several lengths.
-    None where the points do not tell the scale."""
+    """Return scale and errors by the points alone; None if they do not determine the scale.
+
+    Returns
+    -------
+    scale : float
+        Metres per unit of the model.
+    error : float
+        Relative error of the scale, one sigma.
+    sigma : float
+        Of a coordinate, metres.
+    times : callable
+        Significance limit, in sigmas, for a number of lengths.
+    """
     from scipy.stats import norm, t
 
     n = len(model)
@@ -205,21 +239,21 @@ def _points_alone(
     except GeometryError:
         return None
     free = 3 * n - 7
-    left = float(np.sqrt(((fit(model) - world) ** 2).sum() / free))
+    residual_sigma = float(np.sqrt(((fit(model) - world) ** 2).sum() / free))
     known = bool(n) and bool(np.isfinite(stated).all())
-    sigma = max(left, float(np.sqrt((stated**2).mean()))) if known else left
+    sigma = max(residual_sigma, float(np.sqrt((stated**2).mean()))) if known else residual_sigma
     size = float(np.linalg.norm(world - world.mean(axis=0)))
 
-    def times(count: int) -> float:
-        chance = 1.0 - _BY_CHANCE / 2.0 / count
+    def significance_limit(count: int) -> float:
+        chance = 1.0 - _SIGNIFICANCE / 2.0 / count
         return float(norm.ppf(chance) if known else t.ppf(chance, free))
 
-    return fit.scale, sigma / size, sigma, times
+    return fit.scale, sigma / size, sigma, significance_limit
 
 
 def _unit(ratio: float, error: float) -> str | None:
-    """What a length that is so many times too long is counted in."""
+    """Return the unit of a length that is too long by a ratio."""
     for times, unit in _UNITS:
-        if abs(ratio / times - 1.0) < max(_SAME_UNIT, min(error, 0.1)):
+        if abs(ratio / times - 1.0) < max(_UNIT_TOLERANCE, min(error, 0.1)):
             return unit
     return None

@@ -1,7 +1,9 @@
-"""Level and plumb lines on a model as observations of its place, and whether level lines that were
-marked in photos show the level: a horizon does, and the axis of a photo that was held level. A
-level line on the outcrop that runs away from the camera does not in its photo: perspective tilts
-it, as that of a roof seen from below."""
+"""Level and plumb lines as observations, and checks of lines that are marked in photos.
+
+A horizon or the axis of a levelled photo shows the level in a photo. A level line on the outcrop
+that runs away from the camera does not: perspective tilts it, as the eaves of a roof seen from
+below.
+"""
 
 from __future__ import annotations
 
@@ -24,31 +26,37 @@ from vomstudio.registration.observations import (
     PlumbLines,
 )
 
-# Of the photo's long side: a point of the model this near to the end of a line is at that end.
-_NEAR = 0.02
-_AWAY_DEG = 2.0
-# Of the photo's size: a line may reach so far beyond its edge.
-_BEYOND = 0.1
-# Lines that are level are at right angles to one direction, and turn with the photos.
-_LEVEL_TOGETHER_DEG, _TURNED_DEG = 5.0, 10.0
-_LEVEL_DEG = 0.5
-"""One sigma of a water line, a spirit-levelled staff or a built edge whose ends are picked."""
-_PLUMB_DEG = 0.5
-"""One sigma of a plumb bob's string, a hanging rope or a built edge whose ends are picked."""
+# Distance of model points from the end of a line, as a share of the photo's long side.
+_END_TOLERANCE = 0.02
+_MAX_AWAY_DEG = 2.0
+# Tolerance beyond the edge of a photo, as a share of its size.
+_EDGE_TOLERANCE = 0.1
+# Tolerances of parallel lines: perpendicular to one direction, and turning with the photos.
+_LEVEL_TOLERANCE_DEG, _TURNED_DEG = 5.0, 10.0
+_DEFAULT_LEVEL_ERROR_DEG = 0.5
+"""Default error of a water line, a spirit-levelled staff or a built edge, one sigma."""
+_DEFAULT_PLUMB_ERROR_DEG = 0.5
+"""Default error of a plumb line, a hanging rope or a built edge, one sigma."""
 MIN_APART_DEG = 15.0
 """Level lines nearer to each other count as one."""
 UPRIGHT_SIGMA_DEG = 15.0
-"""One sigma of the vertical by the upper edges of photos. People hold a camera level to some
-degrees, but most look up at a cliff, all of them by as much as it is high."""
-# Lines show the vertical, but not which of its ends is up: the one nearer to the model's z axis.
-_UNCLEAR_DEG = 60.0
+"""Error of the vertical by the upper edges of photos, one sigma. Cameras are held level within some
+degrees, but most look up at a cliff."""
+# Lines do not show which end of the vertical is up; above this tip it is uncertain.
+_MAX_TIP_DEG = 60.0
 
 
 @dataclass(frozen=True)
 class KnownDirection:
-    """Two places on the model whose line is level, or vertical. sigma_deg : one sigma of that, None
-    for what a water line, a spirit level, a plumb bob or a built edge gives; label : "" for its
-    number"""
+    """Two places on the model whose line is level or vertical.
+
+    Attributes
+    ----------
+    sigma_deg : float or None
+        Error, one sigma; None for the default of level or plumb lines.
+    label : str
+        "" for its number.
+    """
 
     first: tuple[float, float, float]
     second: tuple[float, float, float]
@@ -57,8 +65,10 @@ class KnownDirection:
 
 
 def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
-    """Raises UsageError for a line whose ends are at one place."""
-    sigma = [_LEVEL_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
+    """Return level lines as observations. Raises UsageError if both ends are at one place."""
+    sigma = [
+        _DEFAULT_LEVEL_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
+    ]
     names = [
         line.label or tr("level line {number}", number=number)
         for number, line in enumerate(lines, 1)
@@ -69,8 +79,10 @@ def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
 
 
 def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
-    """Raises UsageError for a line whose ends are at one place."""
-    sigma = [_PLUMB_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
+    """Return plumb lines as observations. Raises UsageError if both ends are at one place."""
+    sigma = [
+        _DEFAULT_PLUMB_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
+    ]
     names = [
         line.label or tr("plumb line {number}", number=number)
         for number, line in enumerate(lines, 1)
@@ -80,7 +92,7 @@ def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
 
 
 def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
-    """(n, 3) from the first end to the second. Raises UsageError."""
+    """Return the directions (n, 3) from first to second ends. Raises UsageError."""
     ends = np.array([(line.first, line.second) for line in lines], np.float64)
     along = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(along, axis=1)
@@ -99,7 +111,10 @@ def photo_upright_of(up: FloatArray) -> PhotoUpright:
 
 
 def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:
-    """Return what known lines leave open of the vertical. rotation : (3, 3) of the placed model"""
+    """Return findings about what known lines leave undetermined of the vertical.
+
+    rotation : (3, 3) of the placed model
+    """
     findings = []
     for kind in kinds:
         if isinstance(kind, LevelLines) and kind.count_as_one:
@@ -114,10 +129,10 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
             findings.append(Finding("registration.photo-upright", sigma_deg=UPRIGHT_SIGMA_DEG))
     tip_deg = float(np.degrees(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0))))
     two_ended = LevelLines | PlumbLines
-    by_lines = any(isinstance(kind, two_ended) for kind in kinds)
+    has_lines = any(isinstance(kind, two_ended) for kind in kinds)
     if (
-        by_lines
-        and tip_deg > _UNCLEAR_DEG
+        has_lines
+        and tip_deg > _MAX_TIP_DEG
         and all(isinstance(kind, two_ended | Azimuths | Lengths) for kind in kinds)
     ):
         findings.append(Finding("registration.which-end-up", tip_deg=tip_deg))
@@ -125,25 +140,37 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
 
 
 def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
-    """By how much a line on the model runs away from the camera, degrees out of the plane of the
-    photo; None where the model is not at both ends (2, 2), pixels.
+    """Return the angle of a line on the model to the plane of the photo.
 
-    extent : (n, 3) points all over the model
+    Parameters
+    ----------
+    view : View
+    ends : (2, 2) array
+        Pixels.
+    extent : (n, 3) array
+        Points all over the model.
+
+    Returns
+    -------
+    float or None
+        Degrees; None if the model is not at both ends.
     """
     pixels = view.project(extent)
     depth = (extent - view.centre) @ view.rotation[2]
-    there = np.isfinite(pixels).all(axis=1) & (depth > 0)
-    limit = _NEAR * max(view.intrinsics.width, view.intrinsics.height)
-    found = []
+    is_visible = np.isfinite(pixels).all(axis=1) & (depth > 0)
+    limit = _END_TOLERANCE * max(view.intrinsics.width, view.intrinsics.height)
+    line_ends = []
     for end in ends:
-        near = there & (np.linalg.norm(np.nan_to_num(pixels, nan=np.inf) - end, axis=1) < limit)
+        near = is_visible & (
+            np.linalg.norm(np.nan_to_num(pixels, nan=np.inf) - end, axis=1) < limit
+        )
         if not near.any():
             return None
-        # What is seen is in front of what is hidden.
+        # Visible points are in front of hidden ones.
         ray = view.rays(end)[0]
         along = float(np.quantile(depth[near], 0.25)) / float(ray @ view.rotation[2])
-        found.append(view.centre + along * ray)
-    line = found[1] - found[0]
+        line_ends.append(view.centre + along * ray)
+    line = line_ends[1] - line_ends[0]
     length = float(np.linalg.norm(line))
     if not length > 0:
         return None
@@ -153,9 +180,25 @@ def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
 def level_line_findings(
     photos: Sequence[str], views: Sequence[View], ends: FloatArray, extent: FloatArray | None
 ) -> list[Finding]:
-    """Of lines (n, 2, 2), pixels, that run up and down their photos, and of those that lie on the
-    model and run away from their cameras. Lines along a row or a column of pixels are axes of
-    photos. Raises InputError for a line that ends outside of its photo."""
+    """Return findings about lines that are not level in their photos.
+
+    These run up and down their photos, or lie on the model and run away from the camera. Lines
+    along a row or a column of pixels are axes of photos.
+
+    Parameters
+    ----------
+    photos : sequence of str
+    views : sequence of View
+    ends : (n, 2, 2) array
+        Pixels.
+    extent : (n, 3) array or None
+        Points all over the model.
+
+    Raises
+    ------
+    InputError
+        For a line that ends outside its photo.
+    """
     _require_inside(photos, views, ends)
     findings = _upright_line_findings(photos, views, ends)
     if extent is None or not len(extent):
@@ -165,7 +208,7 @@ def level_line_findings(
         if (line[0] == line[1]).any():
             continue
         away = away_deg(view, line, extent)
-        if away is not None and away > _AWAY_DEG:
+        if away is not None and away > _MAX_AWAY_DEG:
             named.append(photo)
             most = max(most, away)
     if not named:
@@ -180,7 +223,7 @@ def _require_inside(photos: Sequence[str], views: Sequence[View], ends: FloatArr
     for photo, view, line in zip(photos, views, ends, strict=True):
         lens = view.intrinsics
         size = np.array([lens.width, lens.height], np.float64)
-        if ((line < -_BEYOND * size) | (line > (1.0 + _BEYOND) * size)).any():
+        if ((line < -_EDGE_TOLERANCE * size) | (line > (1.0 + _EDGE_TOLERANCE) * size)).any():
             (x1, y1), (x2, y2) = line.tolist()
             raise InputError(
                 Finding(
@@ -200,8 +243,11 @@ def _require_inside(photos: Sequence[str], views: Sequence[View], ends: FloatArr
 def _upright_line_findings(
     photos: Sequence[str], views: Sequence[View], ends: FloatArray
 ) -> list[Finding]:
-    """Of lines that run up and down their photos: level ones do so in photos held in portrait that
-    were not turned. Those turn on the model as the photos do, while upright ones are parallel."""
+    """Return findings about lines that run up and down their photos.
+
+    Level lines do so in photos held in portrait that were not rotated. These turn on the model as
+    the photos do, while upright lines are parallel.
+    """
     steps = np.asarray(ends[:, 1] - ends[:, 0])
     upright = np.abs(steps[:, 1]) > np.abs(steps[:, 0])
     if not upright.any():
@@ -212,7 +258,7 @@ def _upright_line_findings(
     _, _, axes = np.linalg.svd(lines)
     apart = _range_deg(np.arctan2(lines @ axes[1], lines @ axes[0]), 180.0)
     off = np.degrees(np.arcsin(np.minimum(np.abs(lines @ axes[2]), 1.0)))
-    if apart > _TURNED_DEG and off.max() <= _LEVEL_TOGETHER_DEG:
+    if apart > _TURNED_DEG and off.max() <= _LEVEL_TOLERANCE_DEG:
         return []
     names = [photo for photo, up in zip(photos, upright, strict=True) if up]
     ahead = np.array([view.direction for view in views])
@@ -223,7 +269,7 @@ def _upright_line_findings(
 
 
 def _range_deg(angles_rad: FloatArray, whole: float) -> float:
-    """The least arc that holds all angles, of lines that are the same after `whole` degrees."""
+    """Return the smallest arc that contains all angles, with a period of `whole` degrees."""
     turns = np.sort(np.degrees(angles_rad) % whole)
     gaps = np.diff(np.append(turns, turns[0] + whole))
     return float(whole - gaps.max())

@@ -1,11 +1,11 @@
-"""How far a model may turn about its weakest axis, where that is too far for linear least squares.
+"""Widen the error about the weakest axis beyond linear least squares by profile likelihood.
 
-Points nearly on a line, such as cameras along a flight, hold the turn about it by how far they are
-off it. Once it may be ten degrees and more, the squares of the misses no longer grow as the square
-of the turn, and heights that are worse than positions weigh differently after it: the linear error
-is too small. So the model is turned about that axis to both sides, all else adjusted anew at every
-step, until the squares have grown by what chance does in one case of twenty (the profile
-likelihood; Venzon & Moolgavkar 1988, Applied Statistics 37, 87-94).
+Points nearly on a line, such as cameras along a flight, determine the turn about it by their
+distances from it. If its error may be ten degrees or more, the squared residuals no longer grow as
+the square of the turn, and heights with larger errors have another weight: the linear error is too
+small. The model is therefore turned about that axis to both sides, with all other parameters
+adjusted at every step, until the squares exceed the 95 % limit (Venzon & Moolgavkar 1988, Applied
+Statistics 37, 87-94).
 """
 
 from __future__ import annotations
@@ -16,58 +16,61 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.registration.adjustment import Adjusted, moved, weighed_rows
+from vomstudio.registration.adjustment import Adjustment, apply_step, weighted_rows
 from vomstudio.registration.observations import Observed, all_rows
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
-# 95 %, up to which linear errors are as good.
-_LINEAR_RAD = np.radians(5.0)
+# 95 % error up to which the linear one is accurate.
+_MAX_LINEAR_RAD = np.radians(5.0)
 _STEP_RAD = np.radians(10.0)
-_STEPS = 18
-_ADJUSTED = 3
+_MAX_STEPS = 18
+_ITERATIONS = 3
 
 
-def widened(kinds: Sequence[Observed], found: Adjusted, centre: FloatArray) -> Adjusted:
-    """The same with its errors about the weakest axis as the likelihood has them, where these are
-    larger; as it is where something is not determined, or observations share an error.
+def widen_by_likelihood(
+    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray
+) -> Adjustment:
+    """Widen the error about the weakest axis if the likelihood shows a larger one.
 
-    centre : (1, 3) model, as for `adjust`
+    The result is unchanged if a direction is undetermined, or if observations share an error.
+
+    centre : (1, 3) model, as of `adjust`
     """
-    if found.free.shape[1] or found.rows.shared.shape[1]:
-        return found
-    _, inverse = weighed_rows(found)
+    if result.free.shape[1] or result.rows.shared.shape[1]:
+        return result
+    _, inverse = weighted_rows(result)
     values, axes = np.linalg.eigh(inverse[:3, :3])
     linear = _Z95 * float(np.sqrt(max(values[-1], 0.0)))
-    if not linear > _LINEAR_RAD:
-        return found
+    if not linear > _MAX_LINEAR_RAD:
+        return result
     axis = axes[:, -1]
-    turn = max(_turn_to(kinds, found, centre, side * axis) for side in (1.0, -1.0))
+    turn = max(_turn_to(kinds, result, centre, side * axis) for side in (1.0, -1.0))
     times = turn / linear
     if not times > 1.0:
-        return found
+        return result
     wider = np.eye(7)
     wider[:3, :3] += (times - 1.0) * np.outer(axis, axis)
     return replace(
-        found,
-        covariance=wider @ found.covariance @ wider.T,
-        plain=wider @ found.plain @ wider.T,
+        result,
+        covariance=wider @ result.covariance @ wider.T,
+        plain=wider @ result.plain @ wider.T,
     )
 
 
 def _turn_to(
-    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, axis: FloatArray
+    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray, axis: FloatArray
 ) -> float:
-    """Radians about the axis (3,), pi where no turn is unlikely."""
+    """Return the 95 % limit of turns about an axis (3,), rad; pi if no turn is unlikely."""
     step = np.zeros(7)
     step[:3] = _STEP_RAD * axis
-    fit = found.fit
-    least = float(((found.rows.misses / found.sigma) ** 2).sum())
+    fit = result.fit
+    min_squares = float(((result.rows.misses / result.sigma) ** 2).sum())
     before = 0.0
-    for number in range(_STEPS):
-        fit = moved(fit, step, fit(centre)[0])
-        fit, squares = _adjusted(kinds, fit, found, centre, axis)
-        after = float(np.sqrt(max(squares - least, 0.0)))
+    for number in range(_MAX_STEPS):
+        fit = apply_step(fit, step, fit(centre)[0])
+        fit, squares = _adjust_others(kinds, fit, result, centre, axis)
+        after = float(np.sqrt(max(squares - min_squares, 0.0)))
         if after > _Z95:
             share = (_Z95 - before) / (after - before)
             return float((number + np.clip(share, 0.0, 1.0)) * _STEP_RAD)
@@ -75,24 +78,23 @@ def _turn_to(
     return float(np.pi)
 
 
-def _adjusted(
+def _adjust_others(
     kinds: Sequence[Observed],
     fit: Similarity,
-    found: Adjusted,
+    result: Adjustment,
     centre: FloatArray,
     axis: FloatArray,
 ) -> tuple[Similarity, float]:
-    """With all but the turn about an axis (3,) as the observations want it, and what is left of
-    their squares."""
+    """Adjust all parameters but the turn about an axis (3,); return the fit and its squares."""
     basis = np.zeros((7, 6))
     basis[:3, :2] = np.linalg.svd(axis[None])[2][1:].T
     basis[3:, 2:] = np.eye(4)
-    basis[4:] *= found.size
-    for _ in range(_ADJUSTED):
+    basis[4:] *= result.size
+    for _ in range(_ITERATIONS):
         at = fit(centre)[0]
         rows, _ = all_rows(kinds, fit, at)
-        system = rows.moves @ basis / found.sigma[:, None]
-        step = -np.linalg.lstsq(system, rows.misses / found.sigma, rcond=None)[0]
-        fit = moved(fit, basis @ step, at)
+        system = rows.moves @ basis / result.sigma[:, None]
+        step = -np.linalg.lstsq(system, rows.misses / result.sigma, rcond=None)[0]
+        fit = apply_step(fit, basis @ step, at)
     rows, _ = all_rows(kinds, fit, fit(centre)[0])
-    return fit, float(((rows.misses / found.sigma) ** 2).sum())
+    return fit, float(((rows.misses / result.sigma) ** 2).sum())

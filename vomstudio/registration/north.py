@@ -15,7 +15,7 @@ from vomstudio.geometry.registrations import NorthKind, ReadNorth
 from vomstudio.io.control.attitude_tables import AttitudeTable
 
 MAGNETIC_NORTH_SIGMA_DEG = 2.0
-"""One sigma of the offset that all readings from magnetic north have in common. The declination of
+"""Common error of all readings from magnetic north, one sigma. The declination of
 a model of the Earth's main field contributes 0.3 to 0.5 degrees at middle latitudes (Chulliat et
 al. 2015, Technical Report of the World Magnetic Model, section 3), instrument, rocks and steel
 nearby the rest."""
@@ -25,7 +25,7 @@ FIRST_YEAR, LAST_YEAR = 1900, 2029
 """The years of the field model."""
 _MAX_LATITUDE_DEG = 89.9
 _MIN_HORIZONTAL_NT = 2000.0
-"""Below it a compass does not point anywhere (WMM2025 report, "blackout zone")."""
+"""Horizontal field below which a compass does not work (WMM2025 report, "blackout zone")."""
 _YAWS_CORRECTED = {
     "true": "north.true-yaws-corrected",
     "magnetic": "north.magnetic-yaws-corrected",
@@ -174,8 +174,8 @@ class North:
 
         if self.crs is None or place is None:
             return None
-        there = degrees_to_grid(self.crs)(*place)
-        return None if there is None else convergence_deg(self.crs, *there)
+        grid_place = degrees_to_grid(self.crs)(*place)
+        return None if grid_place is None else convergence_deg(self.crs, *grid_place)
 
 
 def declination_deg(
@@ -208,7 +208,9 @@ def declination_deg(
     return float(np.degrees(np.arctan2(y, x)))
 
 
-def on_grid(table: AttitudeTable, north: North, messages: list[Finding]) -> AttitudeTable:
+def convert_to_grid_north(
+    table: AttitudeTable, north: North, messages: list[Finding]
+) -> AttitudeTable:
     """Convert all yaws to grid north.
 
     A message about each correction is appended to `messages`. Raises InputError.
@@ -222,7 +224,7 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Finding]) -> Atti
             continue
         longitude, latitude = table.places[row].tolist()
         place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
-        # The field hardly changes within a hundredth of a degree.
+        # The field is constant within a hundredth of a degree.
         key = (word, table.days[row], place and tuple(np.round(place, 2)))
         if key not in known:
             known[key] = north.correction(word, table.days[row], place)

@@ -1,10 +1,10 @@
-"""What can be known of a model's place: each kind gives its misses, and how they would change.
+"""Observations of the position of a model, with their residuals and derivatives.
 
-A similarity is changed by seven small numbers: a turn about east, north and up (rad) and a relative
-change of scale, both about a centre in World, and a shift. Every kind of observation answers with
-rows (`Rows`) of that linear problem. A row's sigma is its stated error, one sigma, in the row's own
-unit (metres, or radians); NaN where it is not stated, and then it is judged by what the rows leave
-over: those of one group enter the fit as equals, those of one part are as good as each other.
+A similarity is changed by seven small parameters: a turn about east, north and up (rad), a relative
+change of scale, both about a centre in World, and a shift. Each kind of observation returns rows
+(`Rows`) of that linear problem. The sigma of a row is its stated error, one sigma, in the unit of
+the row (metres or radians). NaN if it is not stated: it is then estimated from the residuals. Rows
+of one group enter the fit with equal weights, rows of one part have equal errors.
 """
 
 from __future__ import annotations
@@ -17,29 +17,43 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.scatter import (
-    FEWEST_FOR_HEIGHTS,
-    FEWEST_PER_AXIS,
+    MIN_POINTS_HEIGHTS,
+    MIN_POINTS_PER_AXIS,
     UNSEEN_HEIGHTS,
 )
 from vomstudio.registration.similarity import Similarity, jacobians
 
 COMPASS = "compass"
-"""One instrument reads planes, lines and azimuths: what its north is off is off in all of them."""
+"""Name of the common north error of planes, lines and azimuths by compass."""
 YAW = "yaw"
-"""What the north of all photos is off."""
+"""Name of the common north error of photos."""
 # Share of a variance; smaller covariances between World axes are rounding.
 _ON_AXES = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """misses : (m,) predicted less observed; moves : (m, 7) their derivatives
-    sigma : (m,) stated, NaN where not; groups, parts : (m,) names
-    shared : (m, k) their derivatives by k errors that all rows of a kind have in common, and
-    shared_sigma : (k,) how large these may be; shared_names : (k,) errors of one name are one, also
-    of several kinds, "" for those of the kind alone
-    doubt : (m,) how many times as bad as its part a row may be, which too few rows show; None for 1
-    axes : (m, 3) World directions of the rows of points, zero for other rows; None for all zero
+    """Rows of the linear problem.
+
+    Attributes
+    ----------
+    misses : (m,) array
+        Predicted minus observed.
+    moves : (m, 7) array
+        Their derivatives.
+    sigma : (m,) array
+        Stated errors, NaN if not stated.
+    groups, parts : (m,) tuple of str
+    shared : (m, k) array
+        Derivatives by k errors that all rows of a kind have in common.
+    shared_sigma : (k,) array
+        Their priors, one sigma.
+    shared_names : (k,) tuple of str
+        Errors of one name are common to several kinds; "" for those of one kind.
+    doubt : (m,) array or None
+        Largest ratio of a row's error to that of its part if too few rows show it; None for 1.
+    axes : (m, 3) array or None
+        World directions of the rows of points, zero for other rows; None for all zero.
     """
 
     misses: FloatArray
@@ -59,7 +73,7 @@ class Observed(Protocol):
 
     @property
     def labels(self) -> Sequence[str]:
-        """(n,) of the single ones; each has `len(rows) / n` rows, side by side."""
+        """Return the labels (n,) of observations, each with `len(rows) / n` adjacent rows."""
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows: ...
 
@@ -120,8 +134,8 @@ class Points:
         sigma, axes = self.errors(fit)
         return np.asarray(np.sqrt(np.einsum("nji,nj->ni", axes**2, sigma**2)))
 
-    def without_click(self) -> Points:
-        """Return the same points as if their places on the model were exact."""
+    def exact_on_model(self) -> Points:
+        """Return the points with exact places on the model."""
         return replace(self, click_m=None, covariance=None)
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
@@ -131,14 +145,14 @@ class Points:
         moves = axes @ jacobians(placed - centre)
         misses = np.einsum("nij,nj->ni", axes, placed - self.world)
         parts = ("", "", "")
-        if n >= FEWEST_PER_AXIS:
+        if n >= MIN_POINTS_PER_AXIS:
             parts = (" east", " north", " up")
-        elif n >= FEWEST_FOR_HEIGHTS:
+        elif n >= MIN_POINTS_HEIGHTS:
             parts = (" level", " level", " up")
         named = tuple(self.name + part for part in parts)
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, named)
         rows = replace(rows, axes=axes.reshape(-1, 3))
-        if n >= FEWEST_FOR_HEIGHTS:
+        if n >= MIN_POINTS_HEIGHTS:
             return rows
         return replace(rows, doubt=np.tile([1.0, 1.0, UNSEEN_HEIGHTS], n))
 
@@ -171,8 +185,8 @@ class Lengths:
             sigma = np.hypot(sigma, fit.scale * self.click)
         return _rows(placed - self.length, moves, sigma, ("lengths",))
 
-    def without_click(self) -> Lengths:
-        """Return the same lengths as if their ends on the model were exact."""
+    def exact_on_model(self) -> Lengths:
+        """Return the lengths with exact ends on the model."""
         return replace(self, click_m=None, click=None)
 
 
@@ -406,21 +420,29 @@ def kind_name(kind: Observed) -> str:
 
 
 def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tuple[Rows, list[int]]:
-    """Of all kinds, one below the other, about the place `at` in World, and where those of each
-    kind begin, and the end. Errors of one name that kinds share are one column."""
+    """Concatenate the rows of all kinds about a place in World.
+
+    Errors of one name that kinds share are one column.
+
+    Returns
+    -------
+    rows : Rows
+    begins : list of int
+        First row of each kind, and the end.
+    """
     each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
     begins = [0]
     for rows in each:
         begins.append(begins[-1] + len(rows.misses))
     columns: dict[tuple[int, int] | str, int] = {}
-    places = []
+    columns_of_kinds = []
     for number, rows in enumerate(each):
-        own = [name or (number, k) for k, name in enumerate(rows.shared_names)]
-        places.append([columns.setdefault(key, len(columns)) for key in own])
+        column_keys = [name or (number, k) for k, name in enumerate(rows.shared_names)]
+        columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
     shared, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
-    for first, rows, at_columns in zip(begins, each, places, strict=False):
-        shared[first : first + len(rows.misses), at_columns] = rows.shared
-        sizes[at_columns] = rows.shared_sigma
+    for first, rows, selected_columns in zip(begins, each, columns_of_kinds, strict=False):
+        shared[first : first + len(rows.misses), selected_columns] = rows.shared
+        sizes[selected_columns] = rows.shared_sigma
     whole = Rows(
         np.concatenate([rows.misses for rows in each]),
         np.concatenate([rows.moves for rows in each]),
@@ -461,8 +483,10 @@ def _rows(
 
 
 def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Rows:
-    """With errors that all rows have in common, where there are some; shared : (m, k); name : where
-    other kinds have them too"""
+    """Add errors that all rows have in common.
+
+    shared : (m, k) derivatives; name : of errors that other kinds have too
+    """
     if not sigma > 0:
         return rows
     k = shared.shape[1]
@@ -476,30 +500,28 @@ def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Ro
 
 def _downward_rows(placed: FloatArray, sigma: FloatArray, name: str) -> Rows:
     """Return the rows of directions (n, 3) in World that are observed to point straight down."""
-    aside = np.hypot(placed[:, 0], placed[:, 1])
-    # The whole angle, also where it is more than a right one; upwards it is of no side.
-    angle = np.arctan2(aside, -placed[:, 2])
-    factor = np.where(aside > 1e-12, angle / np.maximum(aside, 1e-12), 1.0)
+    horizontal = np.hypot(placed[:, 0], placed[:, 1])
+    # The full angle, also above 90 degrees; its direction is undefined straight up.
+    angle = np.arctan2(horizontal, -placed[:, 2])
+    factor = np.where(horizontal > 1e-12, angle / np.maximum(horizontal, 1e-12), 1.0)
     misses = placed[:, :2] * factor[:, None]
-    misses[(aside <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
+    misses[(horizontal <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
     moves = np.zeros((len(placed), 2, 7))
-    # Turns about east and north move it north and west, or the other way; those about itself
-    # do not, however much it trembles.
+    # Turns about east and north move it along the horizontal axes; turns about itself do not.
     moves[:, 0, 1] = -1.0
     moves[:, 1, 0] = 1.0
     return _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (name,))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Of vectors in the last axis. NumPy's own takes ten times as long for a few of them."""
+    """Return cross products along the last axis; NumPy's is ten times slower for few vectors."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, 3) twice: at right angles to unit vectors, in the vertical plane through each, and
-    horizontal."""
+    """Return two tangents (n, 3) of unit vectors: in their vertical plane, and horizontal."""
     up = np.array([0.0, 0.0, 1.0])
     across = _cross(up, directions)
     size = np.linalg.norm(across, axis=1, keepdims=True)
@@ -508,8 +530,10 @@ def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _angle(placed: FloatArray, observed: FloatArray, tangent: FloatArray) -> FloatArray:
-    """(n,) the part along a tangent of the angle from one direction to another, rad: as large as
-    the angle itself, and not its sine, so that far ones are drawn too."""
+    """Return the component (n,) along a tangent of the angle between directions, rad.
+
+    Scaled to the angle instead of its sine, so that distant directions converge too.
+    """
     part = (placed * tangent).sum(axis=1)
     across = np.linalg.norm(placed - (placed * observed).sum(axis=1)[:, None] * observed, axis=1)
     angle = np.arctan2(across, (placed * observed).sum(axis=1))

@@ -1,4 +1,4 @@
-"""Whether two models are in one frame, where they overlap at all, and what a frame's metres are."""
+"""Check whether two models are in one frame and overlap."""
 
 from __future__ import annotations
 
@@ -8,40 +8,51 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 
-_SURE = 70
+_MIN_CONFIDENCE = 70
 
 
 def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) -> list[Finding]:
-    """Sentences on the coordinate reference systems that two models state.
+    """Compare the coordinate reference systems of two models.
 
-    names : what they are called. Raises UsageError where these are surely different ones.
+    Parameters
+    ----------
+    first, second : str or None
+    names : (str, str)
+        Of the models, for messages.
+
+    Raises
+    ------
+    UsageError
+        If the systems are different for certain.
     """
     if first is None and second is None:
         return []
     if first is None or second is None:
-        bare, stated = (names[0], second) if first is None else (names[1], first)
-        return [Finding("crs.taken-over", bare=bare, crs=_name(stated or ""))]
+        other, stated_crs = (names[0], second) if first is None else (names[1], first)
+        return [Finding("crs.taken-over", bare=other, crs=_name(stated_crs or ""))]
     if first == second:
         return []
     from pyproj import CRS
 
     a, b = CRS.from_user_input(first), CRS.from_user_input(second)
-    said = []
+    findings = []
     heights = [sub for crs in (a, b) for sub in crs.sub_crs_list if sub.is_vertical]
     if len(heights) == 2 and not heights[0].equals(heights[1]):
-        said.append(Finding("crs.other-heights", first=heights[0].name, second=heights[1].name))
+        findings.append(Finding("crs.other-heights", first=heights[0].name, second=heights[1].name))
     a, b = (crs.sub_crs_list[0] if crs.is_compound else crs for crs in (a, b))
     if a.equals(b, ignore_axis_order=True):
-        return said
-    codes = a.to_epsg(min_confidence=_SURE), b.to_epsg(min_confidence=_SURE)
+        return findings
+    codes = a.to_epsg(min_confidence=_MIN_CONFIDENCE), b.to_epsg(min_confidence=_MIN_CONFIDENCE)
     if codes[0] is not None and codes[0] == codes[1]:
-        return said
+        return findings
     if None not in codes:
         raise UsageError(
             Finding("crs.different", first=names[0], crs=a.name, second=names[1], other=b.name)
         )
-    said.append(Finding("crs.unclear", first=names[0], crs=a.name, second=names[1], other=b.name))
-    return said
+    findings.append(
+        Finding("crs.unclear", first=names[0], crs=a.name, second=names[1], other=b.name)
+    )
+    return findings
 
 
 def _name(crs: str) -> str:
@@ -50,8 +61,8 @@ def _name(crs: str) -> str:
     return str(CRS.from_user_input(crs).name)
 
 
-def refuse_apart(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
-    """Raises GeometryError where two boxes (2, 3) lie farther apart than the larger is long."""
+def require_overlap(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
+    """Raise GeometryError if two boxes (2, 3) are farther apart than the larger is long."""
     gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
     apart = float(np.linalg.norm(gap))
     size = max(float(np.linalg.norm(box[1] - box[0])) for box in (first, second))

@@ -1,4 +1,4 @@
-"""What photos themselves say of where and how they were taken."""
+"""Positions and attitudes from the metadata of photos."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photo
 
 
-def positions_in(photos: Mapping[str, Path]) -> Positions:
+def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
     """Return the GPS positions of photos: longitude, latitude, height and its reference.
 
     The horizontal error that receivers state is not used; it is estimated from the residuals.
@@ -63,7 +63,7 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
     )
 
 
-def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
+def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
     """Return the attitudes of photos, from a drone gimbal or a phone accelerometer and compass.
 
     Parameters
@@ -109,8 +109,8 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
         norths.append(north)
         days.append(None if photo.taken_at is None else photo.taken_at.date())
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
-        there = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
-        places.append(np.array(there))
+        place = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
+        places.append(np.array(place))
     if not names and findings:
         return without_attitudes(findings)
     if not names:
@@ -141,8 +141,7 @@ def _notes(drones: int, unnamed: int) -> tuple[Finding, ...]:
 
 
 def _quarter_turns(photo: Photo, view: View | None) -> int:
-    """By how many quarter turns clockwise a program turned the pixels before it used them, as far
-    as the shape of what it used shows that."""
+    """Return the clockwise quarter turns of the pixels by another program, from their shape."""
     if view is None or photo.width == photo.height:
         return 0
     lens = view.intrinsics

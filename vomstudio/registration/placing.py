@@ -1,4 +1,4 @@
-"""A model placed by all that is known of its place, and what a geologist must know of that."""
+"""Placement of a model by all observations, with the errors and warnings for its user."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.geometry.registrations import ObservationGroup
-from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import (
     Blunder,
-    Without,
+    LeaveOneOut,
+    exclude_labels,
     find_blunders,
     leave_one_out,
-    left_out,
 )
 from vomstudio.registration.checks.mirrors import mirror_findings, tipping_findings
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.consistency import (
-    contradicted_scale,
+    check_fixed_scale,
     disagreement_findings,
-    turned_norths,
+    estimate_norths,
 )
-from vomstudio.registration.length_evidence import kept_scale
-from vomstudio.registration.likelihood import widened
+from vomstudio.registration.length_evidence import fixed_scale
+from vomstudio.registration.likelihood import widen_by_likelihood
 from vomstudio.registration.observations import (
     KeptScale,
     Observed,
@@ -65,18 +65,17 @@ from vomstudio.registration.warnings import (
 )
 
 _Z95 = 1.959963984540054
-# One sigma of a turn or of the relative scale above which it is as good as not known.
+# Errors above which a turn or the relative scale is undetermined, one sigma.
 _UNKNOWN_RAD = np.radians(30.0)
 _UNKNOWN_SCALE = 0.5
-# An unknown turn that is the same all around reaches this far into each axis.
-_INTO = 0.05
-_WORTH = 0.8
-# One sigma, metres or rad; those that people state are held within narrower limits.
-_ERRORS = 1e-9, 1e9
-# Times the error of points, as it is stated or as residuals show it, that they must be off their
-# line. What is noise alone is off by 1.4 times that, which by four points looks like a tenth in one
-# set of thousands.
-_OFF_STATED, _OFF_SEEN, _FEWEST_OFF = 6.0, 10.0, 4
+# Minimum component of a free direction.
+_MIN_COMPONENT = 0.05
+_MIN_IMPROVEMENT = 0.8
+# Limits of one sigma, metres or rad; those of user input are narrower.
+_ERROR_LIMITS = 1e-9, 1e9
+# Minimum distance of points from their line, in multiples of their stated or estimated error. Noise
+# alone gives 1.4, and ten with four points in one set of thousands.
+_OFF_LINE_STATED, _OFF_LINE_ESTIMATED, _MIN_POINTS_OFF_LINE = 6.0, 10.0, 4
 
 
 def place(
@@ -87,14 +86,24 @@ def place(
     up: FloatArray | None = None,
     doubted: bool = False,
 ) -> Placed:
-    """The registration by everything that is known.
+    """Register a model by all observations.
 
-    check : points that judge it and take no part
-    extent : (n, 3) points of the model that show how far it reaches; None to take those given
-    up : (3,) in the model's frame, where that is known beforehand
-    doubted : something was finding of the values that is to be mended before more is measured
-    Raises GeometryError where nothing is given, and for too few points, or points on a line, with
-    nothing else.
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    check : Points, optional
+        Check points, which do not take part.
+    extent : (n, 3) array, optional
+        Points all over the model; default: those of the observations.
+    up : (3,) array, optional
+        Up direction in the frame of the model.
+    doubted : bool
+        Whether an earlier finding must be corrected before more is measured.
+
+    Raises
+    ------
+    GeometryError
+        Without observations, and for too few or collinear points alone.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     if not kinds and check is not None and len(check.labels):
@@ -104,40 +113,40 @@ def place(
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
-    # Readings that are all off alike are none of them wrong beside the others.
-    contradiction, consistent = contradicted_scale(kinds, centre, size)
-    norths, judged = turned_norths(consistent, centre, size)
-    found = widened(judged, adjust(judged, centre, size), centre)
-    found = add_rounding(judged, found, centre, size)
-    known = _known(found, judged)
+    # A common error of all readings must not make single ones wrong.
+    contradiction, consistent = check_fixed_scale(kinds, centre, size)
+    norths, judged = estimate_norths(consistent, centre, size)
+    result = widen_by_likelihood(judged, adjust(judged, centre, size), centre)
+    result = add_rounding(judged, result, centre, size)
+    known = _determined_parameters(result, judged)
     mirrors = mirror_findings(points)
-    blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
-    control = _residuals(points, found.fit)
-    share = _share(points, control)
-    checked = _residuals(check, found.fit)
-    rotation, rotation95 = _rotation_errors(found, known)
-    scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
+    blunders, without = _find_outliers(judged, result, centre, size, mirrored=bool(mirrors))
+    control = _residuals(points, result.fit)
+    share = _residual_share(points, control)
+    checked = _residuals(check, result.fit)
+    rotation, rotation95 = _rotation_errors(result, known)
+    scale95 = _Z95 * float(np.sqrt(result.covariance[3, 3])) if known.scale else None
     named = [
-        *(suspect_findings(without) or blunder_findings(judged, blunders, found, centre, size)),
+        *(suspect_findings(without) or blunder_findings(judged, blunders, result, centre, size)),
         *mirrors,
-        *tipping_findings(found.fit.rotation, up, None if mirrors else points),
+        *tipping_findings(result.fit.rotation, up, None if mirrors else points),
     ]
     doubted = doubted or bool(named)
     warnings = [
         *named,
-        *fit_findings(found, kinds),
+        *fit_findings(result, kinds),
         *([] if contradiction is None else [contradiction.finding]),
         *disagreement_findings(judged, centre, size),
         *(north.finding for north in norths),
         *redundancy_findings(control, checked, points),
         *error_findings(rotation, scale95, known, points, named=doubted, share=share),
-        *turn_findings(found.rotation),
-        *bowing_findings(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
+        *turn_findings(result.rotation),
+        *bowing_findings(_bowing(points, check, {b.label for b in blunders}, result.fit, extent)),
     ]
-    shape = _shape(extent, found.fit)
+    shape = _shape(extent, result.fit)
     return Placed(
-        matrix=_matrix(found.fit),
-        scale=found.fit.scale,
+        matrix=_matrix(result.fit),
+        scale=result.fit.scale,
         control=control,
         check=checked,
         rms_control_m=_rms(control),
@@ -145,13 +154,13 @@ def place(
         rotation_error_deg=rotation,
         rotation_error_95_deg=rotation95,
         scale_error_95=scale95,
-        worth_adding=_worth_adding(found, points, extent, known),
+        worth_adding=_worth_adding(result, points, extent, known),
         known=known,
         blunders=tuple(blunders),
         without=tuple(without),
         warnings=tuple(warnings),
-        covariance=tuple(tuple(row) for row in found.covariance.tolist()),
-        centre=(float(found.centre[0]), float(found.centre[1]), float(found.centre[2])),
+        covariance=tuple(tuple(row) for row in result.covariance.tolist()),
+        centre=(float(result.centre[0]), float(result.centre[1]), float(result.centre[2])),
         reach_m=shape[0],
         normal=shape[1],
         observations=tuple(
@@ -168,14 +177,16 @@ def place_robustly(
     up: FloatArray | None = None,
     doubted: bool = False,
 ) -> Placed:
-    """The registration without what cannot be right beside the others, which is named all the same.
-    Raises GeometryError as `place` does."""
+    """Register a model without outliers, which are reported.
+
+    Raises GeometryError as `place`.
+    """
     first = place(kinds, check, extent, up=up, doubted=doubted)
     if not first.blunders:
         return first
     labels = [blunder.label for blunder in first.blunders]
-    rest, judges = left_out(kinds, check, labels)
-    placed = place(rest, judges, extent, up=up, doubted=doubted)
+    inlier_kinds, inlier_check = exclude_labels(kinds, check, labels)
+    placed = place(inlier_kinds, inlier_check, extent, up=up, doubted=doubted)
     finding = Finding(
         "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
     )
@@ -186,13 +197,18 @@ def place_robustly(
     )
 
 
-def _wrong(
-    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float, *, mirrored: bool
-) -> tuple[list[Blunder], list[Without]]:
-    """What cannot be right beside the others, and what a few directions are worth one by one."""
-    # What is mirrored fits nowhere, and no single one is wrong.
-    blunders = [] if mirrored else find_blunders(kinds, found, centre, size)
-    without = leave_one_out(kinds, found, centre, size)
+def _find_outliers(
+    kinds: Sequence[Observed],
+    result: Adjustment,
+    centre: FloatArray,
+    size: float,
+    *,
+    mirrored: bool,
+) -> tuple[list[Blunder], list[LeaveOneOut]]:
+    """Return the blunders, and the placements without each of a few directions."""
+    # Mirrored points do not fit at all, and no single one is wrong.
+    blunders = [] if mirrored else find_blunders(kinds, result, centre, size)
+    without = leave_one_out(kinds, result, centre, size)
     if without and without[0].suspect:
         blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
     return blunders, without
@@ -208,7 +224,7 @@ def _matrix(fit: Similarity) -> FloatArray:
 def _shape(
     extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
-    """How far the model reaches, and the normal of its mean plane."""
+    """Return the distance from the middle of the model to its edge, and its mean normal."""
     if extent is None or len(extent) < FEWEST:
         return None, None
     _, axes, reach = model_shape(fit(extent))
@@ -219,29 +235,28 @@ def _shape(
 def _require_enough(points: Points) -> None:
     if len(points.labels) < 3:
         fit_similarity(points.model, points.world)
-    on_a_line = nearly_on_a_line(points.world) or nearly_on_a_line(points.model)
-    if on_a_line and not _off_their_line(points):
+    is_collinear = nearly_on_a_line(points.world) or nearly_on_a_line(points.model)
+    if is_collinear and not _determine_turn(points):
         raise GeometryError(Finding("control.collinear"))
 
 
 def _require_values(kinds: Sequence[Observed]) -> None:
-    """Raises GeometryError for points that are all one, and for errors that nothing has."""
+    """Raise GeometryError if all points are equal, or if errors are out of range."""
     for kind in kinds:
         if isinstance(kind, Points) and len(kind.labels) > 1:
             for places in (kind.world, kind.model):
                 if float(np.ptp(places, axis=0).max()) <= 1e-12 * float(np.abs(places).max()):
                     raise GeometryError(Finding("control.one-place"))
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
-        wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
+        wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):
             finding = why_no_error(float(sigma[wrong][0]))
             assert finding is not None
             raise GeometryError(finding, field=kind.labels[int(np.argwhere(wrong)[0, 0])])
 
 
-def _off_their_line(points: Points) -> bool:
-    """Whether points that lie nearly on a line are off it by so much more than they err that they
-    tell the turn about it, to some degrees."""
+def _determine_turn(points: Points) -> bool:
+    """Return whether nearly collinear points determine the turn about their line."""
     n = len(points.labels)
     try:
         fit = fit_similarity(points.model, points.world)
@@ -249,21 +264,21 @@ def _off_their_line(points: Points) -> bool:
         return False
     sigma = points.total_sigma(fit)
     if np.isfinite(sigma).all():
-        wanted = _OFF_STATED * float(np.sqrt((sigma**2).mean()))
-    elif n >= _FEWEST_OFF:
+        min_distance = _OFF_LINE_STATED * float(np.sqrt((sigma**2).mean()))
+    elif n >= _MIN_POINTS_OFF_LINE:
         squares = float(((fit(points.model) - points.world) ** 2).sum())
-        wanted = _OFF_SEEN * float(np.sqrt(squares / (3 * n - 7)))
+        min_distance = _OFF_LINE_ESTIMATED * float(np.sqrt(squares / (3 * n - 7)))
     else:
         return False
     off = [
         float(np.linalg.svd(p - p.mean(axis=0), compute_uv=False)[1]) / np.sqrt(n)
         for p in (points.world, fit(points.model))
     ]
-    return bool(min(off) > wanted)
+    return bool(min(off) > min_distance)
 
 
 def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[FloatArray, float]:
-    """(1, 3) the middle of the model, and how far it typically reaches from there."""
+    """Return the middle (1, 3) of the model, and its typical distance from there."""
     places = [extent] if extent is not None and len(extent) else []
     if not places:
         for kind in kinds:
@@ -287,96 +302,105 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
 
 
 # --- what is known ----------------------------------------------------------------------------
-def _known(found: Adjusted, kinds: Sequence[Observed]) -> Known:
-    free = found.free
-    sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    tilt = float(np.sqrt(max(np.linalg.eigvalsh(found.covariance[:2, :2])[-1], 0.0)))
-    # How photos were held does not make the vertical known: the other observations must.
+def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Known:
+    free = result.free
+    sigma = np.sqrt(np.maximum(np.diag(result.covariance), 0.0))
+    tilt = float(np.sqrt(max(np.linalg.eigvalsh(result.covariance[:2, :2])[-1], 0.0)))
+    # The prior from upright photos does not determine the vertical; other observations must.
     priors = [float(kind.sigma[0, 0]) for kind in kinds if isinstance(kind, PhotoUpright)]
     unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
 
-    def held(*rows: int) -> bool:
-        return not free.shape[1] or bool(np.linalg.norm(free[list(rows)], axis=1).max() < _INTO)
+    def is_determined(*rows: int) -> bool:
+        return not free.shape[1] or bool(
+            np.linalg.norm(free[list(rows)], axis=1).max() < _MIN_COMPONENT
+        )
 
-    # The azimuth of an inclined line gives north to whoever knows the vertical.
-    north = held(2) or found.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
+    # The azimuth of an inclined line determines north if the vertical is known.
+    north = is_determined(2) or result.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
     return Known(
         north=bool(north and sigma[2] < _UNKNOWN_RAD),
-        vertical=held(0, 1) and bool(tilt < unknown_tilt),
-        scale=held(3) and bool(sigma[3] < _UNKNOWN_SCALE),
-        position=held(4, 5, 6),
+        vertical=is_determined(0, 1) and bool(tilt < unknown_tilt),
+        scale=is_determined(3) and bool(sigma[3] < _UNKNOWN_SCALE),
+        position=is_determined(4, 5, 6),
     )
 
 
-def _rotation_errors(found: Adjusted, known: Known) -> tuple[RotationError, RotationError95]:
-    free = found.free[:3]
-    lost = np.linalg.norm(free, axis=1) > _INTO if free.shape[1] else np.zeros(3, bool)
+def _rotation_errors(result: Adjustment, known: Known) -> tuple[RotationError, RotationError95]:
+    free = result.free[:3]
+    is_undetermined = (
+        np.linalg.norm(free, axis=1) > _MIN_COMPONENT if free.shape[1] else np.zeros(3, bool)
+    )
     if known.north:
-        lost[2] = False
+        is_undetermined[2] = False
 
-    def told(covariance: FloatArray, times: float) -> list[float | None]:
+    def axis_errors(covariance: FloatArray, times: float) -> list[float | None]:
         sigma = np.degrees(np.sqrt(np.maximum(np.diag(covariance)[:3], 0.0)))
-        return [None if gone else times * float(s) for s, gone in zip(sigma, lost, strict=True)]
+        return [
+            None if is_missing else times * float(s)
+            for s, is_missing in zip(sigma, is_undetermined, strict=True)
+        ]
 
-    if lost.any() or not (known.north and known.vertical):
-        axis, worst = _free_axis(found), None
+    if is_undetermined.any() or not (known.north and known.vertical):
+        axis, worst = _free_axis(result), None
     else:
-        values, axes = np.linalg.eigh(found.rotation)
+        values, axes = np.linalg.eigh(result.rotation)
         axis, worst = axes[:, -1], _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
     line = Line.from_vector(axis)
-    east, north, up = told(found.plain, 1.0)
-    east95, north95, up95 = told(found.covariance, _Z95)
+    east, north, up = axis_errors(result.plain, 1.0)
+    east95, north95, up95 = axis_errors(result.covariance, _Z95)
     weakest = WeakestAxis(line.trend_deg, line.plunge_deg, worst)
     return RotationError(up, east, north), RotationError95(up95, east95, north95, weakest)
 
 
-def _free_axis(found: Adjusted) -> FloatArray:
-    """(3,) about which the model turns most freely."""
-    free = found.free[:3]
+def _free_axis(result: Adjustment) -> FloatArray:
+    """Return the axis (3,) about which the rotation is least determined."""
+    free = result.free[:3]
     if free.shape[1]:
         u, s, _ = np.linalg.svd(free)
-        if s[0] > _INTO:
+        if s[0] > _MIN_COMPONENT:
             return np.asarray(u[:, 0], np.float64)
-    return np.asarray(np.linalg.eigh(found.rotation)[1][:, -1], np.float64)
+    return np.asarray(np.linalg.eigh(result.rotation)[1][:, -1], np.float64)
 
 
 def _worth_adding(
-    found: Adjusted, points: Points | None, extent: FloatArray | None, known: Known
+    result: Adjustment, points: Points | None, extent: FloatArray | None, known: Known
 ) -> WorthAdding | None:
-    """One more point at the edge of the model, as good as those that are there."""
+    """Return the best place for one more point of the same accuracy at the edge of the model."""
     if points is None or not known.all:
         return None
-    reach = points.model if extent is None or not len(extent) else extent
-    low, high = found.fit(reach).min(axis=0), found.fit(reach).max(axis=0)
+    extent_points = points.model if extent is None or not len(extent) else extent
+    low, high = result.fit(extent_points).min(axis=0), result.fit(extent_points).max(axis=0)
     middle = (low + high) / 2
     corners = [np.where(which, high, low) for which in np.ndindex(2, 2, 2)]
     for axis in range(3):
         corners += [np.where(np.arange(3) == axis, end, middle) for end in (low, high)]
-    own = slice(3 * len(points.labels))
-    squares = found.error[own].reshape(-1, 3) ** 2
-    if found.rows.axes is not None:
-        squares = np.einsum("nji,nj->ni", found.rows.axes[own].reshape(-1, 3, 3) ** 2, squares)
+    rows_of_points = slice(3 * len(points.labels))
+    squares = result.error[rows_of_points].reshape(-1, 3) ** 2
+    if result.rows.axes is not None:
+        squares = np.einsum(
+            "nji,nj->ni", result.rows.axes[rows_of_points].reshape(-1, 3, 3) ** 2, squares
+        )
     sigma = np.sqrt(squares.mean(axis=0))
-    covariance = found.covariance
+    covariance = result.covariance
     before = _worst(covariance[:3, :3])
     best: tuple[float, FloatArray] | None = None
     for corner in corners:
-        moves = jacobian(corner - found.centre)
+        moves = jacobian(corner - result.centre)
         gain = covariance @ moves.T
         spread = moves @ gain + np.diag(sigma**2)
-        # Points that fit exactly have no spread, which has no inverse.
+        # Points that fit exactly have a singular spread.
         inverse = np.linalg.pinv(spread, hermitian=True)
         after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
         if best is None or after < best[0]:
             best = after, corner
-    if best is None or not best[0] < _WORTH * before:
+    if best is None or not best[0] < _MIN_IMPROVEMENT * before:
         return None
     x, y, z = (float(v) for v in best[1])
     return WorthAdding(x, y, z, before, best[0])
 
 
 def _worst(rotation: FloatArray) -> float:
-    """95 %, degrees."""
+    """Return the 95 % error about the weakest axis, degrees."""
     worst = float(np.linalg.eigvalsh(rotation)[-1])
     return _Z95 * float(np.degrees(np.sqrt(max(worst, 0.0))))
 
@@ -396,19 +420,23 @@ def _residuals(points: Points | None, fit: Similarity) -> tuple[PointResidual, .
 def _bowing(
     control: Points | None,
     check: Points | None,
-    wrong: set[str],
+    outliers: set[str],
     fit: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
-    """By control and check points together; those that are wrong are left out."""
-    given = [points for points in (control, check) if points is not None and len(points.labels)]
-    if not given:
+    """Estimate bowing from control and check points, without outliers."""
+    point_sets = [
+        points for points in (control, check) if points is not None and len(points.labels)
+    ]
+    if not point_sets:
         return None
-    right = np.array([label not in wrong for points in given for label in points.labels])
+    is_inlier = np.array(
+        [label not in outliers for points in point_sets for label in points.labels]
+    )
     model, world, sigma = (
-        np.concatenate(arrays)[right]
+        np.concatenate(arrays)[is_inlier]
         for arrays in zip(
-            *((each.model, each.world, each.total_sigma(fit)) for each in given), strict=True
+            *((each.model, each.world, each.total_sigma(fit)) for each in point_sets), strict=True
         )
     )
     reach = None if extent is None or not len(extent) else fit(extent)
@@ -419,8 +447,8 @@ def _rms(points: Sequence[PointResidual]) -> float | None:
     return float(np.sqrt(np.mean([p.error_m**2 for p in points]))) if points else None
 
 
-def _share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
-    """By how much of their reach points miss (RMS)."""
+def _residual_share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
+    """Return the RMS residual of points as a share of their extent."""
     rms = _rms(residuals)
     if points is None or rms is None:
         return 0.0
@@ -437,7 +465,10 @@ def pairs(
     *,
     click_sigma_m: float | None = None,
 ) -> Points:
-    """Those of the pairs that are chosen. sigma_m : (n, 3), None where nothing is stated"""
+    """Return the selected pairs of points as observations.
+
+    sigma_m : (n, 3), None if not stated
+    """
     sigma = np.full(world.shape, np.nan) if sigma_m is None else sigma_m
     rows = np.flatnonzero(which)
     click_m = np.full(len(rows), click_sigma_m) if click_sigma_m else None
@@ -457,15 +488,29 @@ def register_points(
     scale: float | None = None,
     robust: bool = False,
 ) -> Placed:
-    """The registration by pairs of points.
+    """Register a model by pairs of points.
 
-    model, world : (n, 3); sigma_m : (n, 3) one-sigma errors of the World coordinates, None to take
-    them as equal and from the residuals; check : (n,) True for points that only judge
-    click_sigma_m : one-sigma error of each coordinate of the points of the model, metres, which
-    counts beside `sigma_m`; None if not known: it is then taken as 0, which a finding reports
-    scale : metres per unit of the model, where that is known and kept; robust : points that cannot
-    be right beside the others are left out
-    Raises GeometryError for fewer than three control points, or control points on one line.
+    Parameters
+    ----------
+    model, world : (n, 3) array
+        Places on the model, and World, metres.
+    sigma_m : (n, 3) array, optional
+        Errors of the World coordinates, one sigma; default: equal, estimated from the residuals.
+    check : (n,) array of bool, optional
+        Check points, which do not take part.
+    labels : sequence of str, optional
+    click_sigma_m : float, optional
+        Error of each coordinate of the places on the model, metres, one sigma, which is added to
+        `sigma_m`. If not known it is taken as 0, which a finding reports.
+    scale : float, optional
+        Fixed scale, metres per unit of the model.
+    robust : bool
+        Whether to leave out outliers.
+
+    Raises
+    ------
+    GeometryError
+        For fewer than three control points, or collinear ones.
     """
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
     names = list(labels) if labels is not None else [str(i + 1) for i in range(len(model))]
@@ -476,14 +521,14 @@ def register_points(
     _require_enough(control)
     kinds: list[Observed] = [control]
     if scale is not None:
-        kinds += kept_scale(scale, kinds, None)
+        kinds += fixed_scale(scale, kinds, None)
     placed = (place_robustly if robust else place)(kinds, judges)
     placed = replace(placed, click_sigma_m=click_sigma_m or 0.0)
     if click_sigma_m is not None or sigma_m is None:
         return placed
-    return with_warnings(placed, [Finding("control.click-error-unknown")])
+    return prepend_warnings(placed, [Finding("control.click-error-unknown")])
 
 
-def with_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
+def prepend_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
     """Return the placement with warnings that were reported before it was computed."""
     return replace(placed, warnings=(*warnings, *placed.warnings))

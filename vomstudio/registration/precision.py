@@ -1,4 +1,4 @@
-"""Precision of given coordinates: what points that fit exactly may still be off."""
+"""Precision of given coordinates: possible errors of points that fit exactly."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.observations import Observed, Points
 
-# Trailing zeros are lost in arrays: what looks coarser than a centimetre counts as written to it.
+# Arrays lose trailing zeros: coordinates count as written to a centimetre at least.
 _MIN_DECIMALS, _MAX_DECIMALS = 2, 9
-_COARSER = 100.0
+_MIN_SPACING_RATIO = 100.0
 _ROUNDING = np.sqrt(1.0 / 12.0)
 """Standard deviation of a rounded number, as a share of its last digit."""
 
@@ -41,9 +41,9 @@ def last_digit(values: npt.ArrayLike) -> float:
         return max(10.0**-_MIN_DECIMALS, finest)
     step = finest
     for decimals in range(_MIN_DECIMALS, _MAX_DECIMALS + 1):
-        # Numbers of any kind are near to decimals that are hardly coarser than their spacing.
+        # Any number is near to decimals that are little coarser than its spacing.
         near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest
-        if near and 10.0**-decimals > _COARSER * finest:
+        if near and 10.0**-decimals > _MIN_SPACING_RATIO * finest:
             step = 10.0**-decimals
             break
     if (x.astype(np.float32) == x).all():
@@ -52,21 +52,22 @@ def last_digit(values: npt.ArrayLike) -> float:
 
 
 def add_rounding(
-    kinds: Sequence[Observed], result: Adjusted, centre: FloatArray, size: float
-) -> Adjusted:
-    """Widen the errors of a fit whose points leave less over than the rounding of coordinates.
+    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray, size: float
+) -> Adjustment:
+    """Widen the errors of a fit whose residuals are smaller than the rounding of coordinates.
 
     Parameters
     ----------
     kinds : sequence of Observed
-        By which the fit was computed.
-    result : Adjusted
-    centre, size : as of `adjust`
+        Inputs of the fit.
+    result : Adjustment
+    centre, size
+        As of `adjust`.
 
     Returns
     -------
-    Adjusted
-        With the errors that the fit has if these points are as accurate as their coordinates.
+    Adjustment
+        With the errors of points that are as accurate as their coordinates.
     """
     groups = np.array(result.rows.groups)
     rounded: list[Observed] = []
@@ -74,24 +75,28 @@ def add_rounding(
         if isinstance(kind, Points) and not np.isfinite(kind.sigma).all():
             step = np.hypot(last_digit(kind.world), result.fit.scale * last_digit(kind.model))
             sigma = _ROUNDING * float(step)
-            own = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
-            if len(own) and float(own.max()) < sigma:
+            estimated_errors = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
+            if len(estimated_errors) and float(estimated_errors.max()) < sigma:
                 stated = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
                 kind = replace(kind, sigma=stated)
         rounded.append(kind)
     if all(new is old for new, old in zip(rounded, kinds, strict=True)):
         return result
     try:
-        again = adjust(rounded, centre, size)
+        rounded_result = adjust(rounded, centre, size)
     except GeometryError:
         return result
-    if _worst(again) < _worst(result):
-        # So few points that Student's widening is larger.
+    if _worst(rounded_result) < _worst(result):
+        # With few points Student's widening is larger.
         return result
     return replace(
-        result, covariance=again.covariance, plain=again.plain, error=again.error, sigma=again.sigma
+        result,
+        covariance=rounded_result.covariance,
+        plain=rounded_result.plain,
+        error=rounded_result.error,
+        sigma=rounded_result.sigma,
     )
 
 
-def _worst(result: Adjusted) -> float:
+def _worst(result: Adjustment) -> float:
     return float(np.linalg.eigvalsh(result.rotation)[-1])

@@ -1,4 +1,4 @@
-"""What a registration has found, with the names of the command line."""
+"""Results of a registration."""
 
 from __future__ import annotations
 
@@ -14,13 +14,20 @@ from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN, OPTIONAL
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.geometry.registrations import ObservationGroup
-from vomstudio.registration.blunders import Blunder, Without
+from vomstudio.registration.blunders import Blunder, LeaveOneOut
 
 
 @dataclass(frozen=True)
 class PointResidual:
-    """dx, dy, dz, error_m : fitted less given, World, and its length; pixels : how far from its
-    marks in photos it is seen (RMS), None without marks"""
+    """Residual of a point, fitted minus given, World, metres.
+
+    Attributes
+    ----------
+    error_m : float
+        Length of the residual.
+    pixels : float or None
+        RMS distance to its marks in photos, None without marks.
+    """
 
     label: str
     dx: float
@@ -32,7 +39,7 @@ class PointResidual:
 
 @dataclass(frozen=True)
 class RotationError:
-    """Of the rotation, one sigma each, degrees; None where nothing determines it."""
+    """Errors of the rotation, one sigma, degrees; None if undetermined."""
 
     about_up: float | None
     about_east: float | None
@@ -41,7 +48,7 @@ class RotationError:
 
 @dataclass(frozen=True)
 class WeakestAxis:
-    """The axis about which the model is held worst, and its 95 % error, degrees."""
+    """Axis about which the rotation is least certain, and its 95 % error, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -50,7 +57,7 @@ class WeakestAxis:
 
 @dataclass(frozen=True)
 class RotationError95:
-    """The same three at 95 %, each by itself, and the worst axis of all."""
+    """Errors of the rotation, 95 % each, degrees, and the weakest axis."""
 
     about_up: float | None
     about_east: float | None
@@ -60,8 +67,10 @@ class RotationError95:
 
 @dataclass(frozen=True)
 class WorthAdding:
-    """Where, in World, one more control point lessens the worst error of the rotation most: that
-    error (95 %, degrees) before and after."""
+    """Place, in World, of one more control point that reduces the rotation error most.
+
+    error_before_deg, error_after_deg : 95 % error about the weakest axis
+    """
 
     x: float
     y: float
@@ -72,7 +81,7 @@ class WorthAdding:
 
 @dataclass(frozen=True)
 class Known:
-    """What the registration has fixed."""
+    """Parameters that the registration has determined."""
 
     north: bool = True
     vertical: bool = True
@@ -86,26 +95,38 @@ class Known:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Placed(PrintableResult):
-    """A similarity from the model to World, and what it leaves over.
+    """Registration of a model, with its residuals and errors.
 
-    matrix : (4, 4), acts on column vectors of the model; scale : metres per unit of the model
-    control : points that entered the fit; check : points that did not
-    rms_control_m, rms_check_m : of the residuals' lengths, None without such points
-    rotation_error_deg, rotation_error_95_deg, scale_error_95 (a share of the scale) : from the
-        errors given, else from the residuals (Student's t with the degrees of freedom that these
-        leave)
-    covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
-        shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
-    without : the placement without each of a few directions that do not agree, the most suspicious
-        first
-    reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
-        where only the points are known
-    observations : the inputs of the adjustment, by kind
-    north_sigma_deg : common offset of all azimuths and compass readings by which it was computed,
-        one sigma; None without any
-    click_sigma_m : error of each coordinate of a click on the model, one sigma, metres, beside the
-        stated accuracies of the points; None if no point was clicked
-    mark_scatter_px : error of a mark in a photo in one direction, one sigma; None without marks
+    Attributes
+    ----------
+    matrix : (4, 4) array
+        Acts on column vectors of the model.
+    scale : float
+        Metres per unit of the model.
+    control, check : tuple of PointResidual
+        Points that took part in the fit, and points that did not.
+    rms_control_m, rms_check_m : float or None
+        RMS length of their residuals, None without such points.
+    rotation_error_deg, rotation_error_95_deg, scale_error_95
+        From stated errors, else from the residuals (Student's t); the latter is relative.
+    covariance : (7, 7) tuple
+        Of turns about east, north and up (rad), a relative change of scale and a shift (m), about
+        `centre` (World); one sigma of a normal distribution with the same 95 %.
+    without : tuple of LeaveOneOut
+        Placement without each of a few directions that do not agree, the most suspicious first.
+    reach_m, normal
+        Distance from the middle of the model to its edge, and normal of its mean plane (World),
+        None if only points are known.
+    observations : tuple of ObservationGroup
+        Inputs of the adjustment, by kind.
+    north_sigma_deg : float or None
+        Common error of all azimuths and compass readings in the adjustment, one sigma; None without
+        any.
+    click_sigma_m : float or None
+        Error of each coordinate of a click on the model, one sigma, metres, besides the stated
+        accuracies of the points; None if no point was clicked.
+    mark_scatter_px : float or None
+        Error of a mark in a photo in one direction, one sigma; None without marks.
     """
 
     matrix: FloatArray
@@ -125,14 +146,14 @@ class Placed(PrintableResult):
     centre: tuple[float, float, float] = field(metadata=HIDDEN)
     reach_m: float | None = field(default=None, metadata=HIDDEN)
     normal: tuple[float, float, float] | None = field(default=None, metadata=HIDDEN)
-    without: tuple[Without, ...] = field(default=(), metadata=OPTIONAL)
+    without: tuple[LeaveOneOut, ...] = field(default=(), metadata=OPTIONAL)
     observations: tuple[ObservationGroup, ...] = field(default=(), metadata=HIDDEN)
     north_sigma_deg: float | None = None
     click_sigma_m: float | None = None
     mark_scatter_px: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
-        """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
+        """Transform model points (n, 3) or (3,) to World. Raises InputError."""
         m = self.matrix
         try:
             places = np.asarray(points, np.float64)

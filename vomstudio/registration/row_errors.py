@@ -1,6 +1,6 @@
-"""The linear problem of a registration, and the errors of its rows as their misses show them.
+"""Linear problem of a registration, and the errors of its rows estimated from residuals.
 
-See `adjustment` for what is solved, and `observations` for what the rows are.
+See `adjustment` for the solution, and `observations` for the rows.
 """
 
 from __future__ import annotations
@@ -17,26 +17,33 @@ from vomstudio.geology.serial_errors import (
     more_taken,
 )
 from vomstudio.registration.observations import Rows
-from vomstudio.registration.scatter import expected_squares, least_variance
+from vomstudio.registration.scatter import expected_squares, min_variance
 
-# Of the information with its diagonal made 1: less is rounding.
-_NOTHING = 1e-9
-# Angles that nobody measures better: beside the doubt about a compass, errors that are much smaller
-# would leave that to rounding.
-_FINEST_RAD = 3e-4
-# By chance the error of a group is larger beside others than alone by more than Fisher's F this
-# rarely.
-_RARE = 1e-3
+# Eigenvalues of the scaled information (unit diagonal) below which a direction is undetermined.
+_MIN_EIGENVALUE = 1e-9
+# Lower limit of angle errors: much smaller ones would leave the common error of a compass to
+# rounding.
+_MIN_ANGLE_ERROR_RAD = 3e-4
+# Significance of an F test that the error of a group is larger with others than alone.
+_SIGNIFICANCE = 1e-3
 METRES = {"points", "cameras", "lengths"}
 RECEIVERS = ("points", "cameras")
 """Groups of positions in the order in which a receiver, which may drift, measured them."""
 
 
-def system_of(
+def weighted_system(
     rows: Rows, sigma: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(m + k, 7 + k) and (m + k,) of the rows and of what is known beforehand of shared errors,
-    each divided by its error, and (7 + k,) the units of the columns."""
+    """Return the weighted system of rows and priors of shared errors.
+
+    Returns
+    -------
+    moves : (m + k, 7 + k) array
+    misses : (m + k,) array
+        Each row is divided by its error.
+    units : (7 + k,) array
+        Units of the columns.
+    """
     k = rows.shared.shape[1]
     units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
     moves = np.vstack(
@@ -48,88 +55,117 @@ def system_of(
     return moves, np.concatenate([rows.misses / sigma, np.zeros(k)]), units
 
 
-def inverse_of(information: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of what is determined, and the null space (orthonormal columns) of the rest."""
-    told = np.diag(information) > 0.0
-    if not told.all():
-        # Of planes and lines alone nothing tells scale and place.
-        n, some = len(told), np.ix_(told, told)
-        inner, free = inverse_of(information[some]) if told.any() else (np.zeros((0, 0)),) * 2
-        inverse, null = np.zeros((n, n)), np.zeros((n, free.shape[1] + n - int(told.sum())))
+def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the inverse of the determined part, and an orthonormal null space of the rest."""
+    has_information = np.diag(information) > 0.0
+    if not has_information.all():
+        # Planes and lines alone determine neither scale nor position.
+        n, some = len(has_information), np.ix_(has_information, has_information)
+        inner, free = (
+            invert_determined(information[some])
+            if has_information.any()
+            else (np.zeros((0, 0)),) * 2
+        )
+        inverse, null = (
+            np.zeros((n, n)),
+            np.zeros((n, free.shape[1] + n - int(has_information.sum()))),
+        )
         inverse[some] = inner
-        null[told, : free.shape[1]] = free
-        null[~told, free.shape[1] :] = np.eye(n - int(told.sum()))
+        null[has_information, : free.shape[1]] = free
+        null[~has_information, free.shape[1] :] = np.eye(n - int(has_information.sum()))
         return inverse, null
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scale = np.where(scale < 1e-140, 1.0, scale)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))
-    held = values > _NOTHING
-    if held.all():
+    is_determined = values > _MIN_EIGENVALUE
+    if is_determined.all():
         return (axes / values) @ axes.T / np.outer(scale, scale), np.zeros((len(scale), 0))
-    null = (axes / scale[:, None])[:, ~held]
+    null = (axes / scale[:, None])[:, ~is_determined]
     null, _ = np.linalg.qr(null)
     inside = np.eye(len(information)) - null @ null.T
     part = inside @ information @ inside
-    # In the subspace that is determined, or numbers of others would leak in.
-    basis = np.linalg.svd(inside)[0][:, : int(held.sum())]
+    # Invert in the determined subspace, free of the other parameters.
+    basis = np.linalg.svd(inside)[0][:, : int(is_determined.sum())]
     inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
     return inverse, null
 
 
-def most_times(free: float, free_alone: float) -> float:
-    """By how much a variance of so many free misses may be larger by chance than that alone."""
+def max_variance_ratio(free: float, free_alone: float) -> float:
+    """Return the largest ratio by chance of a group's variance to its variance alone."""
     from scipy.stats import f
 
-    return float(f.isf(_RARE, free, free_alone))
+    return float(f.isf(_SIGNIFICANCE, free, free_alone))
 
 
-def estimated(
+def estimate_errors(
     rows: Rows,
     sigma: FloatArray,
     size: float,
     unstated: Sequence[str],
     alone: Mapping[str, tuple[float, float]],
-    held: set[str],
+    kept_alone: set[str],
 ) -> tuple[FloatArray, dict[str, float]]:
-    """(m,) errors with those of unstated groups as the misses show them, and how many free misses
-    each of these rests on. held : groups that keep the error that they have alone; those are added
-    that would exceed it by more than chance"""
-    moves, misses, _ = system_of(rows, sigma, size)
-    inverse, _ = inverse_of(moves.T @ moves)
-    misses = left_over(moves, misses, inverse, len(sigma))
+    """Estimate the errors of groups whose errors are not stated.
+
+    Parameters
+    ----------
+    rows : Rows
+    sigma : (m,) array
+        Present errors.
+    size : float
+        Metres.
+    unstated : sequence of str
+        Groups to estimate.
+    alone : mapping
+        Variance and redundancy of groups alone.
+    held : set of str
+        Groups that keep their error alone. Groups that would exceed it by more than chance are
+        added.
+
+    Returns
+    -------
+    sigma : (m,) array
+    redundancy_of : dict
+        Redundancy of each unstated group.
+    """
+    moves, misses, _ = weighted_system(rows, sigma, size)
+    inverse, _ = invert_determined(moves.T @ moves)
+    misses = remove_shared_errors(moves, misses, inverse, len(sigma))
     hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
     groups = np.array(rows.groups)
     unknown = ~np.isfinite(rows.sigma)
-    found, free_of = sigma.copy(), {}
+    errors, redundancy_of = sigma.copy(), {}
     for name in unstated:
         which = unknown & (groups == name)
         free = float(which.sum() - hat[which].sum())
-        free_of[name] = free
+        redundancy_of[name] = free
         if free >= 0.5:
             squares = float((misses[: len(sigma)][which] ** 2).sum())
             variance = float(sigma[which][0] ** 2) * squares / free
             doubted = rows.shared.shape[1] and name not in METRES
-            least = _FINEST_RAD if doubted else 1e-12 * size
-            own, own_free = alone.get(name, (np.inf, free))
-            if variance > own * most_times(free, own_free):
-                held.add(name)
-            if name in held:
-                variance, free_of[name] = own, own_free
-            found[which] = np.sqrt(max(variance, least**2))
-    return found, free_of
+            min_error = _MIN_ANGLE_ERROR_RAD if doubted else 1e-12 * size
+            variance_alone, redundancy_alone = alone.get(name, (np.inf, free))
+            if variance > variance_alone * max_variance_ratio(free, redundancy_alone):
+                kept_alone.add(name)
+            if name in kept_alone:
+                variance, redundancy_of[name] = variance_alone, redundancy_alone
+            errors[which] = np.sqrt(max(variance, min_error**2))
+    return errors, redundancy_of
 
 
-def left_over(moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int) -> FloatArray:
-    """The misses without what the errors that rows have in common explain of them."""
+def remove_shared_errors(
+    moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int
+) -> FloatArray:
+    """Return the residuals without the part explained by shared errors."""
     k = len(misses) - m
     if not k:
         return misses
     shared = (inverse @ (moves.T @ misses))[-k:]
-    left = misses - moves[:, -k:] @ shared
-    return np.asarray(left, np.float64)
+    remaining = misses - moves[:, -k:] @ shared
+    return np.asarray(remaining, np.float64)
 
 
-def drift_of(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
+def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
     """Return the correlation of the errors of neighbours in each table of positions, if any.
 
     Points and positions of cameras are in the order of their table, in which a receiver measured
@@ -137,46 +173,59 @@ def drift_of(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, flo
     """
     correlations = {}
     for group in RECEIVERS:
-        own = np.flatnonzero(np.array(rows.groups) == group)
-        if len(own):
-            along = _along_axes(rows, own, moves), _along_axes(rows, own, misses)
+        rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
+        if len(rows_of_group):
+            along = (
+                _along_axes(rows, rows_of_group, moves),
+                _along_axes(rows, rows_of_group, misses),
+            )
             correlations[group] = correlation_of(*along)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
-def _along_axes(rows: Rows, own: IntArray, values: FloatArray) -> FloatArray:
+def _along_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> FloatArray:
     """Return weighted values of the rows of points, (n, 3, ...) along east, north and up."""
-    each = values[own].reshape(-1, 3, *values.shape[1:])
+    each = values[selected_rows].reshape(-1, 3, *values.shape[1:])
     if rows.axes is None:
         return each
-    return np.asarray(np.einsum("nji,nj...->ni...", rows.axes[own].reshape(-1, 3, 3), each))
+    return np.asarray(
+        np.einsum("nji,nj...->ni...", rows.axes[selected_rows].reshape(-1, 3, 3), each)
+    )
 
 
-def _drifted(rows: Rows, moves: FloatArray, drift: Mapping[str, float]) -> FloatArray:
-    """The rows of weighted derivatives times the correlations of their errors."""
-    found = moves.copy()
+def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float]) -> FloatArray:
+    """Return the weighted derivatives multiplied by the correlations of their errors."""
+    result = moves.copy()
     for group, rho in drift.items():
-        own = np.flatnonzero(np.array(rows.groups) == group)
-        each = correlated(_along_axes(rows, own, moves), rho)
+        rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
+        each = correlated(_along_axes(rows, rows_of_group, moves), rho)
         if rows.axes is not None:
-            each = rows.axes[own].reshape(-1, 3, 3) @ each
-        found[own] = each.reshape(len(own), -1)
-    return found
+            each = rows.axes[rows_of_group].reshape(-1, 3, 3) @ each
+        result[rows_of_group] = each.reshape(len(rows_of_group), -1)
+    return result
 
 
-def spread_of(
+def estimate_covariance(
     rows: Rows,
     moves: FloatArray,
     misses: FloatArray,
     inverse: FloatArray,
     drift: Mapping[str, float],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(m,) by how much the errors of each row differ from those that it entered the fit with,
-    the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
+    """Estimate the covariance of the parameters from the residuals.
 
-    The parts of a group have variances of their own: the unbiased quadratic estimates that leave
-    the similarity out (Rao's MINQUE): with the projection M on the misses, the squares of part g
+    The parts of a group have separate variances: the unbiased quadratic estimates that leave the
+    similarity out (Rao's MINQUE). With the projection M on the residuals, the squares of part g
     have the expectation sum_k tr(M_gk M_kg) v_k.
+
+    Returns
+    -------
+    share : (m,) array
+        Ratio of the errors of each row to those by which it entered the fit.
+    spread : array
+        Covariance of the parameters.
+    factor : array
+        Student's widening of one sigma to the same 95 %.
     """
     from scipy.stats import norm, t
 
@@ -184,40 +233,40 @@ def spread_of(
     unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
     names = np.array([*rows.parts, *[""] * (len(misses) - m)])
     parts = [np.flatnonzero(unknown & (names == g)) for g in dict.fromkeys(names[unknown])]
-    follow = _drifted(rows, moves, drift)
+    follow = _correlated_moves(rows, moves, drift)
     fixed = inverse @ (moves[~unknown].T @ moves[~unknown])
-    own = [inverse @ (moves[g].T @ moves[g]) for g in parts]
-    free = np.array([len(g) - np.trace(o) for g, o in zip(parts, own, strict=True)])
+    responses = [inverse @ (moves[g].T @ moves[g]) for g in parts]
+    free = np.array([len(g) - np.trace(o) for g, o in zip(parts, responses, strict=True)])
     share = np.ones(m)
     spread = inverse @ (moves[~unknown].T @ follow[~unknown]) @ inverse
-    shaky = np.zeros(len(inverse))
+    variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (free > 0.1).all():
-        system = expected_squares(own, [len(g) for g in parts])
+        system = expected_squares(responses, [len(g) for g in parts])
         squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
-        squares -= [float(np.trace(o @ fixed)) for o in own]
+        squares -= [float(np.trace(o @ fixed)) for o in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
         for which in _same_group(rows, parts).values():
             pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
-            variances[which] = np.maximum(variances[which], least_variance(pooled, free[which]))
+            variances[which] = np.maximum(variances[which], min_variance(pooled, free[which]))
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    for g, o, v, f in zip(parts, own, variances, free, strict=True):
-        worth = independent_share(drift.get(rows.groups[g[0]], 0.0))
+    for g, o, v, f in zip(parts, responses, variances, free, strict=True):
+        independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * more_taken(o, inverse @ (moves[g].T @ follow[g]), len(g))
         share[g] = np.sqrt(variance) * doubt[g]
         worse = doubt[g][:, None] ** 2
         part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
         spread = spread + part
-        shaky += np.diag(part) ** 2 / max(float(f) * worth, 1.0)
+        variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
     # Satterthwaite: the degrees of freedom of a sum of estimated variances.
     total = np.maximum(np.diag(spread), 1e-300)
-    each = np.clip(total**2 / np.maximum(shaky, 1e-300), 1.0, 1e9)
+    each = np.clip(total**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9)
     return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)
 
 
 def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
-    """Which parts belong to a group."""
-    found: dict[str, list[int]] = {}
+    """Return the parts of each group."""
+    groups: dict[str, list[int]] = {}
     for number, part in enumerate(parts):
-        found.setdefault(rows.groups[part[0]], []).append(number)
-    return {name: np.array(numbers) for name, numbers in found.items()}
+        groups.setdefault(rows.groups[part[0]], []).append(number)
+    return {name: np.array(numbers) for name, numbers in groups.items()}

@@ -1,11 +1,11 @@
-"""Errors of coordinates as a similarity's residuals show them, and what they do to its rotation.
+"""Errors of coordinates from the residuals of a similarity, and of its rotation.
 
-Heights by satellite are worse than positions, heights by levelling better: an error of one size for
-all coordinates states a tilt that is too small or too large. Horizontal coordinates and heights
-therefore have an error each, and from `FEWEST_PER_AXIS` points on each axis has its own. They are
-the unbiased quadratic estimates that leave the similarity out (Rao's MINQUE, here for equal
-weights beforehand): with the projection M on the residuals, the squares of group g have the
-expectation sum_k tr(M_gk M_kg) sigma_k^2.
+Satellite heights are worse than positions, levelled heights are better: one error for all
+coordinates would state a wrong tilt. Horizontal coordinates and heights therefore have separate
+errors, and each axis from `MIN_POINTS_PER_AXIS` points on. They are the unbiased quadratic
+estimates that leave the similarity out (Rao's MINQUE, here with equal prior weights): with the
+projection M on the residuals, the squares of group g have the expectation
+sum_k tr(M_gk M_kg) sigma_k^2.
 """
 
 from __future__ import annotations
@@ -25,26 +25,34 @@ from vomstudio.geology.serial_errors import (
 )
 from vomstudio.registration.similarity import jacobian
 
-FEWEST_FOR_HEIGHTS = 5
-FEWEST_PER_AXIS = 12
+MIN_POINTS_HEIGHTS = 5
+MIN_POINTS_PER_AXIS = 12
 UNSEEN_HEIGHTS = 1.4
-"""Fewer points do not show whether heights are worse than positions, as those by satellite are by
-one and a half to three times: they are taken to be worse by so much, which holds in 90 % or more
-of models with heights that are as good or up to two and a half times as bad."""
-# An estimate may be negative by chance: by few points no coordinate is believed to be better by
-# more than this share of the variance.
-_LEAST_SHARE = 0.1
-# Residuals are believed against what was stated where chance would make them so large this rarely.
-_SURE = 0.95
-_WARN_SCALE = 0.01
+"""Assumed ratio of height to horizontal errors for fewer points.
+
+Satellite heights are 1.5 to 3 times worse; this covers 90 % or more of models with ratios from 1 to
+2.5."""
+# Estimates may be negative by chance: lower limit as a share of the pooled variance for few
+# points.
+_MIN_VARIANCE_SHARE = 0.1
+# Confidence from which large residuals replace stated errors.
+_CONFIDENCE = 0.95
+_MAX_SCALE_ERROR = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """sigma : (3,) of a coordinate, east, north, up
-    covariance : (7, 7) of a small turn about east, north, up (rad), a relative change of scale and
-        a shift, one sigma of a normal distribution with the same 95 % as Student's
-    drift : correlation of the errors of neighbours, 0 where they are independent or unordered
+    """Errors of coordinates and of a similarity.
+
+    Attributes
+    ----------
+    sigma : (3,) array
+        Of a coordinate, east, north, up, metres.
+    covariance : (7, 7) array
+        Of a small turn about east, north, up (rad), a relative change of scale and a shift, one
+        sigma of a normal distribution with the same 95 % as Student's.
+    drift : float
+        Correlation of the errors of neighbours, 0 if independent or unordered.
     """
 
     sigma: FloatArray
@@ -53,7 +61,7 @@ class Scatter:
 
     @property
     def rotation(self) -> FloatArray:
-        """(3, 3) covariance of the turn, radians squared."""
+        """Return the covariance (3, 3) of the turn, rad²."""
         return self.covariance[:3, :3]
 
     @property
@@ -72,50 +80,57 @@ def scatter_of(
     residuals: FloatArray,
     stated: float | FloatArray | None = None,
     *,
-    in_order: bool = False,
+    is_ordered: bool = False,
 ) -> Scatter:
-    """Of a similarity by least squares with equal weights.
+    """Estimate the errors of a least-squares similarity with equal weights.
 
-    places, residuals : (n, 3) in the target frame, n of 3 or more
-    stated : one-sigma error of the coordinates, a number or (3,), or covariances (n, 3, 3) of the
-        points; the residuals count instead where they are significantly larger
-    in_order : the places follow each other as they were taken, so that errors of a receiver that
-        drifts are recognised
+    Parameters
+    ----------
+    places, residuals : (n, 3) array
+        In the target frame, n of 3 or more.
+    stated : float, (3,) or (n, 3, 3) array, optional
+        Errors of the coordinates, one sigma, or covariances of the points. The residuals replace
+        them if they are significantly larger.
+    is_ordered : bool
+        Whether the places are in the order of measurement, so that receiver drift can be
+        recognised.
     """
     from scipy.stats import chi2, norm, t
 
     n = len(places)
     moves = np.array([jacobian(p) for p in places - places.mean(axis=0)])
-    # A turn moves far points, a shift all: in units of the spread the equations stay well posed.
+    # In units of the spread the equations are well conditioned.
     size = float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()))
     units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
     moves = moves / units
     inverse = np.linalg.pinv(np.einsum("nik,nil->kl", moves, moves), hermitian=True)
-    own = _following(moves, 0.0)
+    information = _information(moves, 0.0)
     known = _covariances(stated, n)
     freedom = float(3 * n - 7)
     if known is not None:
         roots, weights = _roots(known)
         white = np.einsum("nij,nj->ni", weights, residuals)
         if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
-            _SURE, freedom
+            _CONFIDENCE, freedom
         ):
-            rho = correlation_of(weights @ moves, white) if in_order else 0.0
+            rho = correlation_of(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
             middle = np.einsum("nik,nil->kl", spread, correlated(spread, rho))
             covariance = inverse @ middle @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known) / n)
             return Scatter(sigma, covariance, rho)
     groups = _groups(n)
-    variances, free = _variances(groups, n, inverse, own, (residuals**2).sum(axis=0))
+    variances, free = _variances(groups, n, inverse, information, (residuals**2).sum(axis=0))
     if known is not None:
         variances = np.maximum(variances, np.einsum("nii->i", known) / n)
-    usable = in_order and (variances > 0.0).all()
+    usable = is_ordered and (variances > 0.0).all()
     rho = correlation_of(moves, residuals / np.sqrt(variances)) if usable else 0.0
-    following = own if rho == 0.0 else _following(moves, rho)
+    following = information if rho == 0.0 else _information(moves, rho)
     for g in groups if rho > 0.0 else ():
-        alone, all_ = (inverse @ each[list(g)].sum(axis=0) for each in (own, following))
-        variances[list(g)] *= more_taken(alone, all_, n * len(g))
+        response, correlated_response = (
+            inverse @ each[list(g)].sum(axis=0) for each in (information, following)
+        )
+        variances[list(g)] *= more_taken(response, correlated_response, n * len(g))
     free = free * independent_share(rho)
     shares = np.array(
         [
@@ -162,8 +177,8 @@ def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) 
     )
 
 
-def _following(moves: FloatArray, rho: float) -> FloatArray:
-    """(3, 7, 7) information of each axis with the correlations of its errors."""
+def _information(moves: FloatArray, rho: float) -> FloatArray:
+    """Return the information (3, 7, 7) of each axis with the correlations of its errors."""
     return np.asarray(np.einsum("nik,nil->ikl", moves, correlated(moves, rho)), np.float64)
 
 
@@ -181,40 +196,42 @@ def scale_findings(scale_error: float) -> list[Finding]:
 
     scale_error : relative, one sigma
     """
-    if not scale_error > _WARN_SCALE:
+    if not scale_error > _MAX_SCALE_ERROR:
         return []
     return [Finding("registration.weak-scale", error95_percent=196.0 * scale_error)]
 
 
 def _groups(n: int) -> Sequence[tuple[int, ...]]:
-    if n >= FEWEST_PER_AXIS:
+    if n >= MIN_POINTS_PER_AXIS:
         return ((0,), (1,), (2,))
-    return ((0, 1), (2,)) if n >= FEWEST_FOR_HEIGHTS else ((0, 1, 2),)
+    return ((0, 1), (2,)) if n >= MIN_POINTS_HEIGHTS else ((0, 1, 2),)
 
 
 def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> FloatArray:
-    """(k, k) of which the product with the variances of k parts is the expectation of the squares
-    of their residuals.
+    """Return the matrix (k, k) that maps variances of parts to expected squared residuals.
 
-    parts : of each the covariance of the unknowns times the part's information, both by the weights
-        of the fit; counts : of its residuals
+    Parameters
+    ----------
+    parts : sequence of array
+        Covariance of the unknowns times the information of each part, by the weights of the fit.
+    counts : sequence of int
+        Residuals of each part.
     """
     system = np.array([[np.trace(a @ b) for b in parts] for a in parts])
     alone = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
     return np.asarray(system + np.diag(alone), np.float64)
 
 
-def least_variance(pooled: float, free: FloatArray) -> FloatArray:
-    """(k,) no estimate of few free residuals is believed to be smaller."""
-    return np.asarray(_LEAST_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
+def min_variance(pooled: float, free: FloatArray) -> FloatArray:
+    """Return the lower limit (k,) of variances estimated with few degrees of freedom."""
+    return np.asarray(_MIN_VARIANCE_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
 
 
 def _expected(
-    groups: Sequence[tuple[int, ...]], n: int, inverse: FloatArray, own: FloatArray
+    groups: Sequence[tuple[int, ...]], n: int, inverse: FloatArray, information: FloatArray
 ) -> FloatArray:
-    """(groups, groups) of which the product with the variances is the expectation of the squares of
-    the residuals."""
-    parts = [inverse @ own[list(g)].sum(axis=0) for g in groups]
+    """Return the matrix that maps variances of groups to expected squared residuals."""
+    parts = [inverse @ information[list(g)].sum(axis=0) for g in groups]
     return expected_squares(parts, [n * len(g) for g in groups])
 
 
@@ -222,20 +239,22 @@ def _variances(
     groups: Sequence[tuple[int, ...]],
     n: int,
     inverse: FloatArray,
-    own: FloatArray,
+    information: FloatArray,
     squares: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """(3,) of the axes, and (groups,) the degrees of freedom that each group's rests on."""
-    system = _expected(groups, n, inverse, own)
+    """Return the variances (3,) of the axes, and the degrees of freedom of each group."""
+    system = _expected(groups, n, inverse, information)
     sums = np.array([squares[list(g)].sum() for g in groups])
-    free = np.array([n * len(g) - np.trace(inverse @ own[list(g)].sum(axis=0)) for g in groups])
+    free = np.array(
+        [n * len(g) - np.trace(inverse @ information[list(g)].sum(axis=0)) for g in groups]
+    )
     pooled = float(squares.sum()) / (3 * n - 7)
-    found = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled])
-    found = np.maximum(found, least_variance(pooled, free))
+    estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled])
+    estimates = np.maximum(estimates, min_variance(pooled, free))
     variances = np.empty(3)
-    for group, value in zip(groups, found, strict=True):
+    for group, value in zip(groups, estimates, strict=True):
         variances[list(group)] = value
-    if n < FEWEST_FOR_HEIGHTS:
+    if n < MIN_POINTS_HEIGHTS:
         variances[2] *= UNSEEN_HEIGHTS**2
     return variances, np.maximum(free, 1.0)
 
@@ -243,12 +262,12 @@ def _variances(
 def _result(
     sigma: FloatArray,
     inverse: FloatArray,
-    own: FloatArray,
+    information: FloatArray,
     units: FloatArray,
     factor: FloatArray,
     *,
     drift: float,
 ) -> Scatter:
-    middle = np.einsum("i,ikl->kl", sigma**2, own)
+    middle = np.einsum("i,ikl->kl", sigma**2, information)
     covariance = inverse @ middle @ inverse * np.outer(factor / units, factor / units)
     return Scatter(np.array(sigma, np.float64), covariance, drift)

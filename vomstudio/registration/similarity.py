@@ -1,4 +1,4 @@
-"""Similarity transforms between points known in two frames; never a mirror."""
+"""Similarity transforms between points in two frames, without mirroring."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
-# Of spreads: points whose second axis is shorter than this part of the first lie on a line.
-_COLLINEAR = 1e-6
-# The same of points by which a model could turn about their line, measured as well as they are.
-_NEARLY_COLLINEAR = 0.02
-# From so many points on, wrong ones can be told from right ones.
-_FEWEST_TO_CHOOSE = 6
-_TRIALS = 300
-_FITS = 0.9999
-# Of many points those that fit by far join together, so many of those that are in at a time.
-_AT_ONCE, _BY_FAR = 20, 0.5
+# Ratio of the second to the first axis below which points are collinear.
+_COLLINEAR_RATIO = 1e-6
+# Ratio below which measured points do not determine the turn about their line.
+_NEARLY_COLLINEAR_RATIO = 0.02
+# Minimum number of points from which outliers can be recognised.
+_MIN_POINTS_ROBUST = 6
+_MAX_TRIPLES = 300
+_CONFIDENCE = 0.9999
+# Of many points several join at once: a share of those used, if they fit far below the limit.
+_STEP_DIVISOR, _GOOD_FIT_SHARE = 20, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +34,13 @@ class Similarity:
     translation: FloatArray
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
-        """(n, 3) of (n, 3)."""
+        """Transform points (n, 3)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return self.scale * (p @ self.rotation.T) + self.translation
 
     @property
     def inverse(self) -> Similarity:
-        """From the target back to the source."""
+        """Return the similarity from the target back to the source."""
         back = self.rotation.T
         return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
 
@@ -52,11 +52,22 @@ def fit_similarity(
     *,
     scale: float | None = None,
 ) -> Similarity:
-    """The similarity that takes `source` (n, 3) to `target` (n, 3) with least weighted squares.
+    """Fit a similarity by weighted least squares.
 
-    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that keeps it from being a mirror. The best
-    rotation does not depend on the scale, which is estimated unless it is given.
-    Raises GeometryError for fewer than three points, or points on a line in either frame.
+    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that excludes a mirror image. The best rotation
+    does not depend on the scale.
+
+    Parameters
+    ----------
+    source, target : (n, 3) array
+    weights : (n,) array, optional
+    scale : float, optional
+        Fixed scale; default: estimated.
+
+    Raises
+    ------
+    GeometryError
+        For fewer than three points, or collinear points in either frame.
     """
     a = np.asarray(source, np.float64).reshape(-1, 3)
     b = np.asarray(target, np.float64).reshape(-1, 3)
@@ -69,7 +80,7 @@ def fit_similarity(
     da, db = a - ca, b - cb
     for spread in (da, db):
         axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
-        if not axes[1] > _COLLINEAR * axes[0]:
+        if not axes[1] > _COLLINEAR_RATIO * axes[0]:
             raise GeometryError(Finding("control.collinear"))
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
@@ -82,19 +93,33 @@ def fit_similarity(
 def fit_robustly(
     source: npt.ArrayLike, target: npt.ArrayLike, *, floor: float = 0.0, seed: int = 0
 ) -> tuple[Similarity, BoolArray]:
-    """(similarity, which points it is made of (n,)) where up to a half of the points are wrong.
+    """Fit a similarity if up to half of the points are wrong.
 
-    The half that agrees best is found by least median of squares over triples (Rousseeuw 1984);
-    then one point after the other joins, the one that fits best first, until the next one misses
-    its predicted place significantly (forward search: Atkinson & Riani 2000; F test at 0.01 %).
-    Points that miss by less than `floor`, in units of the target, always join. Fewer than six
-    points are all taken. Raises GeometryError.
+    The half that agrees best is found by least median of squares over triples (Rousseeuw 1984).
+    Then points join one by one, the best first, until the next residual is significant (forward
+    search: Atkinson & Riani 2000; F test at 0.01 %). Fewer than six points are all used.
+
+    Parameters
+    ----------
+    source, target : (n, 3) array
+    floor : float
+        Points with smaller residuals always join, in units of the target.
+    seed : int
+
+    Returns
+    -------
+    fit : Similarity
+    inliers : (n,) array of bool
+
+    Raises
+    ------
+    GeometryError
     """
     a = np.asarray(source, np.float64).reshape(-1, 3)
     b = np.asarray(target, np.float64).reshape(-1, 3)
     n = len(a)
     best = fit_similarity(a, b)
-    if n < _FEWEST_TO_CHOOSE:
+    if n < _MIN_POINTS_ROBUST:
         return best, np.ones(n, np.bool_)
     least = float(np.median(_squares(best, a, b)))
     for triple in _triples(n, seed):
@@ -123,15 +148,15 @@ def fit_robustly(
 
 
 def _triples(n: int, seed: int) -> IntArray:
-    """(t, 3) numbers of n points: all triples where these are few, else some drawn by chance."""
-    if math.comb(n, 3) <= _TRIALS:
+    """Return the numbers (t, 3) of all or of random triples of n points."""
+    if math.comb(n, 3) <= _MAX_TRIPLES:
         return np.array(list(itertools.combinations(range(n), 3)))
     rng = np.random.default_rng(seed)
-    return np.array([rng.choice(n, 3, replace=False) for _ in range(_TRIALS)])
+    return np.array([rng.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES)])
 
 
 def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
-    """The point outside that fits best, if it fits; of many points some that fit by far."""
+    """Return the outside point that fits best if it fits; of many points several that fit well."""
     from scipy.stats import chi2, f
 
     outside = np.flatnonzero(~used)
@@ -140,32 +165,32 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> Int
     count = int(used.sum())
     freedom = 3 * count - 7
     share = count / len(a)
-    # Those used so far are the ones with the least residuals: their scatter is too small.
+    # The used points have the smallest residuals: correct their scatter.
     cut = chi2.ppf(share, 3)
     variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
     variance /= float(chi2.cdf(cut, 5) / share)
     placed = fit(a)
     moves = jacobians(placed - placed[used].mean(axis=0))
-    own = moves[used].reshape(-1, 7)
-    inverse = np.linalg.pinv(own.T @ own)
-    there = moves[outside]
+    information_rows = moves[used].reshape(-1, 7)
+    inverse = np.linalg.pinv(information_rows.T @ information_rows)
+    outside_moves = moves[outside]
     misses = (b - placed)[outside]
-    spread = np.eye(3) + there @ inverse @ there.transpose(0, 2, 1)
+    spread = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
     statistic = (misses * np.linalg.solve(spread, misses[..., None])[..., 0]).sum(axis=1)
-    order = np.argsort(statistic, kind="stable")[: max(1, count // _AT_ONCE)]
-    limit = 3 * variance * float(f.ppf(_FITS, 3, freedom))
+    order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
+    limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, freedom))
     first = outside[order[:1]][statistic[order[:1]] <= limit]
-    by_far = outside[order][statistic[order] <= _BY_FAR * limit]
-    return np.asarray(by_far if len(by_far) > 1 else first, np.int64)
+    well_fitting = outside[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
+    return np.asarray(well_fitting if len(well_fitting) > 1 else first, np.int64)
 
 
 def jacobian(position: FloatArray) -> FloatArray:
-    """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
+    """Return the derivatives (3, 7) of a point by a small turn, relative scale and shift."""
     return np.asarray(jacobians(position[None])[0])
 
 
 def jacobians(positions: FloatArray) -> FloatArray:
-    """(n, 3, 7) the same of points (n, 3)."""
+    """Return the derivatives (n, 3, 7) of points (n, 3), see `jacobian`."""
     moves: FloatArray = np.zeros((len(positions), 3, 7))
     x, y, z = positions.T
     moves[:, 0, 1], moves[:, 0, 2] = z, -y
@@ -181,16 +206,23 @@ def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def nearly_on_a_line(points: FloatArray) -> bool:
-    """Whether points (n, 3) are too near to one line to determine the rotation about it."""
+    """Return whether points (n, 3) are too collinear to determine the rotation about their line."""
     axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(axes[1] < _NEARLY_COLLINEAR * axes[0])
+    return bool(axes[1] < _NEARLY_COLLINEAR_RATIO * axes[0])
 
 
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:
-    """(3, 3) covariance, in radians squared, of the rotation of a similarity fitted to `positions`
-    (n, 3) in the target frame, about its axes, where each is known to `sigma` (a number, or (3,)
-    along the axes). Linear: good for errors up to some 20 degrees. Infinite about a line on which
-    all lie."""
+    """Return the covariance (3, 3) of the rotation of a fitted similarity, rad².
+
+    Linear: valid for errors up to some 20 degrees. Infinite about the line of collinear positions.
+
+    Parameters
+    ----------
+    positions : (n, 3) array
+        In the target frame.
+    sigma : float or (3,) array
+        Errors of the positions along the axes.
+    """
     p = np.asarray(positions, np.float64).reshape(-1, 3)
     p = p - p.mean(axis=0)
     weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)

@@ -1,4 +1,4 @@
-"""What a registration is worth, as a report and the panel of a model say it."""
+"""Summary of a registration for reports and the panel of a model."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from vomstudio.registration.scatter import scale_findings
 from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.registration.warnings import (
     bowing_findings,
+    describe_edges,
     lens_bend_findings,
     weakest_axis_finding,
-    where_edges_lie,
 )
 
 _Z95 = 1.959963984540054
-_FEW = 4
-_SAME_SCALE = 1e-9
+_MIN_REDUNDANT_POINTS = 4
+_SCALE_TOLERANCE = 1e-9
 METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
@@ -65,8 +65,15 @@ _NORTHS = {
 
 @dataclass(frozen=True)
 class Summary:
-    """sentence : how far the model may be turned, for people without statistics, "" where that is
-    not known; facts : names and values, in words"""
+    """Summary of a registration.
+
+    Attributes
+    ----------
+    sentence : str
+        The possible rotation error, in plain words; "" if not known.
+    facts : tuple of (str, str)
+        Names and values, in words.
+    """
 
     sentence: str
     facts: tuple[tuple[str, str], ...]
@@ -74,7 +81,7 @@ class Summary:
 
 
 def summary_of(registration: Registration) -> Summary:
-    """In words; errors are 95 %, each of its one figure."""
+    """Describe a registration in words, with 95 % errors."""
     facts = [(tr("Registered by"), tr(METHODS[registration.method])), *_points(registration)]
     if registration.observations:
         facts.append((tr("Observations"), _observations(registration)))
@@ -99,23 +106,23 @@ def summary_of(registration: Registration) -> Summary:
     facts += _north(registration.read_north)
     bowing = bowing_of_registration(registration)
     if bowing is not None:
-        said = (
+        text = (
             tr(
                 "dips at the edge {side:.2g}° ± {error:.2g}° from the middle; edges {where}",
                 side=bowing.side_deg,
                 error=bowing.side_error95_deg,
-                where=where_edges_lie(bowing),
+                where=describe_edges(bowing),
             )
             if bowing.significant
             else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
         )
-        facts.append((tr("Bowing by residuals, 95 %"), said))
+        facts.append((tr("Bowing by residuals, 95 %"), text))
     if registration.lens_bowing95_deg is not None:
-        said = tr(
+        text = tr(
             "dips at the edge up to {side:.2g}° from the middle",
             side=registration.lens_bowing95_deg / 2.0,
         )
-        facts.append((tr("Bowing by the lenses' errors, 95 %"), said))
+        facts.append((tr("Bowing by the lenses' errors, 95 %"), text))
     if registration.lens_stretch95:
         share = tr("up to {share:.2g} %", share=100.0 * registration.lens_stretch95)
         facts.append((tr("Depths stretched by the lenses' errors, 95 %"), share))
@@ -140,7 +147,7 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
     metres = transform.scale_of(model.to_world)
     if not frame.has_metres:
         scale = tr("not known")
-    elif abs(metres - 1.0) < _SAME_SCALE:
+    elif abs(metres - 1.0) < _SCALE_TOLERANCE:
         scale = tr("metres")
     else:
         scale = tr("metres; one unit of the file is {length}", length=length_text(metres, 4))
@@ -167,7 +174,7 @@ def _observations(registration: Registration) -> str:
 
 
 def _north(read: ReadNorth | None) -> list[tuple[str, str]]:
-    """From where azimuths were counted, and what all of them may be off."""
+    """Return the north of azimuths and its common error."""
     if read is None:
         return []
     counted = tr(_NORTHS[read.north])
@@ -206,19 +213,21 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 def _warnings(registration: Registration) -> list[Finding]:
     findings: list[Finding] = [*turn_findings(registration.rotation_covariance())]
     control = [p for p in registration.control if not p.check]
-    # Of a model that was fitted to another one the surfaces judge the points.
-    by_points = registration.method != "reference"
-    if by_points and 0 < len(control) < _FEW:
-        findings.append(Finding("control.no-redundancy", count=len(control), least=_FEW))
-    by_points = by_points and registration.method != "gps"
-    if by_points and 0 < len(control) == len(registration.control):
+    # For a fit to another model the surfaces check the points.
+    uses_points = registration.method != "reference"
+    if uses_points and 0 < len(control) < _MIN_REDUNDANT_POINTS:
+        findings.append(
+            Finding("control.no-redundancy", count=len(control), least=_MIN_REDUNDANT_POINTS)
+        )
+    uses_points = uses_points and registration.method != "gps"
+    if uses_points and 0 < len(control) == len(registration.control):
         findings.append(Finding("control.no-check-points"))
     if registration.scale_error is not None:
         findings += scale_findings(registration.scale_error)
-    seen = bowing_of_registration(registration)
-    findings += bowing_findings(seen)
+    bowing = bowing_of_registration(registration)
+    findings += bowing_findings(bowing)
     if registration.lens_bowing95_deg is not None:
         findings += lens_bend_findings(
-            registration.lens_bowing95_deg, registration.lens_stretch95, seen
+            registration.lens_bowing95_deg, registration.lens_stretch95, bowing
         )
     return findings

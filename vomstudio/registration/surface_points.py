@@ -1,4 +1,4 @@
-"""Points that stand for a model: those of a cloud, the vertices of a mesh, more of large faces."""
+"""Points that represent a model: those of a cloud, or vertices with more points on large faces."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 
-_MOST = 20_000_000
-_FEW = 20_000
+_MAX_ADDED_POINTS = 20_000_000
+_MAX_EXTENT_POINTS = 20_000
 
 
 def points_of(data: Mesh | PointCloud) -> FloatArray:
-    """(n, 3) as they stand in the file, those that stand twice too."""
+    """Return all points (n, 3) as in the file, duplicates included."""
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
 def some_points(data: Mesh | PointCloud) -> FloatArray:
-    """(n, 3) finite ones, spread over all of it: enough to tell how far it reaches."""
+    """Return finite points (n, 3) spread over the model, enough for its extent."""
     points = points_of(data)
-    some = np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
+    some = np.asarray(points[:: max(1, len(points) // _MAX_EXTENT_POINTS)], np.float64)
     return some[np.isfinite(some).all(axis=1)]
 
 
@@ -31,32 +31,45 @@ def known_resolution(data: Mesh | PointCloud) -> float | None:
     """Return the effective resolution in the unit of the file; None for a single point."""
     from vomstudio.io.models.opening import resolution
 
-    found = resolution(data)
-    return found if np.isfinite(found) else None
+    spacing = resolution(data)
+    return spacing if np.isfinite(spacing) else None
 
 
 def surface_points(
     data: Mesh | PointCloud, spacing: float, seed: int = 0
 ) -> tuple[FloatArray, int]:
-    """(n, 3) finite points of the surface, each place once; and how many of them were put into
-    faces that are larger than the square of `spacing`, evenly at random, on the average one for
-    each such square."""
+    """Return points of a surface, each place once.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    spacing : float
+        Faces larger than its square get random points, on average one per such square.
+    seed : int
+
+    Returns
+    -------
+    points : (n, 3) array
+        Finite.
+    added : int
+        Number of points on faces.
+    """
     places = np.asarray(points_of(data), np.float64)
     if not isinstance(data, Mesh) or not len(data.faces):
         return places[np.isfinite(places).all(axis=1)], 0
     corners = [places[data.faces[:, k]] for k in range(3)]
     area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]), axis=1) / 2
     number = welded(places)
-    once = np.zeros(len(places), bool)
-    once[np.unique(number, return_index=True)[1]] = True
-    once &= np.isfinite(places).all(axis=1)
-    # Vertices that no face uses are no part of the surface.
+    is_first = np.zeros(len(places), bool)
+    is_first[np.unique(number, return_index=True)[1]] = True
+    is_first &= np.isfinite(places).all(axis=1)
+    # Exclude vertices that no face uses.
     used = np.zeros(int(number.max(initial=-1)) + 1, bool)
     used[number[data.faces.ravel()]] = True
-    once &= used[number]
+    is_first &= used[number]
     large = np.where(np.isfinite(area) & (area > spacing**2), area / spacing**2, 0.0)
-    if large.sum() > _MOST:
-        large *= _MOST / large.sum()
+    if large.sum() > _MAX_ADDED_POINTS:
+        large *= _MAX_ADDED_POINTS / large.sum()
     rng = np.random.default_rng(seed)
     counts = np.floor(large + rng.random(len(large))).astype(np.int64) * (large > 0)
     face = np.repeat(np.arange(len(large)), counts)
@@ -64,19 +77,23 @@ def surface_points(
     root, share = np.sqrt(rng.random(len(face)))[:, None], rng.random(len(face))[:, None]
     a, b, c = (corner[face] for corner in corners)
     inside = (1.0 - root) * a + root * (1.0 - share) * b + root * share * c
-    return np.concatenate([places[once], inside]), len(inside)
+    return np.concatenate([places[is_first], inside]), len(inside)
 
 
 @dataclass(frozen=True, eq=False)
-class Opposite:
-    """What of a benchmark lies opposite the points of a model.
+class Counterparts:
+    """Counterparts of points on a benchmark.
 
-    distance : (n,) signed, positive on the side to which the benchmark's normals point; NaN of
-        places that are not finite
-    beside : (n,) how far beyond the benchmark's edge a place lies, along its surface
-    normal : (n, 3) unit normals of the benchmark there
+    Attributes
+    ----------
+    distance : (n,) array
+        Signed, positive on the side of the benchmark's normals; NaN for places that are not finite.
+    beyond_edge : (n,) array
+        Distance beyond the benchmark's edge, along its surface.
+    normal : (n, 3) array
+        Unit normals of the benchmark.
     """
 
     distance: FloatArray
-    beside: FloatArray
+    beyond_edge: FloatArray
     normal: FloatArray

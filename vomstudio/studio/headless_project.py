@@ -41,7 +41,7 @@ from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.project.registration_frames import registration_in_project
 from vomstudio.project.session import Session
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.placing import with_warnings
+from vomstudio.registration.placing import prepend_warnings
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import known_resolution, some_points
 from vomstudio.studio.drawn_traces import (
@@ -569,7 +569,7 @@ class HeadlessProject:
             progress=self._progress,
         )
         evidence.reference = fitted.fitted.observation
-        placed = with_warnings(register(evidence), fitted.warnings)
+        placed = prepend_warnings(register(evidence), fitted.warnings)
         if not placed.known.all:
             raise GeometryError(Finding("registration.undetermined", parameters=fitted.fitted.free))
         record = create_registration(placed, pairs, model, fitted.crs, Path(reference).name)

@@ -26,7 +26,7 @@ from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.text.set_columns import parse_rings
 from vomstudio.project.imports.feature_lists import read_listed
 from vomstudio.project.records import Model
-from vomstudio.registration.by_model.stable import in_polygons
+from vomstudio.registration.by_model.stable import find_inside_polygons
 
 SQUARE = [[0, 0], [300, 0], [300, 400], [0, 0]]
 
@@ -55,7 +55,7 @@ def asked() -> Iterator[tuple[str, list[str]]]:
 
 
 def _polygons(path: Path) -> object:
-    return in_polygons(np.zeros((3, 3)), path)
+    return find_inside_polygons(np.zeros((3, 3)), path)
 
 
 READERS: list[Callable[[Path], object]] = [read_gis_lines, read_lines, read_area, _polygons]
@@ -162,7 +162,7 @@ def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
         "</outerBoundaryIs></Polygon></Placemark></kml>"
     )
     places = convert(np.array([[14.7, 45.1, 0.0], [14.2, 45.9, 0.0]]), "EPSG:32633", "EPSG:4326")
-    inside, _ = in_polygons(places, tmp_path / "a.kml", "EPSG:32633")
+    inside, _ = find_inside_polygons(places, tmp_path / "a.kml", "EPSG:32633")
     assert inside.tolist() == [True, False]
 
 

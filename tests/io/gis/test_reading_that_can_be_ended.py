@@ -24,7 +24,7 @@ from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.project.imports.feature_lists import read_listed
 from vomstudio.project.records import Model
-from vomstudio.registration.by_model.stable import in_polygons
+from vomstudio.registration.by_model.stable import find_inside_polygons
 
 COUNT = 60_000
 
@@ -168,7 +168,7 @@ READERS: list[Callable[[Path], object]] = [
     read_lines,
     read_area,
     _listed,
-    lambda path: in_polygons(np.zeros((3, 3)), path),
+    lambda path: find_inside_polygons(np.zeros((3, 3)), path),
 ]
 
 

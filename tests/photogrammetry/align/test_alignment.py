@@ -23,7 +23,7 @@ from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
-from vomstudio.photogrammetry.align.priors import HELD, Freedom
+from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.registration.similarity import fit_similarity
 
@@ -204,7 +204,7 @@ def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
     made = Made(photos, features, [*one.views, *views[:2], *views[3:]], one.points)
     mapped: list[list[int]] = []
 
-    def map_photos(*args: object) -> mapping.Mapped:
+    def map_photos(*args: object) -> mapping.MappingResult:
         result = mapping_photos(*args)
         mapped.extend(list(part.reg_image_ids()) for part in result.reconstructions)
         return result
@@ -297,7 +297,7 @@ def test_matches_of_the_next_window_move_cameras_little(monkeypatch) -> None:
             for point in found.image(image).points2D:
                 if point.has_point3D() and point.point3D_id % 10 == 0:
                     point.xy = point.xy + [3.0, 0.0]
-        adjust(found, dict.fromkeys(found.cameras, HELD), threads=1)
+        adjust(found, dict.fromkeys(found.cameras, ALL_FIXED), threads=1)
         centres = {i: found.image(i).projection_center() for i in truth}
         errors[loss_px] = apart(np.array([*centres.values()]), np.array([*truth.values()]))
     assert errors[adjustment.LOSS_PX] < 0.6 * errors[None]

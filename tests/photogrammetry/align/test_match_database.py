@@ -53,8 +53,8 @@ def test_a_pair_without_a_match_counts_as_compared(made) -> None:
     assert match_database.match_counts(path) == {(0, 1): (13, 12), (1, 2): (0, 0)}
     assert match_database.pair_counts(path) == {(0, 1): 12}
     assert match_database.feature_counts(path) == {0: 40, 1: 40, 2: 40}
-    with match_database.reading(path) as database:
-        assert match_database.compared(database) == 2
+    with match_database.open_for_reading(path) as database:
+        assert match_database.count_compared(database) == 2
         asked = [(0, 1), (1, 2), (0, 2)]
         assert [match_database.is_compared(database, pair) for pair in asked] == [True, True, False]
 
@@ -80,7 +80,7 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
     end it deletes the shared index, at its start it shortens it under COLMAP (a bus error)."""
     path, asked = made
     index = path.with_name(path.name + "-shm")
-    with match_database.reading(path) as database:
+    with match_database.open_for_reading(path) as database:
         before = index.stat()
         match_database.match_counts(path)
         match_database.pair_counts(path)
@@ -90,14 +90,14 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
         match_database.open_database(tmp_path / "other.db", *asked)
         match_database.copy_pairs(path, tmp_path / "other.db")
         assert index.stat().st_ino == before.st_ino
-        assert match_database.compared(database) == 2
+        assert match_database.count_compared(database) == 2
 
 
 def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
     path, _ = made
-    with pytest.raises(RuntimeError, match="no graphics"), match_database.opened(path):
+    with pytest.raises(RuntimeError, match="no graphics"), match_database.open_existing(path):
         raise RuntimeError("no graphics")
-    with refused("alignment.matches-unreadable"), match_database.reading(path):
+    with refused("alignment.matches-unreadable"), match_database.open_for_reading(path):
         raise RuntimeError("no graphics")
 
 

@@ -11,12 +11,12 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import (
     check_scene,
+    count_views_of_points,
     face_normal,
     mean_views,
     obliquity_deg,
+    overlap_matrix,
     photo_pixel_sizes,
-    places_seen,
-    shared_view,
 )
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.survey.check_results import ADVICE
@@ -114,7 +114,7 @@ def test_figures_are_those_of_the_cameras() -> None:
     made = scene(views)
     assert photo_pixel_sizes(made)[:3] == pytest.approx([0.01, 0.01, 0.02], rel=0.02)
     # 8 m are seen, moved by 2 m: three quarters; the farther one sees all of the nearer.
-    shares = shared_view(made)
+    shares = overlap_matrix(made)
     assert shares[0, 1] == pytest.approx(0.75, abs=0.01)
     assert shares[0, 2] == 1
     assert shares[0, 0] == 0
@@ -124,7 +124,7 @@ def test_figures_are_those_of_the_cameras() -> None:
     # The same photos from behind are as oblique: their side is the one on which they stand.
     assert obliquity_deg(made, -normal) == pytest.approx([0, 0, 0, 30], abs=0.6)
     assert 2 <= mean_views(made).min() <= mean_views(made).max() <= 4
-    assert places_seen(made).min() >= 2
+    assert count_views_of_points(made).min() >= 2
 
 
 @pytest.mark.parametrize("scaled", [True, False])

@@ -6,7 +6,12 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
-from vomstudio.photogrammetry.base.checkpoints import Checkpoints, file_name, key_of, write_whole
+from vomstudio.photogrammetry.base.checkpoints import (
+    Checkpoints,
+    file_name,
+    key_of,
+    write_atomically,
+)
 
 
 def test_a_stage_has_its_name_only_once_it_is_whole(tmp_path):
@@ -65,7 +70,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with refused("reconstruct.not-written", TargetError):
-        write_whole(tmp_path / "a.npz", full)
+        write_atomically(tmp_path / "a.npz", full)
     assert list(tmp_path.iterdir()) == []
 
 

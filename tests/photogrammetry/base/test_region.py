@@ -11,7 +11,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 
 ORIGIN = np.array([400_000, 5_000_000, 0])
 
@@ -55,9 +55,9 @@ def box(low: float, high: float) -> Region:
 
 def test_only_photos_that_see_it_get_depth_maps() -> None:
     wall = scene()
-    part = choose_pairs(wall).of_views(box(0, 6).views_of(wall))
+    part = select_pairs(wall).select_views(box(0, 6).views_of(wall))
     assert {plan.view for plan in part.plans} == {0, 1}
-    assert len(choose_pairs(wall).of_views(box(0, 50).views_of(wall)).plans) == 6
+    assert len(select_pairs(wall).select_views(box(0, 50).views_of(wall)).plans) == 6
 
 
 def test_points_are_chosen_in_the_frame_of_the_model() -> None:
@@ -70,7 +70,7 @@ def test_a_region_beside_the_rock_is_refused_with_where_the_rock_is() -> None:
         box(500, 600).views_of(scene())
     wall = scene()
     with refused("region.no-depths", GeometryError):
-        choose_pairs(wall).of_views([])
+        select_pairs(wall).select_views([])
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from vomstudio.photogrammetry.dense.depthmaps import (
     memory_needed,
 )
 from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
 
 DISTANCE, FOCAL = 4.0, 480.0
@@ -62,7 +62,7 @@ def around(degrees, lens=LENS):
 
 
 def maps_of(photos, scene, **choice):
-    pairs = choose_pairs(scene, **choice)
+    pairs = select_pairs(scene, **choice)
     return pairs, [depth_map(make_task(plan, photos.__getitem__)) for plan in pairs.plans]
 
 
@@ -85,7 +85,7 @@ def front():
 @pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
 def test_a_plane_at_right_angles_has_its_depth(front, method):
     photos, scene = front
-    plan = choose_pairs(scene, method=method).plans[1]
+    plan = select_pairs(scene, method=method).plans[1]
     made = depth_map(make_task(plan, photos.__getitem__))
     inside = made.depth > 0
     assert inside.mean() > 0.9
@@ -104,7 +104,7 @@ def test_an_oblique_plane_has_its_normal_and_its_depths(method):
     slope = (0.4, -0.25)
     face, views = plane(slope), parallel()
     photos, scene = taken(face, views), tie_points(face, views, 600)
-    made = depth_map(make_task(choose_pairs(scene, method=method).plans[1], photos.__getitem__))
+    made = depth_map(make_task(select_pairs(scene, method=method).plans[1], photos.__getitem__))
     normal = np.array([-slope[0], -slope[1], 1.0]) / np.linalg.norm([*slope, 1.0])
     inside = made.normals.any(axis=2)
     assert inside.mean() > 0.85
@@ -125,7 +125,7 @@ def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     larger = [
         Undistorted(p.photo, p.mask, p.view.moved(10.0, np.eye(3), np.zeros(3))) for p in photos
     ]
-    plan = choose_pairs(scene, method=method).plans[1]
+    plan = select_pairs(scene, method=method).plans[1]
     task = make_task(plan, photos.__getitem__)
     ten = replace(
         make_task(plan, larger.__getitem__),
@@ -183,10 +183,10 @@ def test_what_is_masked_has_no_depth_and_gives_none(rock):
     mask[:, :260] = 0
     photos = taken(rock, views, [None, cv2.imencode(".png", mask)[1].tobytes(), None])
     scene = tie_points(rock, views, 1500)
-    plan = choose_pairs(scene).plans[1]
+    plan = select_pairs(scene).plans[1]
     assert not depth_map(make_task(plan, photos.__getitem__)).depth[:, :260].any()
     # Photo 0 with the masked one alone: what lies under its mask cannot be measured.
-    plan = choose_pairs(scene).plans[0]
+    plan = select_pairs(scene).plans[0]
     only = replace(plan, sources=tuple(s for s in plan.sources if s.view == 1))
     for method in ("sgbm", "patchmatch"):
         forced = replace(only, sources=tuple(replace(s, method=method) for s in only.sources))
@@ -203,7 +203,7 @@ def test_what_is_masked_has_no_depth_and_gives_none(rock):
 @pytest.mark.full
 def test_the_threads_change_nothing_and_the_seed_fixes_all(front):
     photos, scene = front
-    task = make_task(choose_pairs(scene, method="patchmatch", count=2).plans[0], photos.__getitem__)
+    task = make_task(select_pairs(scene, method="patchmatch", count=2).plans[0], photos.__getitem__)
     one = depth_map(task)
     two = depth_map(replace(task, options=replace(task.options, threads=2)))
     np.testing.assert_array_equal(one.depth, two.depth)
@@ -213,7 +213,7 @@ def test_the_threads_change_nothing_and_the_seed_fixes_all(front):
 def test_a_photo_that_is_all_masked_has_an_empty_map(front):
     photos, scene = front
     black = cv2.imencode(".png", np.zeros((390, 520), np.uint8))[1].tobytes()
-    task = make_task(choose_pairs(scene).plans[0], photos.__getitem__)
+    task = make_task(select_pairs(scene).plans[0], photos.__getitem__)
     made = depth_map(replace(task, reference=replace(task.reference, mask=black)))
     assert made.filled == 0.0
     assert not made.normals.any()
@@ -221,7 +221,7 @@ def test_a_photo_that_is_all_masked_has_an_empty_map(front):
 
 def test_nonsense_is_refused_in_words(front):
     photos, scene = front
-    task = make_task(choose_pairs(scene).plans[0], photos.__getitem__)
+    task = make_task(select_pairs(scene).plans[0], photos.__getitem__)
     with refused("dense.no-sources", GeometryError):
         depth_map(replace(task, sources=(), methods=()))
     with refused("dense.depth-range", GeometryError):
@@ -238,7 +238,7 @@ def test_nonsense_is_refused_in_words(front):
 
 def test_a_map_comes_back_from_its_file_and_half_a_file_is_refused(front, tmp_path):
     photos, scene = front
-    made = depth_map(make_task(choose_pairs(scene).plans[0], photos.__getitem__))
+    made = depth_map(make_task(select_pairs(scene).plans[0], photos.__getitem__))
     made.save(tmp_path / "map.npz")
     back = DepthMap.load(tmp_path / "map.npz")
     np.testing.assert_array_equal(back.depth, made.depth)

@@ -8,7 +8,7 @@ from tests.photogrammetry.dense.dense_truth import look
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 
 LENS = Intrinsics.pinhole(600, 400, 500.0, 300.0, 200.0)
 
@@ -38,7 +38,7 @@ def row_of(count, apart=1.0, distance=5.0):
 
 
 def test_neighbours_in_a_row_come_first_and_on_both_sides():
-    pairs = choose_pairs(scene_of(row_of(5), wall()), count=2)
+    pairs = select_pairs(scene_of(row_of(5), wall()), count=2)
     assert {source.view for source in pairs.plans[2].sources} == {1, 3}
     assert all(source.method == "sgbm" for source in pairs.plans[2].sources)
     assert pairs.left_out == ()
@@ -49,7 +49,7 @@ def test_photos_that_converge_are_not_rectified():
         look(f"{a}.jpg", LENS, 5 * np.array([np.sin(t), 0.0, np.cos(t)]), np.zeros(3))
         for a, t in ((a, np.radians(a)) for a in (0, 10, 60))
     ]
-    plan = choose_pairs(scene_of(turned, wall() * [0.2, 0.5, 1.0])).plans[0]
+    plan = select_pairs(scene_of(turned, wall() * [0.2, 0.5, 1.0])).plans[0]
     assert {source.view: source.method for source in plan.sources} == {1: "sgbm", 2: "patchmatch"}
     by_view = {source.view: source for source in plan.sources}
     assert by_view[2].convergence_deg == pytest.approx(60.0)
@@ -58,13 +58,13 @@ def test_photos_that_converge_are_not_rectified():
 def test_one_photo_before_the_other_is_not_rectified():
     centres = np.array([[0.0, 0.0, 5.0], [0.3, 0.0, 4.0]])
     views = [look(f"{i}.jpg", LENS, c, c - [0.0, 0.0, 1.0]) for i, c in enumerate(centres)]
-    plan = choose_pairs(scene_of(views, wall() * [0.4, 1.0, 1.0])).plans[0]
+    plan = select_pairs(scene_of(views, wall() * [0.4, 1.0, 1.0])).plans[0]
     assert plan.sources[0].method == "patchmatch"
 
 
 def test_the_depth_range_holds_the_rock_and_not_the_stray_point():
     points = np.vstack([wall(), [[0.0, 0.0, -400.0]]])
-    plan = choose_pairs(scene_of(row_of(3), points)).plans[1]
+    plan = select_pairs(scene_of(row_of(3), points)).plans[1]
     assert 4.0 < plan.near < 4.7
     assert 5.3 < plan.far < 7.0
 
@@ -76,14 +76,14 @@ def test_ten_times_the_scene_is_ten_times_the_depth():
         points=10 * scene.points,
         views=tuple(view.moved(10.0, np.eye(3), np.zeros(3)) for view in scene.views),
     )
-    for one, ten in zip(choose_pairs(scene).plans, choose_pairs(larger).plans, strict=True):
+    for one, ten in zip(select_pairs(scene).plans, select_pairs(larger).plans, strict=True):
         assert (ten.near, ten.far) == pytest.approx((10 * one.near, 10 * one.far))
         assert [s.view for s in ten.sources] == [s.view for s in one.sources]
 
 
 def test_a_photo_without_tie_points_is_left_out_with_a_word():
     away = look("away.jpg", LENS, [0.0, 0.0, 5.0], [0.0, 0.0, 50.0])
-    pairs = choose_pairs(scene_of([*row_of(3), away], wall()))
+    pairs = select_pairs(scene_of([*row_of(3), away], wall()))
     assert [plan.view for plan in pairs.plans] == [0, 1, 2]
     (finding,) = pairs.left_out
     assert (finding.code, finding.values["photo"]) == ("dense.few-tie-points", "away.jpg")
@@ -92,9 +92,9 @@ def test_a_photo_without_tie_points_is_left_out_with_a_word():
 def test_a_photo_with_nobody_beside_it_is_left_out_with_a_word():
     same = row_of(1) * 2
     with refused("dense.no-photos", GeometryError):
-        choose_pairs(scene_of(same, wall()))
+        select_pairs(scene_of(same, wall()))
 
 
 def test_one_photo_has_no_depth():
     with refused("dense.too-few-photos", GeometryError):
-        choose_pairs(scene_of(row_of(1), wall()))
+        select_pairs(scene_of(row_of(1), wall()))

@@ -17,7 +17,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.component_joining import (
     JoinReport,
     join_components,
-    merged,
+    merge_scenes,
 )
 from vomstudio.photogrammetry.georeferencing.control import place_by_control
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import bundle_adjust
@@ -124,7 +124,7 @@ def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: W
     assert with_code(report.joined[0].warnings, "control.no-redundancy")
     a, b = (placed(part, few) for part in wall.parts)
     fit = fit_similarity([b[label] for label in a], list(a.values()))
-    rough = merged(wall.parts[0], wall.parts[1], fit)
+    rough = merge_scenes(wall.parts[0], wall.parts[1], fit)
 
     def miss(scene: SparseScene) -> float:
         found, _ = marks_by_point(scene, few)

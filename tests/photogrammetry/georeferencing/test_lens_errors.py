@@ -19,9 +19,9 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     bundle_adjust,
     noise_px,
 )
-from vomstudio.photogrammetry.georeferencing.lens_errors import LensEffect, lens_effect, same
+from vomstudio.photogrammetry.georeferencing.lens_errors import LensEffect, identity, lens_effect
 from vomstudio.photogrammetry.georeferencing.lens_response import response_of
-from vomstudio.photogrammetry.georeferencing.world_frame import moved
+from vomstudio.photogrammetry.georeferencing.world_frame import place_in_world
 from vomstudio.registration.similarity import fit_similarity
 
 
@@ -55,7 +55,7 @@ def effect(scene: SparseScene, focal: str = "held", exif: float | None = 1500.0)
 
 
 def in_truth(scene: SparseScene, truth: np.ndarray) -> SparseScene:
-    return moved(scene, fit_similarity(scene.points, truth), (0, 0, 0), None)
+    return place_in_world(scene, fit_similarity(scene.points, truth), (0, 0, 0), None)
 
 
 def test_the_answer_to_a_wrong_focal_length_is_that_of_a_bundle_adjustment() -> None:
@@ -88,7 +88,7 @@ def test_known_cameras_leave_a_wrong_lens_less_room() -> None:
     ]
     about = scene.points.mean(axis=0)
     alone = lens_effect(scene, cameras, about)
-    tied = lens_effect(scene, cameras, about, same, centres=centres)
+    tied = lens_effect(scene, cameras, about, identity, centres=centres)
     assert alone is not None
     assert tied is not None
     assert tied.bend.side_deg < 0.3 * alone.bend.side_deg

@@ -214,7 +214,7 @@ def test_points_are_changed_renamed_and_removed() -> None:
 
 def test_photos_are_known_by_the_last_part_of_their_name() -> None:
     photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
-    made, strangers = Marking().with_marks(
+    made, strangers = Marking().add_marks(
         [Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)], photos
     )
     assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}

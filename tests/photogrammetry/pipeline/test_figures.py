@@ -8,7 +8,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.pipeline.report_data import as_placed, calibration
+from vomstudio.photogrammetry.pipeline.report_data import calibration, cameras_after_placement
 
 NAMES = ("f", "cx", "cy", "k")
 ASSUMED = Finding("lens.focal-assumed", focal_mm=30.0, error_percent=None)
@@ -63,7 +63,7 @@ def scene(focal: float) -> SparseScene:
 def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
     guessed = check_scene(scene(1300.0), cameras=[HELD])
     assert any(finding.code == "focal-vague" for finding in guessed.findings)
-    (camera,) = as_placed([HELD], scene(1500.0), FREED)
+    (camera,) = cameras_after_placement([HELD], scene(1500.0), FREED)
     assert camera.values[0] == 1500.0
     assert (camera.focal, camera.sigma[0]) == ("freed", 6.0)
     assert camera.reasons == (ASSUMED, BY_GROUND)
@@ -72,7 +72,7 @@ def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
 
 
 def test_cameras_that_nothing_changed_stay_as_they_are() -> None:
-    (camera,) = as_placed([HELD], scene(1300.0), {})
+    (camera,) = cameras_after_placement([HELD], scene(1300.0), {})
     assert camera.values == HELD.values
     assert (camera.focal, camera.reasons) == (HELD.focal, HELD.reasons)
 
@@ -81,7 +81,7 @@ def test_what_the_ground_freed_has_an_error_and_no_correlations() -> None:
     class Seen:
         name, camera, width, height = "a.jpg", "Acme", 1600, 1200
 
-    (row,) = calibration(as_placed([HELD], scene(1500.0), FREED), [Seen()])  # type: ignore[list-item]
+    (row,) = calibration(cameras_after_placement([HELD], scene(1500.0), FREED), [Seen()])  # type: ignore[list-item]
     assert row["sigma"] == [6.0, 0.0, 0.0, pytest.approx(0.002)]
     assert row["free"] == ["k"]
     assert row["correlation"] == [[1.0]]

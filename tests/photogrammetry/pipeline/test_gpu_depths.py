@@ -18,7 +18,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
-from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
 from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
@@ -47,7 +47,7 @@ def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> N
     views = [look(f"{i}.png", lens, c, [*c[:2], 0.0]) for i, c in enumerate(centres)]
     scene = tie_points(face, views, count=400)
     photos = [_photo(face, view) for view in views]
-    pairs = choose_pairs(scene)
+    pairs = select_pairs(scene)
     put: list[Any] = []
 
     def log() -> StageLog:

@@ -8,7 +8,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.photogrammetry.pipeline.outputs import disk_trouble_reported
+from vomstudio.photogrammetry.pipeline.outputs import report_disk_errors
 
 
 @pytest.mark.parametrize(
@@ -22,12 +22,12 @@ from vomstudio.photogrammetry.pipeline.outputs import disk_trouble_reported
     ],
 )
 def test_what_a_library_says_of_the_disk_becomes_a_sentence(tmp_path: Path, said: str) -> None:
-    with refused("disk.failed", TargetError, file=tmp_path), disk_trouble_reported(tmp_path):
+    with refused("disk.failed", TargetError, file=tmp_path), report_disk_errors(tmp_path):
         raise RuntimeError(said)
 
 
 def test_other_failures_stay_what_they_are(tmp_path: Path) -> None:
     for error in (RuntimeError("no more matches"), KeyError("views"), InputError("no photo")):
-        with pytest.raises(type(error)) as caught, disk_trouble_reported(tmp_path):
+        with pytest.raises(type(error)) as caught, report_disk_errors(tmp_path):
             raise error
         assert caught.value is error

@@ -234,7 +234,7 @@ def test_pages_hold_every_face_once_and_no_larger_than_asked():
 
 def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
     """A sheet folded into an S: three layers along one direction, most of it out of sight."""
-    monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MOST_UNSEEN", 1.0)
+    monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MAX_UNSEEN", 1.0)
     s = np.linspace(0, 3, 61)
     x = np.where(s < 1, s, np.where(s < 2, 2 - s, s - 2))
     y = s * 0.2

@@ -119,18 +119,18 @@ def test_every_place_is_seen_by_four_photos(manner, overlap: float) -> None:
 
 def test_neighbours_overlap_as_asked_and_all_stand_at_the_distance() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=40.0, height_m=8.0, distance_m=15.0, overlap=0.75))
-    straight = plan.of_kind("perpendicular")
+    straight = plan.select_kind("perpendicular")
     steps = np.diff([s.along_m for s in straight])
     assert 1 - steps.max() / plan.footprint_m[0] >= 0.75 - 1e-9
     for s in plan.positions:
         away = math.dist((s.along_m, s.up_m, s.away_m), (s.target_along_m, s.target_up_m, 0.0))
         assert away == pytest.approx(15.0)
     # Textbook 3.2.1: obliques at 60 degrees to the surface, from both sides.
-    assert {round(s.turn_deg) for s in plan.of_kind("oblique")} == {-30, 30}
+    assert {round(s.turn_deg) for s in plan.select_kind("oblique")} == {-30, 30}
     drone = plan_survey(
         APSC, PlanOptions(width_m=40.0, height_m=8.0, distance_m=15.0, manner="drone")
     )
-    assert {round(s.tilt_deg) for s in drone.of_kind("oblique")} == {-30}
+    assert {round(s.tilt_deg) for s in drone.select_kind("oblique")} == {-30}
 
 
 def test_one_position_gets_one_photo() -> None:

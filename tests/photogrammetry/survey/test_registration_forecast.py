@@ -12,7 +12,7 @@ import vomstudio as vs
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
 from vomstudio.photogrammetry.survey.plan_camera import camera_of
-from vomstudio.photogrammetry.survey.plan_forecast import foretold
+from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
 from vomstudio.photogrammetry.survey.planning import SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.registration_forecast import forecast
 from vomstudio.photogrammetry.survey.survey_options import PlanOptions
@@ -64,14 +64,14 @@ def test_planned_cameras_turn_the_model_as_far_as_foretold() -> None:
 @pytest.mark.parametrize("times", [2.0, 5.0])
 def test_errors_grow_with_those_of_the_receiver(times: float) -> None:
     made = plan(100.0, 40.0, 30.0)
-    one, more = foretold(made, 0.1, 0.02), foretold(made, 0.1 * times, 0.02 * times)
+    one, more = add_forecasts(made, 0.1, 0.02), add_forecasts(made, 0.1 * times, 0.02 * times)
     for a, b in zip(one.registration, more.registration, strict=True):
         assert a.worst_95_deg is not None
         assert b.worst_95_deg == pytest.approx(times * a.worst_95_deg, rel=1e-6)
 
 
 def test_a_line_of_cameras_is_warned_of_with_what_to_do() -> None:
-    made = foretold(plan(40.0, 6.0, 15.0, "handheld"))
+    made = add_forecasts(plan(40.0, 6.0, 15.0, "handheld"))
     receiver, control = made.registration
     # It may turn about the line along which the cameras stand.
     assert receiver.worst_95_deg is None or receiver.worst_95_deg > 20.0
@@ -83,7 +83,7 @@ def test_a_line_of_cameras_is_warned_of_with_what_to_do() -> None:
 
 def test_a_good_plan_is_not_warned_of() -> None:
     before = plan(100.0, 40.0, 30.0)
-    assert foretold(before, 0.02).warnings == before.warnings
+    assert add_forecasts(before, 0.02).warnings == before.warnings
 
 
 def test_one_position_cannot_place_a_model_and_says_why() -> None:

@@ -184,7 +184,7 @@ def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path:
     from vomstudio.photogrammetry.survey import overlap
 
     # As if eight photos were many: only neighbours in order are compared at first.
-    monkeypatch.setattr(overlap, "_ALL_PAIRS_UP_TO", 2)
+    monkeypatch.setattr(overlap, "_MAX_PHOTOS_ALL_PAIRS", 2)
     monkeypatch.setattr(overlap, "_NEIGHBOURS", 1)
     there = [((x, 3, 8), (x, 3, 0)) for x in (-6.0, 6.0, -5.0, 5.0, -2.0, 2.0)]
     wall.write_set(tmp_path, there, gps=False)

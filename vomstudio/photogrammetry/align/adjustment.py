@@ -1,4 +1,4 @@
-"""Bundle adjustment with free parameters chosen for each camera, and its cross-validation."""
+"""Bundle adjustment with free parameters for each camera, and its cross-validation."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.photogrammetry.align.priors import HELD, Freedom, parameter_names
+from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom, parameter_names
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 
-# Observations farther off are no observations of that point (as in COLMAP's mapper).
+# Observations with larger errors are dropped (as in COLMAP's mapper).
 MAX_ERROR_PX = 4.0
 MIN_ANGLE_DEG = 1.5
-# Residuals of good observations are about half a pixel; wrong matches pull by less, the farther off
-# they are (Cauchy).
+# Scale of the Cauchy loss: residuals of good observations are about half a pixel.
 LOSS_PX = 0.5
 _TOLERANCE = 1e-5
-# Every so many tie points judge cameras that were adjusted without them.
-_HELD_OUT = 5
+# One tie point of this number is left out for cross-validation.
+_FOLD_SIZE = 5
 
 
 def adjust(
@@ -33,24 +32,41 @@ def adjust(
     covariance: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, FloatArray]:
-    """Refine poses, points and what `freedoms` (by camera) leaves free, in place; then drop bad
-    observations, and again. Observations count less the farther off they are.
+    """Refine poses, points and the free parameters of cameras in place, and drop bad observations.
 
-    Returns the formal covariance (k, k) of the k free parameters of each camera, for residuals of
-    unit variance; cameras are missing where it could not be had. Raises Cancelled.
+    Large residuals are down-weighted.
+
+    Parameters
+    ----------
+    reconstruction : pycolmap.Reconstruction
+    freedoms : mapping
+        Free parameters by camera.
+    threads : int
+        -1 for all.
+    rounds : int
+        Repetitions of adjustment and filter.
+    covariance : bool
+    progress : Progress, optional
+        Raises Cancelled.
+
+    Returns
+    -------
+    dict of int to (k, k) array
+        Formal covariance of the k free parameters of each camera, for residuals of unit variance;
+        without cameras for which it is not available.
     """
     pycolmap = colmap()
-    found: dict[int, FloatArray] = {}
-    for left in range(rounds, 0, -1):
-        adjuster = adjuster_of(reconstruction, freedoms, threads, loss_px=LOSS_PX)
+    covariances: dict[int, FloatArray] = {}
+    for remaining in range(rounds, 0, -1):
+        adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
-        if covariance and left == 1:
-            # Of residuals that all count alike, as their RMS by which it is multiplied.
-            alike = adjuster_of(reconstruction, freedoms, threads)
-            found = covariances_of(reconstruction, alike, freedoms)
+        if covariance and remaining == 1:
+            # For equal weights, as for the RMS by which it is multiplied.
+            unweighted = create_adjuster(reconstruction, freedoms, threads)
+            covariances = estimate_covariances(reconstruction, unweighted, freedoms)
         manager = pycolmap.ObservationManager(reconstruction)
         manager.filter_all_points3D(MAX_ERROR_PX, MIN_ANGLE_DEG)
-    return found
+    return covariances
 
 
 def cross_validation_error(
@@ -60,15 +76,15 @@ def cross_validation_error(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> float:
-    """Mean reprojection error, pixels, of every fifth tie point in 3 photos or more, of cameras
-    that were adjusted without those points; NaN where there are none. `reconstruction` stays.
+    """Return the mean error of every fifth tie point from cameras adjusted without them, pixels.
 
-    Raises Cancelled.
+    Only points in 3 photos or more are used; NaN if there are no such points. `reconstruction` is
+    unchanged. Raises Cancelled.
     """
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
     long = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
-    unseen = set(long[::_HELD_OUT])
+    unseen = set(long[::_FOLD_SIZE])
     if not unseen or len(unseen) == len(ids):
         return float("nan")
     fitted, judged = (
@@ -77,21 +93,21 @@ def cross_validation_error(
     )
     for i in ids:
         (fitted if i in unseen else judged).delete_point3D(i)
-    adjuster = adjuster_of(fitted, freedoms, threads, loss_px=LOSS_PX)
+    adjuster = create_adjuster(fitted, freedoms, threads, loss_px=LOSS_PX)
     cancellable(lambda _token: adjuster.solve(), progress or Silent())
     for number in fitted.cameras:
         judged.camera(number).params = fitted.camera(number).params
     for image in judged.reg_image_ids():
         pose = fitted.image(image).frame.rig_from_world
         judged.image(image).frame.rig_from_world = pose
-    points = adjuster_of(judged, {}, threads, poses=False)
+    points = create_adjuster(judged, {}, threads, poses=False)
     cancellable(lambda _token: points.solve(), progress or Silent())
     judged.update_point_3d_errors()
     return float(judged.compute_mean_reprojection_error())
 
 
 def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
-    """Places of a camera's free parameters."""
+    """Return the indices of a camera's free parameters."""
     free = {
         "f": freedom.focal,
         "c": freedom.centre,
@@ -102,24 +118,24 @@ def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
     return [i for i, name in enumerate(names) if free.get(name, free.get(name[0], False))]
 
 
-def free_in(problem: Any, camera: Any, freedom: Freedom) -> None:
-    """Hold what `freedom` does not free of a camera whose parameters are all free in `problem`."""
+def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
+    """Fix the parameters of a camera in a problem that `freedom` does not free."""
     import pyceres
 
     free = free_parameters(camera, freedom)
-    held = [i for i in range(len(camera.params)) if i not in free]
-    if held and problem.has_parameter_block(camera.params):
-        manifold = pyceres.SubsetManifold(len(camera.params), held)
+    fixed = [i for i in range(len(camera.params)) if i not in free]
+    if fixed and problem.has_parameter_block(camera.params):
+        manifold = pyceres.SubsetManifold(len(camera.params), fixed)
         problem.set_manifold(camera.params, owned_by_colmap(manifold))
 
 
-def owned_by_colmap(thing: Any) -> Any:
-    """The thing, which Python must not delete: COLMAP's problem deletes its parts itself."""
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
-    return thing
+def owned_by_colmap(part: Any) -> Any:
+    """Prevent Python from deleting a part of a COLMAP problem, which the problem deletes itself."""
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(part))
+    return part
 
 
-def adjuster_of(
+def create_adjuster(
     reconstruction: Any,
     freedoms: Mapping[int, Freedom],
     threads: int,
@@ -128,14 +144,23 @@ def adjuster_of(
     gauge: bool = True,
     loss_px: float | None = None,
 ) -> Any:
-    """A bundle adjuster in which each camera has its own free parameters (COLMAP frees a kind of
-    parameter of all cameras or of none).
+    """Create a bundle adjuster in which each camera has its own free parameters.
 
-    Frames without a pose are removed from `reconstruction`, with their images and with cameras that
-    have no other: COLMAP estimates covariances only if every frame has a pose.
+    COLMAP frees a kind of parameter of all cameras or of none. Frames without a pose are removed
+    from `reconstruction`, with their images and cameras: COLMAP estimates covariances only if every
+    frame has a pose.
 
-    gauge : two cameras hold the frame; False where something else does
-    loss_px : residual from which observations count clearly less; None if all count alike
+    Parameters
+    ----------
+    reconstruction : pycolmap.Reconstruction
+    freedoms : mapping
+    threads : int
+    poses : bool
+        Whether poses are free.
+    gauge : bool
+        Whether two cameras fix the frame; False if other observations do.
+    loss_px : float, optional
+        Scale of the robust loss; None for equal weights.
     """
     pycolmap = colmap()
     # The module of the problem is registered by this import.
@@ -161,25 +186,28 @@ def adjuster_of(
     if poses and gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
-    free = [n for n in numbers if freedoms.get(n, HELD) != HELD]
+    free = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]
     for number in numbers:
         if number not in free:
             config.set_constant_cam_intrinsics(number)
     adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, reconstruction)
     for number in free:
-        free_in(adjuster.problem, reconstruction.camera(number), freedoms[number])
+        fix_parameters(adjuster.problem, reconstruction.camera(number), freedoms[number])
     return adjuster
 
 
-def covariances_of(
+def estimate_covariances(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
 ) -> dict[int, FloatArray]:
-    """Of each camera's free parameters, for residuals of unit variance, where it can be had."""
+    """Return the covariances of the free parameters of each camera, for residuals of unit variance.
+
+    Cameras for which it is not available are missing.
+    """
     pycolmap = colmap()
     estimate = pycolmap.estimate_ba_covariance(
         pycolmap.BACovarianceOptions(), reconstruction, adjuster
     )
-    found = {}
+    covariances = {}
     if estimate is not None:
         for number, freedom in freedoms.items():
             if not reconstruction.exists_camera(number):
@@ -188,5 +216,5 @@ def covariances_of(
             if free_parameters(camera, freedom):
                 matrix = estimate.get_other_params_cov(camera.params)
                 if matrix is not None:
-                    found[number] = np.array(matrix, np.float64)
-    return found
+                    covariances[number] = np.array(matrix, np.float64)
+    return covariances

@@ -1,9 +1,9 @@
-"""Alignment: poses and intrinsics of all photos from the photos alone, resumable at any point.
+"""Align photos: poses and intrinsics from the photos alone, resumable at any point.
 
-The work folder holds `features/KEY.npz` (one per photo, named by content and settings),
-`database.db` (COLMAP's, with every pair that has been compared) and, at the end, `alignment.json`
-with `part0`, `part1` ...: the scenes of the connected components, largest first, each with COLMAP's
-own binary model beside it.
+The work folder contains `features/KEY.npz` (one per photo, named by content and settings),
+`database.db` (of COLMAP, with every compared pair) and, at the end, `alignment.json` with `part0`,
+`part1` ...: the scenes of the connected components, largest first, each with COLMAP's binary
+model.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
-    MOST_FEATURES,
+    MAX_FEATURES,
     ExtractTask,
     FeatureOptions,
     Features,
@@ -37,20 +37,29 @@ from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 
-_HEAD = "alignment.json"
+_HEADER_FILE = "alignment.json"
 _VERSION = 1
-_FEWEST_MATCHES = 15
+_MIN_MATCHES = 15
 
 
 @dataclass(frozen=True)
 class Options:
-    """max_size : of the photos in which features are sought, pixels along the long side
-    matching : see `matching.choose_pairs`; mapper : see `mapping.map_photos`
-    threads : None for all; with 1, the same seed gives the same result to the bit
+    """Options of the alignment.
+
+    Attributes
+    ----------
+    max_size : int
+        Long side of the photos for the feature search, pixels.
+    matching : str
+        See `matching.choose_pairs`.
+    mapper : str
+        See `mapping.map_photos`.
+    threads : int or None
+        None for all; with 1, the same seed gives the same result to the bit.
     """
 
     max_size: int = 2000
-    max_features: int = MOST_FEATURES
+    max_features: int = MAX_FEATURES
     matching: MatchingRule = "auto"
     mapper: str = "auto"
     threads: int | None = None
@@ -59,12 +68,22 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """parts : disconnected scenes in frames of their own, the one with most photos first
-    unregistered : (name, reason) of the photos in no part
-    reprojection_error_px : mean over the observations of the first part
-    cameras : (c,) of all parts
-    tie_points : number of points in 3 photos or more, first part
-    notes : what was decided and why
+    """Result of `align`.
+
+    Attributes
+    ----------
+    parts : tuple of SparseScene
+        Connected components in their own frames, the one with most photos first.
+    unregistered : tuple of (str, Finding)
+        Photos in no part, and the reasons.
+    reprojection_error_px : float
+        Mean over the observations of the first part.
+    cameras : tuple of Calibration
+        Of all parts.
+    tie_points : int
+        Points of the first part in 3 photos or more.
+    notes : tuple of Finding
+        Decisions and their reasons.
     """
 
     parts: tuple[SparseScene, ...]
@@ -76,7 +95,7 @@ class Alignment:
 
     @property
     def registered(self) -> int:
-        """Photos in the first part."""
+        """Return the number of photos in the first part."""
         return len(self.parts[0].views)
 
     def save(self, folder: Path) -> None:
@@ -93,19 +112,19 @@ class Alignment:
             "cameras": [asdict(c) | {"reasons": plain(c.reasons)} for c in self.cameras],
             "notes": plain(self.notes),
         }
-        temporary = folder / (_HEAD + ".part")
+        temporary = folder / (_HEADER_FILE + ".part")
         temporary.write_text(json.dumps(head, indent=1), encoding="utf-8")
-        temporary.replace(folder / _HEAD)
+        temporary.replace(folder / _HEADER_FILE)
 
     @classmethod
     def load(cls, folder: Path) -> Alignment:
-        """Raises InputError where the folder holds no whole alignment."""
+        """Load an alignment. Raises InputError for an incomplete folder."""
         try:
-            head = read_json(folder / _HEAD)
+            head = read_json(folder / _HEADER_FILE)
             if head["version"] > _VERSION:
                 raise InputError(
                     Finding("alignment.newer-version"),
-                    file=folder / _HEAD,
+                    file=folder / _HEADER_FILE,
                 )
             return cls(
                 tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
@@ -137,9 +156,13 @@ def align(
     executor: Executor,
     progress: Progress,
 ) -> Alignment:
-    """Compute poses and intrinsics. What an earlier run in the same folder finished is kept.
+    """Compute poses and intrinsics, resuming an earlier run in the same folder.
 
-    Raises InputError, with the reason, where no two photos can be aligned; Cancelled.
+    Raises
+    ------
+    InputError
+        If no two photos can be aligned.
+    Cancelled
     """
     if len(photos) < 2:
         raise InputError(Finding("one-photo", photos=(), value=len(photos)))
@@ -149,13 +172,13 @@ def align(
     database = work / "database.db"
     match_database.open_database(database, photos, features, keys)
     choice = matching.choose_pairs(photos, features, options.matching, progress)
-    # A photo without features matches none.
+    # Skip photos without features.
     useful = [len(f.keypoints) > 0 for f in features]
     pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]
     matching.match_pairs(database, pairs, progress, threads=threads, seed=options.seed)
     counts = match_database.pair_counts(database)
     best = _best_matches(len(photos), counts)
-    if max(best, default=0) < _FEWEST_MATCHES:
+    if max(best, default=0) < _MIN_MATCHES:
         raise InputError(_no_overlap(photos, features, best))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
     mapped = mapping.map_photos(database, photos, work, settings, progress)
@@ -165,24 +188,24 @@ def align(
         )
         or mapped
     )
-    found = list(mapped.reconstructions)
-    if not found:
+    reconstructions = list(mapped.reconstructions)
+    if not reconstructions:
         raise InputError(Finding("alignment.no-base"))
-    progress.stage(tr("Bundle adjustment"), len(found))
+    progress.stage(tr("Bundle adjustment"), len(reconstructions))
     parts: list[SparseScene] = []
     cameras: list[Calibration] = []
-    shared = mapping.shared_images(found)
-    for number, reconstruction in enumerate(found):
+    shared = mapping.shared_images(reconstructions)
+    for number, reconstruction in enumerate(reconstructions):
         progress.step(number)
-        reconstruction, own = calibrate(
+        reconstruction, part_cameras = calibrate(
             reconstruction, photos, threads, mapped.exif_trusted, progress
         )
-        # Only after the adjustment: a shared photo helps to hold this part together.
+        # Only after the adjustment: a shared photo connects this part.
         mapping.remove_images(reconstruction, shared[number])
-        found[number] = reconstruction
+        reconstructions[number] = reconstruction
         parts.append(mapping.scene_of(reconstruction, photos, features))
-        cameras += _of_photos(own, {view.name for view in parts[-1].views})
-    for number, reconstruction in enumerate(found):
+        cameras += _limit_to_photos(part_cameras, {view.name for view in parts[-1].views})
+    for number, reconstruction in enumerate(reconstructions):
         model = work / f"part{number}" / "colmap"
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
@@ -214,11 +237,11 @@ def find_features(
     executor: Executor,
     progress: Progress,
 ) -> tuple[list[Features], list[str]]:
-    """(features, keys) of every photo, from the work folder where they are there already."""
+    """Return features and keys of every photo, from the work folder if available."""
     folder = work / "features"
     folder.mkdir(parents=True, exist_ok=True)
     settings = FeatureOptions(options.max_size, options.max_features)
-    found: list[Features | None] = [None] * len(photos)
+    features: list[Features | None] = [None] * len(photos)
     keys = [""] * len(photos)
     order: list[int] = []
     progress.stage(tr("Detecting features"), len(photos))
@@ -231,29 +254,29 @@ def find_features(
             except (OSError, InputError) as error:
                 why = error.message if isinstance(error, InputError) else error.strerror
                 reason = Finding("alignment.photo-unreadable", reason=why)
-                found[row] = Features.none(photo.width, photo.height, reason)
+                features[row] = Features.empty(photo.width, photo.height, reason)
                 keys[row] = f"unreadable {row}"
                 continue
             task = ExtractTask(data, mask, settings)
             keys[row] = task.key
-            found[row] = Features.load(folder / f"{task.key}.npz")
-            if found[row] is None:
+            features[row] = Features.load(folder / f"{task.key}.npz")
+            if features[row] is None:
                 order.append(row)
                 yield task
 
-    counted = _Counted(progress, lambda: sum(f is not None for f in found))
+    counted = _PhotoProgress(progress, lambda: sum(f is not None for f in features))
     needed = max(extraction_memory(p.width, p.height, settings) for p in photos)
     for number, result in executor.map(extract, missing(), counted, needed):
         row = order[number]
         result.save(folder / f"{keys[row]}.npz")
-        found[row] = result
+        features[row] = result
         counted.step(0)
     progress.step(len(photos))
-    return [f for f in found if f is not None], keys
+    return [f for f in features if f is not None], keys
 
 
-class _Counted:
-    """Tells how many photos are done, however many of them an executor was given."""
+class _PhotoProgress:
+    """Progress that counts finished photos instead of tasks of an executor."""
 
     def __init__(self, progress: Progress, count: Any) -> None:
         self._progress, self._count = progress, count
@@ -299,8 +322,10 @@ def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iter
         )
 
 
-def _of_photos(cameras: Sequence[Calibration], names: Collection[str]) -> Iterator[Calibration]:
-    """Limit calibrations to photos of these names, without those that have none."""
+def _limit_to_photos(
+    cameras: Sequence[Calibration], names: Collection[str]
+) -> Iterator[Calibration]:
+    """Limit calibrations to photos of these names, and drop those without any."""
     for camera in cameras:
         if used := tuple(name for name in camera.photos if name in names):
             yield replace(camera, photos=used)
@@ -336,7 +361,7 @@ def _no_overlap(
         photos=[photo.name for photo in photos],
         value=0,
         matches=max(best, default=0),
-        least=_FEWEST_MATCHES,
+        least=_MIN_MATCHES,
     )
 
 
@@ -347,14 +372,14 @@ def _unregistered(
     parts: Sequence[SparseScene],
 ) -> Iterator[tuple[str, Finding]]:
     placed = {view.name for part in parts for view in part.views}
-    for photo, found, matches in zip(photos, features, best, strict=True):
+    for photo, photo_features, matches in zip(photos, features, best, strict=True):
         if photo.name in placed:
             continue
-        if found.problem:
-            reason = found.problem
-        elif matches < _FEWEST_MATCHES:
+        if photo_features.problem:
+            reason = photo_features.problem
+        elif matches < _MIN_MATCHES:
             reason = Finding(
-                "alignment.photo-unmatched", matches=matches, features=len(found.keypoints)
+                "alignment.photo-unmatched", matches=matches, features=len(photo_features.keypoints)
             )
         else:
             reason = Finding("alignment.photo-not-placed", matches=matches)

@@ -29,63 +29,67 @@ def calibrate(
     trusted: bool,
     progress: Progress,
 ) -> tuple[Any, list[Calibration]]:
-    """Decide what is free of each camera, adjust, and take back what turns out undetermined; then
-    the same with the rest of the lens.
+    """Select the free parameters of each camera, adjust, and fix undetermined ones again.
 
-    Returns the adjusted reconstruction, maybe another one, and its cameras. Raises Cancelled.
+    The same follows with the other lens parameters. Returns the adjusted reconstruction, possibly a
+    new one, and its cameras. Raises Cancelled.
     """
     images = sorted(reconstruction.reg_image_ids())
-    by_camera: dict[int, list[int]] = {}
+    photos_by_camera: dict[int, list[int]] = {}
     for image in images:
-        by_camera.setdefault(reconstruction.image(image).camera_id, []).append(image - 1)
+        photos_by_camera.setdefault(reconstruction.image(image).camera_id, []).append(image - 1)
     convergence = priors.convergence_deg(priors.part_axes(reconstruction))
     freedoms: dict[int, Freedom] = {}
     reasons: dict[int, tuple[Finding, ...]] = {}
-    for number, rows in by_camera.items():
+    for number, rows in photos_by_camera.items():
         known = photos[rows[0]].focal_px is not None
-        freedoms[number], reason = priors.decide(known, len(rows), convergence, trusted)
+        freedoms[number], reason = priors.select_free_parameters(
+            known, len(rows), convergence, trusted
+        )
         reasons[number] = (reason,)
     covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-    factors = _factors(reconstruction, by_camera)
-    back = False
-    for number, rows in by_camera.items():
+    factors = _factors(reconstruction, photos_by_camera)
+    has_fixed = False
+    for number, rows in photos_by_camera.items():
         if not freedoms[number].focal:
             continue
         relative = _focal_sigma(reconstruction, number, covariances) * factors[number]
         lens = photos[rows[0]]
-        held = priors.held_instead(lens.focal_px, max(lens.width, lens.height), relative, trusted)
-        if held is not None:
+        replacement = priors.fixed_focal(
+            lens.focal_px, max(lens.width, lens.height), relative, trusted
+        )
+        if replacement is not None:
             freedoms[number] = replace(freedoms[number], focal=False)
-            value, reason = held
+            value, reason = replacement
             reasons[number] = (reason,)
             priors.set_focal(reconstruction, number, value)
-            back = True
-    if back:
+            has_fixed = True
+    if has_fixed:
         covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-    given = dict(reasons)
+    first_reasons = dict(reasons)
 
     def widen() -> None:
         nonlocal reconstruction, freedoms, covariances
-        reasons.update(given)
-        wider = _widened(
-            reconstruction, by_camera, freedoms, reasons, convergence, threads, progress
+        reasons.update(first_reasons)
+        wider = _free_lens_parameters(
+            reconstruction, photos_by_camera, freedoms, reasons, convergence, threads, progress
         )
         if wider is not None:
             reconstruction, freedoms, covariances = wider
 
     widen()
-    held_to_exif = [
+    fixed_to_exif = [
         number
-        for number, rows in by_camera.items()
+        for number, rows in photos_by_camera.items()
         if photos[rows[0]].focal_px is not None and not freedoms[number].focal
     ]
-    against = _contradicted(
-        reconstruction, by_camera, freedoms, held_to_exif, given, threads, progress
+    freed_result = _free_contradicted(
+        reconstruction, photos_by_camera, freedoms, fixed_to_exif, first_reasons, threads, progress
     )
-    if against is not None:
-        reconstruction, freedoms, covariances = against
+    if freed_result is not None:
+        reconstruction, freedoms, covariances = freed_result
         widen()
-    factors = _factors(reconstruction, by_camera)
+    factors = _factors(reconstruction, photos_by_camera)
     return reconstruction, [
         _describe(
             reconstruction.camera(number),
@@ -96,104 +100,111 @@ def calibrate(
             reasons[number],
             convergence,
         )
-        for number, rows in sorted(by_camera.items())
+        for number, rows in sorted(photos_by_camera.items())
     ]
 
 
-def _contradicted(
+def _free_contradicted(
     base: Any,
-    by_camera: dict[int, list[int]],
+    photos_by_camera: dict[int, list[int]],
     freedoms: dict[int, Freedom],
     numbers: Sequence[int],
     reasons: dict[int, tuple[Finding, ...]],
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
-    """(reconstruction, freedoms, covariances) without the focal lengths from EXIF of the cameras
-    `numbers`, where the photos speak clearly against them; else None. Updates `reasons`; `base`
-    stays."""
+    """Free the EXIF focal lengths of cameras that the photos clearly contradict.
+
+    Returns reconstruction, freedoms and covariances; None without a contradiction. Updates
+    `reasons`; `base` is unchanged.
+    """
     if not numbers:
         return None
     progress.step(0)
-    tried = {n: replace(f, focal=f.focal or n in numbers) for n, f in freedoms.items()}
-    trial = _with_lenses(base, tried)
-    covariances = adjust(trial, tried, threads=threads, progress=progress)
-    factors = _factors(trial, by_camera)
-    wrong = {}
+    trial_freedoms = {n: replace(f, focal=f.focal or n in numbers) for n, f in freedoms.items()}
+    trial = _copy_with_k2(base, trial_freedoms)
+    covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
+    factors = _factors(trial, photos_by_camera)
+    contradictions = {}
     for number in numbers:
         exif, focal = (float(r.camera(number).params[0]) for r in (base, trial))
         sigma = _focal_sigma(trial, number, covariances) * factors[number]
         if priors.far_from_exif(focal / exif, sigma):
-            wrong[number] = 100 * (exif / focal - 1)
-    if not wrong:
+            contradictions[number] = 100 * (exif / focal - 1)
+    if not contradictions:
         return None
-    if len(wrong) < len(numbers):
-        tried = {n: replace(f, focal=f.focal or n in wrong) for n, f in freedoms.items()}
-        trial = _with_lenses(base, tried)
-        covariances = adjust(trial, tried, threads=threads, progress=progress)
+    if len(contradictions) < len(numbers):
+        trial_freedoms = {
+            n: replace(f, focal=f.focal or n in contradictions) for n, f in freedoms.items()
+        }
+        trial = _copy_with_k2(base, trial_freedoms)
+        covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
     before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
-    after = cross_validation_error(trial, tried, threads=threads, progress=progress)
+    after = cross_validation_error(trial, trial_freedoms, threads=threads, progress=progress)
     if not after < priors.CONTRADICTED * before:
         return None
-    for number, off in wrong.items():
+    for number, off in contradictions.items():
         reason = Finding(
             "lens.exif-contradicted", off_percent=off, before_px=before, after_px=after
         )
         reasons[number] = (reason,)
-    return trial, tried, covariances
+    return trial, trial_freedoms, covariances
 
 
-def _widened(
+def _free_lens_parameters(
     base: Any,
-    by_camera: dict[int, list[int]],
+    photos_by_camera: dict[int, list[int]],
     freedoms: dict[int, Freedom],
     reasons: dict[int, tuple[Finding, ...]],
     convergence: float,
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
-    """(reconstruction, freedoms, covariances) with what proves good of k2 and the principal points
-    of the cameras, None where nothing does. Updates `reasons`; `base` stays."""
-    tried = {
-        number: priors.with_lens_parameters(freedoms[number], len(rows), convergence)
-        for number, rows in by_camera.items()
+    """Free k2 and the principal points of cameras if they improve the fit.
+
+    Returns reconstruction, freedoms and covariances; None without an improvement. Updates
+    `reasons`; `base` is unchanged.
+    """
+    trial_freedoms = {
+        number: priors.free_lens_parameters(freedoms[number], len(rows), convergence)
+        for number, rows in photos_by_camera.items()
     }
-    checks: dict[int, dict[str, Finding]] = {number: {} for number in tried}
-    while tried != freedoms:
+    checks: dict[int, dict[str, Finding]] = {number: {} for number in trial_freedoms}
+    while trial_freedoms != freedoms:
         progress.step(0)
-        trial = _with_lenses(base, tried)
-        covariances = adjust(trial, tried, threads=threads, progress=progress)
-        factors = _factors(trial, by_camera)
-        kept = {
-            number: _kept(
+        trial = _copy_with_k2(base, trial_freedoms)
+        covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
+        factors = _factors(trial, photos_by_camera)
+        determined = {
+            number: _keep_determined(
                 trial.camera(number),
                 freedom,
                 covariances.get(number),
                 factors[number],
                 checks[number],
             )
-            for number, freedom in tried.items()
+            for number, freedom in trial_freedoms.items()
         }
-        if kept == tried:
+        if determined == trial_freedoms:
             break
-        tried = kept
+        trial_freedoms = determined
     verdict: Finding | None = None
-    if tried != freedoms:
+    if trial_freedoms != freedoms:
         before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
-        wider = _with_lenses(base, tried)
-        after = cross_validation_error(wider, tried, threads=threads, progress=progress)
+        wider = _copy_with_k2(base, trial_freedoms)
+        after = cross_validation_error(wider, trial_freedoms, threads=threads, progress=progress)
         if not after <= before:
             verdict = Finding("lens.held-by-validation", after_px=after, before_px=before)
-            tried = freedoms
+            trial_freedoms = freedoms
     for number, results in checks.items():
         reasons[number] += (verdict,) if verdict else tuple(results.values())
-    if tried == freedoms:
+    if trial_freedoms == freedoms:
         return None
-    return trial, tried, covariances
+    return trial, trial_freedoms, covariances
 
 
-def _with_lenses(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
-    """A copy, with a place for k2 where that is free."""
+def _copy_with_k2(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
+    """Copy a reconstruction and add k2 to cameras in which it is free."""
     pycolmap = colmap()
     wider = pycolmap.Reconstruction(base)
     for number, freedom in freedoms.items():
@@ -205,31 +216,31 @@ def _with_lenses(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
     return wider
 
 
-def _kept(
+def _keep_determined(
     camera: Any,
     freedom: Freedom,
     covariance: FloatArray | None,
     factor: float,
     checks: dict[str, Finding],
 ) -> Freedom:
-    """What of k2 and the principal point stands its trial; adds the reasons to `checks`."""
+    """Fix k2 and the principal point again if they fail their test; extends `checks`."""
     if not (freedom.second or freedom.centre):
         return freedom
     if covariance is None:
         checks["lens"] = Finding("lens.undetermined")
         return replace(freedom, second=False, centre=False)
-    places = free_parameters(camera, freedom)
+    indices = free_parameters(camera, freedom)
     names = priors.parameter_names(str(camera.model_name))
-    of = {names[place]: row for row, place in enumerate(places)}
+    row_of = {names[place]: row for row, place in enumerate(indices)}
     values = dict(zip(names, camera.params, strict=True))
     scaled = covariance * factor**2
     corner = float(np.hypot(camera.width, camera.height)) / 2
     if freedom.second:
-        sigma = float(np.sqrt(scaled[of["k2"], of["k2"]]))
+        sigma = float(np.sqrt(scaled[row_of["k2"], row_of["k2"]]))
         second, checks["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
         freedom = replace(freedom, second=second)
     if freedom.centre:
-        rows = [of["cx"], of["cy"]]
+        rows = [row_of["cx"], row_of["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
         centre, checks["centre"] = priors.judge_centre(
             values["f"], corner, shift, scaled[np.ix_(rows, rows)]
@@ -239,7 +250,7 @@ def _kept(
 
 
 def _focal_sigma(reconstruction: Any, number: int, covariances: dict[int, FloatArray]) -> float:
-    """Relative, formal, for residuals of unit variance; infinite where it could not be had."""
+    """Return the relative formal error of a focal length; infinite if not available."""
     if number not in covariances:
         return float("inf")
     # The focal length is the first parameter of every model.
@@ -247,9 +258,11 @@ def _focal_sigma(reconstruction: Any, number: int, covariances: dict[int, FloatA
     return float(np.sqrt(covariances[number][0, 0]) / camera.params[0])
 
 
-def _factors(reconstruction: Any, by_camera: dict[int, list[int]]) -> dict[int, float]:
-    """What formal errors of each camera are multiplied by: the scatter of the residuals, and that
-    neighbouring points err together."""
+def _factors(reconstruction: Any, photos_by_camera: dict[int, list[int]]) -> dict[int, float]:
+    """Return the factors of the formal errors of each camera.
+
+    They contain the scatter of the residuals and the correlation of neighbouring points.
+    """
     reconstruction.update_point_3d_errors()
     observations = reconstruction.compute_num_observations()
     photos = reconstruction.num_reg_images()
@@ -258,9 +271,9 @@ def _factors(reconstruction: Any, by_camera: dict[int, list[int]]) -> dict[int, 
     rms = reconstruction.compute_mean_reprojection_error() / np.sqrt(np.pi / 2)
     scatter = rms * np.sqrt(2 * observations / max(redundancy, 1))
     factors = {}
-    for number, rows in by_camera.items():
-        own = sum(reconstruction.image(row + 1).num_points3D for row in rows)
-        factors[number] = float(scatter * priors.correlated_factor(own, len(rows)))
+    for number, rows in photos_by_camera.items():
+        point_count = sum(reconstruction.image(row + 1).num_points3D for row in rows)
+        factors[number] = float(scatter * priors.correlated_factor(point_count, len(rows)))
     return factors
 
 

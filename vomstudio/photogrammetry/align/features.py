@@ -1,4 +1,4 @@
-"""Features of a photo: SIFT (Lowe 2004, IJCV 60), by COLMAP."""
+"""Detect features of a photo: SIFT (Lowe 2004, IJCV 60), by COLMAP."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from PIL import Image
 
 _VERSION = 2
-# COLMAP stops at the first whole level of the pyramid beyond 8192 places, which leaves 10 to 15
-# thousand features, as the level falls; so many are never fewer, and do not hang on where it falls.
-MOST_FEATURES = 16_000
-# A place has more than one feature where its gradients have more than one direction.
+# COLMAP's own limit of 8192 places applies to complete pyramid levels, which gives 10 to 15
+# thousand features. This number does not depend on the level.
+MAX_FEATURES = 16_000
+# A place has several features if its gradients have several directions.
 _FEATURES_PER_PLACE = 1.17
-# Up to this size a photo is doubled first: its finest details still carry features, and the memory
-# of the doubled pyramid stays under 1 GB.
+# Photos up to this size are doubled first: their finest details have features, and the memory of
+# the pyramid stays under 1 GB.
 _DOUBLED_UP_TO = 2000
 # Weights of Rec. 709, which COLMAP uses for grey.
 _LUMA = (0.2126, 0.7152, 0.0722)
@@ -43,18 +43,20 @@ _LUMA = (0.2126, 0.7152, 0.0722)
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """max_size : longer photos are reduced to it for the search, pixels
-    max_features : the largest are kept
+    """Options of the feature search.
+
+    max_size : longer photos are reduced to it, pixels; max_features : the largest are used
     """
 
     max_size: int = 2000
-    max_features: int = MOST_FEATURES
+    max_features: int = MAX_FEATURES
 
 
 @dataclass(frozen=True)
 class ExtractTask:
-    """photo, mask : the encoded files; white parts of the mask are used
-    name : for sentences only
+    """Feature search in one photo.
+
+    photo, mask : encoded files, white parts of the mask are used; name : for messages only
     """
 
     photo: bytes
@@ -64,7 +66,7 @@ class ExtractTask:
 
     @property
     def key(self) -> str:
-        """Names the result: content and settings."""
+        """Return the key of content and settings that names the result."""
         digest = hashlib.sha256(self.photo)
         digest.update(b"mask" if self.mask is None else hashlib.sha256(self.mask).digest())
         digest.update(json.dumps([_VERSION, asdict(self.options)], sort_keys=True).encode())
@@ -73,12 +75,18 @@ class ExtractTask:
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """keypoints : (n, 6) float32, x and y in pixels of the stored photo and the affine shape, as
-        COLMAP keeps them
-    descriptors : (n, 128) uint8
-    colors : (n, 3) uint8 of the photo there
-    width, height : of the stored photo
-    problem : why there are none, None if there are any
+    """Features of a photo.
+
+    Attributes
+    ----------
+    keypoints : (n, 6) float32 array
+        x and y in pixels of the stored photo, and the affine shape, as in COLMAP.
+    descriptors : (n, 128) uint8 array
+    colors : (n, 3) uint8 array
+    width, height : int
+        Of the stored photo.
+    problem : Finding or None
+        Reason if there are no features.
     """
 
     keypoints: Float32Array
@@ -89,8 +97,8 @@ class Features:
     problem: Finding | None = None
 
     @classmethod
-    def none(cls, width: int, height: int, problem: Finding) -> Features:
-        """No features, with a sentence why."""
+    def empty(cls, width: int, height: int, problem: Finding) -> Features:
+        """Return an empty result with its reason."""
         return cls(
             np.zeros((0, 6), np.float32),
             np.zeros((0, 128), np.uint8),
@@ -101,7 +109,7 @@ class Features:
         )
 
     def save(self, path: Path) -> None:
-        """Whole or not at all."""
+        """Write the file atomically."""
         with atomic_write(path, force=True) as temporary, temporary.open("wb") as file:
             np.savez(
                 file,
@@ -116,7 +124,7 @@ class Features:
 
     @classmethod
     def load(cls, path: Path) -> Features | None:
-        """None where there is no whole file."""
+        """Load features, None without a complete file."""
         try:
             with open_arrays(path) as arrays:
                 width, height = (int(v) for v in arrays["size"])
@@ -134,8 +142,7 @@ class Features:
 
 
 def extract(task: ExtractTask) -> Features:
-    """The features of one photo. A photo that cannot be read is no error but a `problem`, so that
-    it does not stop the others."""
+    """Detect the features of a photo. An unreadable photo gives a `problem` instead of an error."""
     width = height = 0
     try:
         with open_picture(task.photo, PHOTOS) as image:
@@ -146,11 +153,11 @@ def extract(task: ExtractTask) -> Features:
         problem = Finding(
             "alignment.photo-unreadable", reason=error.message, reason_code=error.code
         )
-        return Features.none(width, height, problem)
+        return Features.empty(width, height, problem)
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
-        return Features.none(width, height, Finding("alignment.photo-unreadable", reason=error))
+        return Features.empty(width, height, Finding("alignment.photo-unreadable", reason=error))
     except MemoryError:
-        return Features.none(width, height, Finding("alignment.photo-too-large"))
+        return Features.empty(width, height, Finding("alignment.photo-too-large"))
     keypoints, descriptors = sift(grey(pixels), task.options)
     rows, columns = pixels.shape[:2]
     place = keypoints[:, :2].astype(np.intp)
@@ -170,7 +177,7 @@ def extract(task: ExtractTask) -> Features:
 
 
 def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
-    """Keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w), in its own pixels."""
+    """Detect keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w), in its pixels."""
     pycolmap = colmap()
     settings = pycolmap.FeatureExtractionOptions()
     settings.max_image_size = max(image.shape)
@@ -178,7 +185,7 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
     settings.use_gpu = False
     settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_PLACE)
     settings.sift.first_octave = -1 if max(image.shape) <= _DOUBLED_UP_TO else 0
-    # Its extractor of one picture holds Python's lock all the while, this one does not.
+    # COLMAP's extractor of one picture holds the GIL, this one does not.
     with tempfile.TemporaryDirectory(prefix="vom-features-") as folder:
         pictures = Path(folder, "pictures")
         pictures.mkdir()
@@ -195,25 +202,25 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
             descriptors = np.array(opened.read_descriptors(1).data, np.uint8).reshape(-1, 128)
         finally:
             opened.close()
-    kept = _largest(keypoints, options.max_features)
-    return keypoints[kept], descriptors[kept]
+    largest = _largest(keypoints, options.max_features)
+    return keypoints[largest], descriptors[largest]
 
 
 def sizes(keypoints: Float32Array) -> Float32Array:
-    """(n,) areas of the affine shapes of keypoints (n, 6)."""
+    """Return the areas (n,) of the affine shapes of keypoints (n, 6)."""
     k = keypoints
     return np.abs(k[:, 2] * k[:, 5] - k[:, 3] * k[:, 4])
 
 
 def _largest(keypoints: Float32Array, count: int) -> IndexArray:
-    """Rows of the largest `count`, in their order."""
+    """Return the rows of the largest `count` keypoints, in their order."""
     if len(keypoints) <= count:
         return np.arange(len(keypoints))
     return np.sort(np.argsort(-sizes(keypoints), kind="stable")[:count])
 
 
 def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
-    """Bytes that the search in one photo takes at its peak."""
+    """Return the peak memory of the search in one photo, bytes."""
     scale = min(1.0, options.max_size / max(width, height, 1))
     pixels = width * height * scale * scale
     doubled = 4 if max(width, height) * scale <= _DOUBLED_UP_TO else 1
@@ -223,7 +230,7 @@ def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
 
 
 def grey(pixels: ByteArray) -> ByteArray:
-    """(h, w) of (h, w, 3)."""
+    """Convert pixels (h, w, 3) to grey (h, w)."""
     import cv2
 
     return np.asarray(cv2.transform(pixels, np.array([_LUMA], np.float32)), np.uint8).reshape(
@@ -232,18 +239,18 @@ def grey(pixels: ByteArray) -> ByteArray:
 
 
 def _pixels(image: Image.Image, size: int) -> ByteArray:
-    """(h, w, 3) as stored, its long side at most `size`."""
+    """Return pixels (h, w, 3) as stored, with a maximum long side."""
     import cv2
 
     width, height = image.size
     scale = min(1.0, size / max(width, height))
-    wanted = (max(1, round(width * scale)), max(1, round(height * scale)))
+    target_size = (max(1, round(width * scale)), max(1, round(height * scale)))
     if scale < 1:
-        image.draft("RGB", wanted)
+        image.draft("RGB", target_size)
     image = convert_to_8_bits(image)
     pixels = np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
-    if (pixels.shape[1], pixels.shape[0]) != wanted:
-        pixels = cv2.resize(pixels, wanted, interpolation=cv2.INTER_AREA)
+    if (pixels.shape[1], pixels.shape[0]) != target_size:
+        pixels = cv2.resize(pixels, target_size, interpolation=cv2.INTER_AREA)
     return np.asarray(pixels, np.uint8)
 
 

@@ -1,4 +1,4 @@
-"""From matches to cameras and tie points: COLMAP's mappers, and the scene made of what they give.
+"""Compute cameras and tie points from matches by COLMAP's mappers, and convert them to a scene.
 
 Schönberger & Frahm 2016 (CVPR), structure from motion revisited; Pan et al. 2024 (ECCV) for global
 mapping.
@@ -24,19 +24,21 @@ from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 
-# Incremental mapping grows faster than the number of photos.
+# The time of incremental mapping grows faster than the number of photos.
 _INCREMENTAL_UP_TO = 300
-# A part of the photos where the EXIF focal length leaves more than this unplaced is tried without.
-_WELL_PLACED = 0.9
+# Share of placed photos below which the EXIF focal lengths are freed.
+_MIN_PLACED_SHARE = 0.9
 
 
-Freed = Literal["none", "unknown", "all"]
-"""Which focal lengths are free while photos are placed: "unknown" those that EXIF does not tell."""
+FreeFocals = Literal["none", "unknown", "all"]
+"""Focal lengths that are free during mapping: "unknown" are those missing in EXIF."""
 
 
 @dataclass(frozen=True)
 class MappingOptions:
-    """mapper : "auto" takes the global one above 300 photos
+    """Options of mapping.
+
+    mapper : "auto" selects the global one above 300 photos
     threads : -1 for all; with 1, the same seed gives the same result to the bit
     """
 
@@ -46,9 +48,16 @@ class MappingOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Mapped:
-    """reconstructions : COLMAP's, largest first; notes : what was done
-    exif_trusted : False where photos could only be placed without the focal lengths from EXIF
+class MappingResult:
+    """Result of mapping.
+
+    Attributes
+    ----------
+    reconstructions : tuple of pycolmap.Reconstruction
+        Largest first.
+    notes : tuple of Finding
+    exif_trusted : bool
+        False if photos could only be placed without the focal lengths from EXIF.
     """
 
     reconstructions: tuple[Any, ...]
@@ -62,12 +71,12 @@ def map_photos(
     work: Path,
     options: MappingOptions,
     progress: Progress,
-) -> Mapped:
-    """Poses and tie points from the matches in a database.
+) -> MappingResult:
+    """Compute poses and tie points from the matches in a database.
 
-    Focal lengths from EXIF are held while photos are placed. Where that leaves more than a tenth of
-    the photos out, it is tried with all of them free, and what places more photos is kept: EXIF
-    says nothing of digital zoom. Raises Cancelled.
+    Focal lengths from EXIF are fixed during mapping. If more than a tenth of the photos is not
+    placed, mapping is repeated with free ones, and the result with more photos is used: EXIF does
+    not state digital zoom. Raises Cancelled.
     """
     known = [p.focal_px is not None for p in photos]
     if options.mapper == "auto":
@@ -78,10 +87,10 @@ def map_photos(
     notes: list[Finding] = []
     if mapper == "global":
         notes.append(Finding("alignment.global-mapping"))
-    free: Freed = "none" if all(known) else "unknown"
+    free: FreeFocals = "none" if all(known) else "unknown"
     parts = run(database, photos, work, options, progress, free)
     placed = _placed(parts)
-    if any(known) and placed < _WELL_PLACED * len(photos):
+    if any(known) and placed < _MIN_PLACED_SHARE * len(photos):
         others = run(database, photos, work, options, progress, "all")
         if _placed(others) > placed:
             notes.append(
@@ -89,8 +98,8 @@ def map_photos(
                     "alignment.exif-focal-dropped", aligned=placed, aligned_without=_placed(others)
                 )
             )
-            return Mapped(tuple(others), tuple(notes), exif_trusted=False)
-    return Mapped(tuple(parts), tuple(notes))
+            return MappingResult(tuple(others), tuple(notes), exif_trusted=False)
+    return MappingResult(tuple(parts), tuple(notes))
 
 
 def _placed(parts: Sequence[Any]) -> int:
@@ -103,7 +112,7 @@ def _incremental(
     work: Path,
     options: MappingOptions,
     progress: Progress,
-    free: Freed,
+    free: FreeFocals,
 ) -> list[Any]:
     pycolmap = colmap()
     settings = pycolmap.IncrementalPipelineOptions()
@@ -113,8 +122,8 @@ def _incremental(
     settings.min_model_size = 2
     settings.ba_refine_focal_length = free != "none"
     settings.mapper.abs_pose_refine_focal_length = free != "none"
-    # Among many photos, points that only two of them see are mistaken matches more often; of two
-    # photos there are no others.
+    # Among many photos, points in two photos are more often wrong matches; two photos have no
+    # other points.
     settings.triangulation.ignore_two_view_tracks = len(photos) > 3
     if free == "unknown":
         settings.constant_cameras = _known_cameras(database)
@@ -127,12 +136,12 @@ def _incremental(
     def first_two() -> None:
         placed[0] = min(placed[0] + 2, len(photos))
 
-    out = _fresh(work / "mapping")
-    found = cancellable(
+    folder = _empty_folder(work / "mapping")
+    reconstructions = cancellable(
         lambda token: pycolmap.incremental_mapping(
             database,
             work,
-            out,
+            folder,
             settings,
             initial_image_pair_callback=first_two,
             next_image_callback=one_more,
@@ -142,8 +151,8 @@ def _incremental(
         lambda: placed[0],
     )
     progress.step(placed[0])
-    shutil.rmtree(out, ignore_errors=True)
-    return _largest_first(found)
+    shutil.rmtree(folder, ignore_errors=True)
+    return _largest_first(reconstructions)
 
 
 def _global(
@@ -152,7 +161,7 @@ def _global(
     work: Path,
     options: MappingOptions,
     progress: Progress,
-    free: Freed,
+    free: FreeFocals,
 ) -> list[Any]:
     pycolmap = colmap()
     settings = pycolmap.GlobalPipelineOptions()
@@ -161,16 +170,16 @@ def _global(
     settings.min_model_size = 2
     settings.mapper.bundle_adjustment.refine_focal_length = free != "none"
     progress.stage(tr("Computing poses"))
-    out = _fresh(work / "mapping")
-    # It takes no token: a wish to stop is heard at its end, or the worker is killed.
-    found = cancellable(
-        lambda token: pycolmap.global_mapping(database, work, out, settings), progress
+    folder = _empty_folder(work / "mapping")
+    # It has no cancellation token: cancelling waits for its end, or the worker is killed.
+    reconstructions = cancellable(
+        lambda token: pycolmap.global_mapping(database, work, folder, settings), progress
     )
-    shutil.rmtree(out, ignore_errors=True)
-    return _largest_first(found)
+    shutil.rmtree(folder, ignore_errors=True)
+    return _largest_first(reconstructions)
 
 
-def _fresh(folder: Path) -> Path:
+def _empty_folder(folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     return folder
@@ -184,25 +193,28 @@ def _known_cameras(database: Path) -> set[int]:
         opened.close()
 
 
-def _largest_first(found: dict[int, Any]) -> list[Any]:
+def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
     """Sort the parts by their number of photos, and drop those that add fewer than two photos.
 
     COLMAP may place a photo in several parts: `shared_images` lists those of each part.
     """
-    order = sorted(found, key=lambda k: (-found[k].num_reg_images(), -found[k].num_points3D(), k))
+    order = sorted(
+        reconstructions,
+        key=lambda k: (-reconstructions[k].num_reg_images(), -reconstructions[k].num_points3D(), k),
+    )
     parts: list[Any] = []
     placed: set[int] = set()
     for key in order:
-        images = set(found[key].reg_image_ids())
+        images = set(reconstructions[key].reg_image_ids())
         if len(images - placed) < 2:
             continue
-        parts.append(found[key])
+        parts.append(reconstructions[key])
         placed |= images
     return parts
 
 
 def shared_images(parts: Sequence[Any]) -> list[set[int]]:
-    """List, for each part, the images that an earlier part contains, too."""
+    """List, for each part, the images that are in an earlier part, too."""
     shared: list[set[int]] = []
     placed: set[int] = set()
     for part in parts:
@@ -222,7 +234,7 @@ def remove_images(reconstruction: Any, images: Collection[int]) -> None:
 
 # ------------------------------------------------------------------------------------------------
 def intrinsics_of(camera: Any) -> Intrinsics:
-    """Our camera of a COLMAP one; they share names and order of the parameters."""
+    """Convert a COLMAP camera; names and order of the parameters are the same."""
     return Intrinsics(
         str(camera.model_name),
         int(camera.width),
@@ -234,9 +246,9 @@ def intrinsics_of(camera: Any) -> Intrinsics:
 def scene_of(
     reconstruction: Any, photos: Sequence[PhotoLike], features: Sequence[Features]
 ) -> SparseScene:
-    """Arrays of one reconstruction, in which image i + 1 is photo number i.
+    """Convert a reconstruction in which image i + 1 is photo number i to a scene.
 
-    Cameras come in the order of the photos and points in that of their numbers, so that the same
+    Cameras are in the order of the photos and points in that of their numbers, so that the same
     reconstruction always gives the same scene.
     """
     images = sorted(reconstruction.reg_image_ids())
@@ -259,27 +271,29 @@ def scene_of(
     ids = sorted(reconstruction.point3D_ids())
     points = np.zeros((len(ids), 3))
     lengths = np.zeros(len(ids), np.int64)
-    seen: list[int] = []
-    which: list[int] = []
+    track_images: list[int] = []
+    track_indices: list[int] = []
     for row, key in enumerate(ids):
         point = reconstruction.point3D(key)
         points[row] = point.xyz
         elements = sorted((e.image_id, e.point2D_idx) for e in point.track.elements)
         lengths[row] = len(elements)
-        seen += [image for image, _ in elements]
-        which += [number for _, number in elements]
-    track_views = np.array([row_of[i] for i in seen], np.int32)
-    numbers = np.array(which, np.intp)
-    pixels = np.zeros((len(seen), 2), np.float32)
-    colors = np.zeros((len(seen), 3), np.float64)
+        track_images += [image for image, _ in elements]
+        track_indices += [number for _, number in elements]
+    track_views = np.array([row_of[i] for i in track_images], np.int32)
+    numbers = np.array(track_indices, np.intp)
+    pixels = np.zeros((len(track_images), 2), np.float32)
+    colors = np.zeros((len(track_images), 3), np.float64)
     for row, image_id in enumerate(images):
-        mine = np.flatnonzero(track_views == row)
-        found = features[image_id - 1]
-        # The pixels of the reconstruction: marks may have been added to those of the features.
-        own = np.array([p.xy for p in reconstruction.image(image_id).points2D]).reshape(-1, 2)
-        pixels[mine] = own[numbers[mine]]
-        inside = numbers[mine] < len(found.colors)
-        colors[mine[inside]] = found.colors[numbers[mine[inside]]]
+        rows_of_view = np.flatnonzero(track_views == row)
+        photo_features = features[image_id - 1]
+        # Use pixels of the reconstruction, which may contain marks besides features.
+        image_pixels = np.array([p.xy for p in reconstruction.image(image_id).points2D]).reshape(
+            -1, 2
+        )
+        pixels[rows_of_view] = image_pixels[numbers[rows_of_view]]
+        inside = numbers[rows_of_view] < len(photo_features.colors)
+        colors[rows_of_view[inside]] = photo_features.colors[numbers[rows_of_view[inside]]]
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     scene = SparseScene(
         tuple(views),
@@ -294,7 +308,7 @@ def scene_of(
 
 
 def residuals(scene: SparseScene) -> FloatArray:
-    """(m, 2) pixels, observed less projected, of every observation; NaN behind a camera."""
+    """Return residuals (m, 2), observed minus projected, pixels; NaN behind a camera."""
     miss = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
     for row, view in enumerate(scene.views):
@@ -304,13 +318,13 @@ def residuals(scene: SparseScene) -> FloatArray:
 
 
 def point_errors(scene: SparseScene) -> Float32Array:
-    """(n,) mean length of each point's residuals, pixels."""
+    """Return the mean length (n,) of each point's residuals, pixels."""
     lengths = np.linalg.norm(residuals(scene), axis=1)[:, None]
     return _means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
 
 
 def mean_error(scene: SparseScene) -> float:
-    """Mean over the points, pixels; 0 where there are none."""
+    """Return the mean error over the points, pixels; 0 without points."""
     errors = point_errors(scene)
     return float(np.nanmean(errors)) if len(errors) else 0.0
 

@@ -1,10 +1,10 @@
-"""COLMAP's database: the photos, their features, and every pair that has been compared.
+"""Access COLMAP's database: the photos, their features, and every compared pair.
 
-Only COLMAP's own SQLite opens it in this process, never Python's `sqlite3`: of two SQLite libraries
-in one process, neither sees the locks of the other (they belong to the process), so one shortens
-the shared index of the write-ahead log under the other, which then dies of a bus error, or loses
-rows (sqlite.org, "How to corrupt an SQLite database file", 2.2.1). Several processes, or several
-connections of one library, may have it open.
+Only COLMAP's SQLite opens it in this process, never Python's `sqlite3`: of two SQLite libraries in
+one process, neither sees the locks of the other (they belong to the process), so one shortens the
+shared index of the write-ahead log under the other, which then crashes or loses rows (sqlite.org,
+"How to corrupt an SQLite database file", 2.2.1). Several processes, or several connections of one
+library, may open it.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ def open_database(
     keys: Sequence[str],
     lenses: Sequence[int] | None = None,
 ) -> None:
-    """Make the database of these photos, or keep one that is of exactly these and sound.
+    """Create the database of these photos, or keep a valid one of exactly these.
 
-    Photo number i becomes image i + 1; photos with the same `camera_key`, size and number of the
-    lens share a camera.
+    Photo number i becomes image i + 1. Photos with the same `camera_key`, size and lens number
+    share a camera.
     """
     lenses = lenses or [0] * len(photos)
     stated = json.dumps(
@@ -59,7 +59,7 @@ def open_database(
     )
     note = path.with_suffix(".json")
     try:
-        if read_small(note, JSON_BYTES) == stated.encode() and _is_sound(path):
+        if read_small(note, JSON_BYTES) == stated.encode() and _is_valid(path):
             return
     except (InputError, OSError):
         pass
@@ -70,10 +70,10 @@ def open_database(
     cameras: dict[tuple[object, ...], int] = {}
     database = pycolmap.Database.open(path)
     try:
-        of_photo = [
+        camera_keys = [
             (p.camera_key, p.width, p.height, lens) for p, lens in zip(photos, lenses, strict=True)
         ]
-        for photo, key in zip(photos, of_photo, strict=True):
+        for photo, key in zip(photos, camera_keys, strict=True):
             if key not in cameras:
                 cameras[key] = len(cameras) + 1
                 camera = _camera(photo, cameras[key])
@@ -81,16 +81,16 @@ def open_database(
                 rig = pycolmap.Rig(rig_id=cameras[key])
                 rig.add_ref_sensor(camera.sensor_id)
                 database.write_rig(rig, use_rig_id=True)
-        for row, found in enumerate(features):
-            camera_id = cameras[of_photo[row]]
+        for row, photo_features in enumerate(features):
+            camera_id = cameras[camera_keys[row]]
             image = pycolmap.Image(name=image_name(row), camera_id=camera_id, image_id=row + 1)
             database.write_image(image, use_image_id=True)
             frame = pycolmap.Frame(frame_id=row + 1, rig_id=camera_id)
             frame.add_data_id(image.data_id)
             database.write_frame(frame, use_frame_id=True)
-            database.write_keypoints(row + 1, found.keypoints)
+            database.write_keypoints(row + 1, photo_features.keypoints)
             descriptors = pycolmap.FeatureDescriptors(
-                pycolmap.FeatureExtractorType.SIFT, found.descriptors
+                pycolmap.FeatureExtractorType.SIFT, photo_features.descriptors
             )
             database.write_descriptors(row + 1, descriptors)
     finally:
@@ -99,12 +99,12 @@ def open_database(
 
 
 def image_name(row: int) -> str:
-    """In the database: COLMAP's lists of pairs take no name with a space."""
+    """Return the name of an image; COLMAP's lists of pairs do not support spaces."""
     return f"{row + 1:06d}"
 
 
 def starting_focal(photo: PhotoLike) -> float:
-    """Pixels; of a lens of ordinary width where the photo does not say."""
+    """Return the initial focal length in pixels, that of an ordinary lens if not known."""
     return photo.focal_px or _DEFAULT_FOCAL * max(photo.width, photo.height)
 
 
@@ -120,8 +120,8 @@ def _camera(photo: PhotoLike, number: int) -> Any:
     return camera
 
 
-def _is_sound(path: Path) -> bool:
-    """COLMAP has no such check, so that it runs in a process of its own."""
+def _is_valid(path: Path) -> bool:
+    """Check a database in a separate process, since COLMAP has no such check."""
     if not path.exists():
         return False
     command = [sys.executable, "-I", "-c", _QUICK_CHECK, str(path)]
@@ -129,9 +129,11 @@ def _is_sound(path: Path) -> bool:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """The database. It may be read while COLMAP writes (write-ahead log). Raises InputError without
-    a database; what happens while it is open is not its own."""
+def open_existing(path: Path) -> Iterator[Any]:
+    """Open an existing database, which COLMAP may write at the same time (write-ahead log).
+
+    Raises InputError only if it cannot be opened.
+    """
     if not path.exists():
         raise InputError(Finding("alignment.no-matches"), file=path)
     try:
@@ -145,9 +147,9 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[Any]:
-    """The database, for questions to it alone. Raises InputError without a sound database."""
-    with opened(path) as database:
+def open_for_reading(path: Path) -> Iterator[Any]:
+    """Open a database for queries. Raises InputError for an invalid database."""
+    with open_existing(path) as database:
         try:
             yield database
         except RuntimeError as error:
@@ -158,41 +160,48 @@ def _unreadable(path: Path, error: RuntimeError) -> InputError:
     return InputError(Finding("alignment.matches-unreadable", reason=error), file=path)
 
 
-def compared(database: Any) -> int:
-    """Number of the pairs that have been compared, with whatever result."""
+def count_compared(database: Any) -> int:
+    """Return the number of compared pairs, whatever the result."""
     return int(database.num_verified_image_pairs())
 
 
 def is_compared(database: Any, pair: Pair) -> bool:
-    """Whether two photos (rows) have been compared, with whatever result."""
+    """Return whether two photos (rows) have been compared, whatever the result."""
     return bool(database.exists_two_view_geometry(pair[0] + 1, pair[1] + 1))
 
 
 def pair_counts(path: Path) -> dict[Pair, int]:
-    """Verified matches of every pair of photos (rows) that has any. Raises InputError without a
-    sound database."""
-    with reading(path) as database:
-        return _by_pair(*database.read_two_view_geometry_num_inliers())
+    """Return the number of verified matches of every pair of photos (rows) that has any.
+
+    Raises InputError for an invalid database.
+    """
+    with open_for_reading(path) as database:
+        return _counts_by_pair(*database.read_two_view_geometry_num_inliers())
 
 
 def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
-    """(matches, verified matches) of every pair of photos (rows) that was compared. Raises
-    InputError without a sound database."""
-    with reading(path) as database:
-        tried = _by_pair(*database.read_num_matches())
-        kept = _by_pair(*database.read_two_view_geometry_num_inliers())
-        pairs = {pair for pair in {*tried, *kept} if is_compared(database, pair)}
-        # COLMAP lists no pair without a match.
-        total = compared(database)
+    """Return the numbers of matches and verified matches of compared pairs of photos (rows).
+
+    Raises InputError for an invalid database.
+    """
+    with open_for_reading(path) as database:
+        matches = _counts_by_pair(*database.read_num_matches())
+        verified = _counts_by_pair(*database.read_two_view_geometry_num_inliers())
+        pairs = {pair for pair in {*matches, *verified} if is_compared(database, pair)}
+        # COLMAP does not list pairs without a match.
+        total = count_compared(database)
         for pair in combinations(range(database.num_images()), 2):
             if len(pairs) == total:
                 break
             if pair not in pairs and is_compared(database, pair):
                 pairs.add(pair)
-    return {pair: (max(tried.get(pair, 0), kept.get(pair, 0)), kept.get(pair, 0)) for pair in pairs}
+    return {
+        pair: (max(matches.get(pair, 0), verified.get(pair, 0)), verified.get(pair, 0))
+        for pair in pairs
+    }
 
 
-def _by_pair(numbers: Sequence[int], counts: Sequence[int]) -> dict[Pair, int]:
+def _counts_by_pair(numbers: Sequence[int], counts: Sequence[int]) -> dict[Pair, int]:
     pycolmap = colmap()
     images = (pycolmap.pair_id_to_image_pair(number) for number in numbers)
     return {
@@ -203,8 +212,11 @@ def _by_pair(numbers: Sequence[int], counts: Sequence[int]) -> dict[Pair, int]:
 
 
 def feature_counts(path: Path) -> dict[int, int]:
-    """Features of every photo (row). Raises InputError without a sound database."""
-    with reading(path) as database:
+    """Return the number of features of every photo (row).
+
+    Raises InputError for an invalid database.
+    """
+    with open_for_reading(path) as database:
         return {
             row: int(database.num_keypoints_for_image(row + 1))
             for row in range(database.num_images())
@@ -212,10 +224,12 @@ def feature_counts(path: Path) -> dict[int, int]:
 
 
 def copy_pairs(source: Path, target: Path) -> None:
-    """Take over all pairs with verified matches from a database of the same features. Raises
-    InputError without a sound database."""
+    """Copy all pairs with verified matches from a database of the same features.
+
+    Raises InputError for an invalid database.
+    """
     pycolmap = colmap()
-    with reading(source) as database, reading(target) as other:
+    with open_for_reading(source) as database, open_for_reading(target) as other:
         numbers, geometries = database.read_two_view_geometries()
         for number, geometry in zip(numbers, geometries, strict=True):
             other.write_two_view_geometry(*pycolmap.pair_id_to_image_pair(number), geometry)
@@ -224,13 +238,36 @@ def copy_pairs(source: Path, target: Path) -> None:
 def matches_of_pair(
     path: Path, a: int, b: int
 ) -> tuple[Float32Array, Float32Array, IntArray, IntArray]:
-    """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
-    matches, and of the verified ones. Raises InputError without a database."""
-    with reading(path) as database:
-        tried = database.read_matches(a + 1, b + 1)
-        kept = database.read_two_view_geometry(a + 1, b + 1).inlier_matches
-        left, right = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
-    # Cut loose from COLMAP's memory.
-    first, second = (np.array(points, np.float32).reshape(-1, 2) for points in (left, right))
-    every, agreeing = (np.array(rows, np.int64).reshape(-1, 2) for rows in (tried, kept))
-    return first, second, every, agreeing
+    """Return the features and matches of two photos.
+
+    Parameters
+    ----------
+    path : Path
+    a, b : int
+        Rows of the photos.
+
+    Returns
+    -------
+    first, second : (n, 2) array
+        Features, pixels.
+    matches, verified : (m, 2) array
+        Rows of both.
+
+    Raises
+    ------
+    InputError
+        Without a database.
+    """
+    with open_for_reading(path) as database:
+        all_rows = database.read_matches(a + 1, b + 1)
+        verified_rows = database.read_two_view_geometry(a + 1, b + 1).inlier_matches
+        first_keypoints, second_keypoints = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
+    # Copy out of COLMAP's memory.
+    first, second = (
+        np.array(points, np.float32).reshape(-1, 2)
+        for points in (first_keypoints, second_keypoints)
+    )
+    matches, verified = (
+        np.array(rows, np.int64).reshape(-1, 2) for rows in (all_rows, verified_rows)
+    )
+    return first, second, matches, verified

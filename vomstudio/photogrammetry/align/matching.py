@@ -1,7 +1,7 @@
-"""Which photos see the same rock: the choice of pairs of photos, and their matching.
+"""Select pairs of photos that may show the same rock, and match them.
 
 Pairs are matched in blocks of a few seconds, and every finished pair stays in the database, so that
-a stopped run goes on where it was.
+a stopped run can resume.
 """
 
 from __future__ import annotations
@@ -21,31 +21,29 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align.features import Features, sizes
 from vomstudio.photogrammetry.align.match_database import (
     Pair,
-    compared,
+    count_compared,
     image_name,
     is_compared,
-    opened,
-    reading,
+    open_existing,
+    open_for_reading,
 )
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
 
-_EXHAUSTIVE_UP_TO = 60
+_MAX_EXHAUSTIVE_PHOTOS = 60
 _NEIGHBOURS = 30
-_IN_SEQUENCE = 10
-_BLOCK = 12
-# Of the positions from GPS: under this spread they say nothing about who is whose neighbour.
-_SMALLEST_SPREAD_M = 10.0
-_FOR_PRESELECTION = 400
+_SEQUENCE_LENGTH = 10
+_BLOCK_SIZE = 12
+# Spread of GPS positions below which they do not show neighbours.
+_MIN_SPREAD_M = 10.0
+_PRESELECTION_FEATURES = 400
 
 
 @dataclass(frozen=True)
 class PairChoice:
-    """pairs : (i, j) with i < j, rows of the photos
-    rule : how they were chosen
-    """
+    """Selected pairs (i, j) with i < j, rows of the photos, and the rule of their selection."""
 
     pairs: tuple[Pair, ...]
     rule: Finding
@@ -57,32 +55,35 @@ def choose_pairs(
     rule: MatchingRule = "auto",
     progress: Progress | None = None,
 ) -> PairChoice:
-    """Which photos are compared.
+    """Select the pairs of photos to compare.
 
-    Up to 60 photos all with all. More of them, with GPS: each with its 30 nearest; without: each
-    with the 30 whose 400 largest features resemble its own most (Wu 2013, 3DV, "preemptive
-    matching"). Both add the next ones in the order of the names. Video: the next 10 frames, and
-    those 20, 40, 80 ... later, by which a path that comes back is closed.
+    Up to 60 photos: all pairs. More with GPS: each with its 30 nearest. More without GPS: each with
+    the 30 photos whose 400 largest features are most similar (Wu 2013, 3DV, "preemptive matching").
+    Both add the next photos in the order of names. Video: the next 10 frames, and those 20, 40, 80
+    ... later, which close loops.
     """
     n = len(photos)
     every = n * (n - 1) // 2
     if rule == "auto":
-        if n <= _EXHAUSTIVE_UP_TO:
+        if n <= _MAX_EXHAUSTIVE_PHOTOS:
             rule = "exhaustive"
         else:
-            rule = "spatial" if _gps_helps(photos) else "preselected"
+            rule = "spatial" if _has_useful_gps(photos) else "preselected"
     if rule == "exhaustive":
         return PairChoice(
             tuple((i, j) for i in range(n) for j in range(i + 1, n)),
             Finding("alignment.matched-all", count=every),
         )
     if rule == "sequential":
-        steps = [*range(1, _IN_SEQUENCE + 1)]
+        steps = [*range(1, _SEQUENCE_LENGTH + 1)]
         while steps[-1] * 2 < n:
             steps.append(steps[-1] * 2)
         pairs = {(i, i + s) for s in steps for i in range(n - s)}
         finding = Finding(
-            "alignment.matched-in-sequence", neighbours=_IN_SEQUENCE, pairs=len(pairs), total=every
+            "alignment.matched-in-sequence",
+            neighbours=_SEQUENCE_LENGTH,
+            pairs=len(pairs),
+            total=every,
         )
         return PairChoice(tuple(sorted(pairs)), finding)
     pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
@@ -100,7 +101,7 @@ def choose_pairs(
 
 
 def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
-    """(n, 3) metres about the first position, good for distances only; NaN without GPS."""
+    """Return metres (n, 3) from the first position, for distances only; NaN without GPS."""
     rows = [
         (p.longitude_deg, p.latitude_deg, p.altitude_m or 0.0)
         if p.longitude_deg is not None and p.latitude_deg is not None
@@ -115,7 +116,7 @@ def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
     return np.asarray((places - np.nanmedian(places, axis=0)) * [east, metres, 1.0])
 
 
-def _gps_helps(photos: Sequence[PhotoLike]) -> bool:
+def _has_useful_gps(photos: Sequence[PhotoLike]) -> bool:
     places = _positions(photos)
     known = ~np.isnan(places[:, 0])
     if known.mean() < 0.9:
@@ -123,7 +124,7 @@ def _gps_helps(photos: Sequence[PhotoLike]) -> bool:
     accuracy = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
     noise = float(np.median(accuracy)) if accuracy else 3.0
     spread = float(np.ptp(places[known, :2], axis=0).max())
-    return spread > max(_SMALLEST_SPREAD_M, 5 * noise)
+    return spread > max(_MIN_SPREAD_M, 5 * noise)
 
 
 def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
@@ -149,8 +150,8 @@ def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]
     n = len(features)
     largest: list[Float32Array] = []
     for f in features:
-        chosen = np.argsort(-sizes(f.keypoints), kind="stable")[:_FOR_PRESELECTION]
-        d = f.descriptors[chosen].astype(np.float32)
+        largest_rows = np.argsort(-sizes(f.keypoints), kind="stable")[:_PRESELECTION_FEATURES]
+        d = f.descriptors[largest_rows].astype(np.float32)
         largest.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
     every = n * (n - 1) // 2
@@ -177,10 +178,10 @@ def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
     cosine = a @ b.T
     best = cosine.argmax(axis=1)
     first = cosine.max(axis=1)
-    rest = cosine.copy()
-    rest[np.arange(len(a)), best] = -1
-    # Lowe's ratio of 0.8, of angles.
-    clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(np.clip(rest.max(axis=1), -1, 1))
+    others = cosine.copy()
+    others[np.arange(len(a)), best] = -1
+    # Lowe's ratio test with 0.8, for angles.
+    clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(np.clip(others.max(axis=1), -1, 1))
     return int((clear & (cosine.argmax(axis=0)[best] == np.arange(len(a)))).sum())
 
 
@@ -192,12 +193,12 @@ def match_pairs(
     threads: int = -1,
     seed: int = 0,
 ) -> None:
-    """Match and verify what is not yet in the database. Raises Cancelled within a block."""
+    """Match and verify pairs that are not yet in the database. Raises Cancelled within a block."""
     pycolmap = colmap()
-    with reading(path) as database:
-        left = [pair for pair in pairs if not is_compared(database, pair)]
+    with open_for_reading(path) as database:
+        remaining_pairs = [pair for pair in pairs if not is_compared(database, pair)]
     progress.stage(tr("Matching photos"), len(pairs))
-    finished = len(pairs) - len(left)
+    finished = len(pairs) - len(remaining_pairs)
     progress.step(finished)
     matching = pycolmap.FeatureMatchingOptions()
     matching.num_threads = threads
@@ -205,26 +206,27 @@ def match_pairs(
     verification = pycolmap.TwoViewGeometryOptions()
     verification.ransac.random_seed = seed
     pairing = pycolmap.ImportedPairingOptions()
-    pairing.block_size = _BLOCK
-    # One call for all: it keeps the search trees of the photos from block to block.
+    pairing.block_size = _BLOCK_SIZE
+    # One call for all reuses the search trees of the photos between blocks.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
-        opened(path) as watched,
+        open_existing(path) as database_view,
     ):
-        before = compared(watched)
+        before = count_compared(database_view)
 
         def now_finished() -> int:
             try:
-                return finished + compared(watched) - before
+                return finished + count_compared(database_view) - before
             except RuntimeError:
-                # COLMAP is just bringing its log into the database.
+                # COLMAP is merging its log into the database.
                 return finished
 
         pairing.match_list_path = Path(folder, "pairs.txt")
         pairing.match_list_path.write_text(
-            "".join(f"{image_name(i)} {image_name(j)}\n" for i, j in left), encoding="utf-8"
+            "".join(f"{image_name(i)} {image_name(j)}\n" for i, j in remaining_pairs),
+            encoding="utf-8",
         )
-        if left:
+        if remaining_pairs:
             cancellable(
                 lambda token: pycolmap.match_image_pairs(
                     path,

@@ -1,4 +1,4 @@
-"""What the alignment wants to know of a photo."""
+"""Properties of a photo that the alignment uses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PhotoLike(Protocol):
-    """What the alignment wants to know of a photo (see `io.photos.Photo`)."""
+    """Properties of a photo that the alignment uses (see `io.photos.Photo`)."""
 
     @property
     def path(self) -> Path: ...

@@ -1,4 +1,4 @@
-"""Survey check after the alignment: the same questions, answered by the tie points."""
+"""Survey check after the alignment, by the tie points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
-from vomstudio.photogrammetry.align.lens_check import of_lenses
+from vomstudio.photogrammetry.align.lens_check import lens_findings
 from vomstudio.photogrammetry.survey.camera_positions import straightness
 from vomstudio.photogrammetry.survey.check_limits import Limits
 from vomstudio.photogrammetry.survey.check_results import (
@@ -19,7 +19,7 @@ from vomstudio.photogrammetry.survey.check_results import (
     SurveyReport,
     advice_for,
     assess,
-    by_severity,
+    sort_by_severity,
 )
 
 if TYPE_CHECKING:
@@ -43,15 +43,24 @@ def check_scene(
     further: Sequence[Finding] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
-    """Findings, figures and verdict for an aligned scene.
+    """Check an aligned scene.
 
-    unregistered : names of photos without a pose
-    other_parts : further disconnected components
-    blur : sigma by name, from the check before
-    cameras : their calibration by the alignment
-    planes : what the finished model tells of planes, where there is one; None: what photos of this
-        pixel size let expect, without a registration
-    further : findings of other stages
+    Parameters
+    ----------
+    scene : SparseScene
+    unregistered : sequence of str
+        Photos without a pose.
+    other_parts : sequence of SparseScene
+        Other connected components.
+    blur : dict, optional
+        Sigma by photo, from the check before the alignment.
+    cameras : sequence of Calibration
+    planes : PlaneSizes, optional
+        From the finished model; default: expected for photos of this pixel size without a
+        registration.
+    further : sequence of Finding
+        Of other stages.
+    limits : Limits, optional
     """
     limits = limits or Limits()
     if not scene.views:
@@ -67,36 +76,36 @@ def check_scene(
         )
     gsd = photo_pixel_sizes(scene)
     views = mean_views(scene)
-    overlap = shared_view(scene)
+    overlap = overlap_matrix(scene)
     normal = face_normal(scene)
     oblique = obliquity_deg(scene, normal)
     findings = [
-        *_of_registration(scene, unregistered, other_parts),
-        *_of_points(scene, views, overlap, limits),
-        *_of_sizes(scene, gsd, limits),
-        *_of_directions(scene, limits),
-        *_of_places(scene, gsd, limits),
-        *_of_line(scene, limits),
-        *of_lenses(cameras),
-        *_of_orientation(planes, limits),
+        *_registration_findings(scene, unregistered, other_parts),
+        *_point_findings(scene, views, overlap, limits),
+        *_size_findings(scene, gsd, limits),
+        *_direction_findings(scene, limits),
+        *_position_findings(scene, gsd, limits),
+        *_line_findings(scene, limits),
+        *lens_findings(cameras),
+        *_orientation_findings(planes, limits),
         *further,
     ]
-    findings = list(by_severity(findings))
+    findings = list(sort_by_severity(findings))
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
-    told = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
+    expected_planes = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
     metric = _is_metric(scene)
-    textbook = None if told is None else told.textbook
+    textbook = None if expected_planes is None else expected_planes.textbook
     figures = tuple(
         PhotoFigures(
             view.name,
-            _or_none(gsd[i]) if metric else None,
+            _finite_or_none(gsd[i]) if metric else None,
             None if blur is None else blur.get(view.name),
-            _or_none(views[i]),
+            _finite_or_none(views[i]),
             None,
-            _or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
-            _or_none(oblique[i]),
-            None if metric else _or_none(gsd[i]),
+            _finite_or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
+            _finite_or_none(oblique[i]),
+            None if metric else _finite_or_none(gsd[i]),
         )
         for i, view in enumerate(scene.views)
     )
@@ -108,15 +117,17 @@ def check_scene(
         middle if metric else None,
         textbook if metric else None,
         advice_for(findings),
-        () if told is None else told.curve(metric=metric),
+        () if expected_planes is None else expected_planes.curve(metric=metric),
         None if metric else middle,
         None if metric else textbook,
     )
 
 
 def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
-    """(v,) length on the rock per pixel: median depth of a photo's tie points over its focal
-    length (eq. 18 in pixels); NaN without points."""
+    """Return the length on the rock per pixel (v,) of each photo; NaN without points.
+
+    Median depth of a photo's tie points over its focal length (eq. 18 in pixels).
+    """
     sizes = np.full(len(scene.views), np.nan)
     for i, view in enumerate(scene.views):
         rows = scene.seen_by(i)
@@ -128,7 +139,7 @@ def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
 
 
 def mean_views(scene: SparseScene) -> FloatArray:
-    """(v,) mean number of photos that see the tie points of each photo; NaN without points."""
+    """Return the mean number (v,) of photos of the tie points of each photo; NaN without points."""
     lengths = scene.track_lengths[scene.track_points].astype(np.float64)
     total = np.bincount(scene.track_views, lengths, len(scene.views))
     count = np.bincount(scene.track_views, minlength=len(scene.views))
@@ -136,38 +147,37 @@ def mean_views(scene: SparseScene) -> FloatArray:
         return np.asarray(total / np.where(count > 0, count, np.nan))
 
 
-def shared_view(scene: SparseScene, grid: int = 8) -> FloatArray:
-    """(v, v) share of photo i's picture that lies on photo j: the overlap of the two; the diagonal
-    is 0.
+def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
+    """Return the overlap (v, v): the share of picture i that is on photo j, with a zero diagonal.
 
-    Places all over the picture are taken to be as deep as the nearest tie point in it. (The tie
-    points themselves lie where photos overlap, and would flatter them.) Occlusion is not looked at.
+    Places in the picture have the depth of the nearest tie point. (The tie points themselves are in
+    the overlap of photos and would exaggerate it.) Occlusion is ignored.
     """
     count = len(scene.views)
     shares = np.zeros((count, count))
     steps = (np.arange(grid) + 0.5) / grid
     for i, view in enumerate(scene.views):
-        mine = scene.track_views == i
-        depths = view.depths(scene.points[scene.track_points[mine]])
-        at = scene.track_pixels[mine][depths > 0].astype(np.float64)
+        is_of_view = scene.track_views == i
+        depths = view.depths(scene.points[scene.track_points[is_of_view]])
+        tie_pixels = scene.track_pixels[is_of_view][depths > 0].astype(np.float64)
         depths = depths[depths > 0]
         if not len(depths):
             continue
         x, y = np.meshgrid(steps * view.intrinsics.width, steps * view.intrinsics.height)
         pixels = np.column_stack([x.ravel(), y.ravel()])
-        nearest = ((pixels[:, None] - at[None]) ** 2).sum(axis=2).argmin(axis=1)
+        nearest = ((pixels[:, None] - tie_pixels[None]) ** 2).sum(axis=2).argmin(axis=1)
         rays = view.intrinsics.rays(pixels)
-        seen = np.isfinite(rays).all(axis=1)
-        camera = rays[seen] * depths[nearest[seen], None]
+        is_visible = np.isfinite(rays).all(axis=1)
+        camera = rays[is_visible] * depths[nearest[is_visible], None]
         places = (camera - view.translation) @ view.rotation
         for j, other in enumerate(scene.views):
             if i != j and len(places):
-                shares[i, j] = _lies_on(other, places).mean()
+                shares[i, j] = _is_on_photo(other, places).mean()
     return shares
 
 
 def face_normal(scene: SparseScene) -> FloatArray:
-    """Unit normal of the plane that fits the tie points best, towards the cameras."""
+    """Return the unit normal of the plane fitted to the tie points, towards the cameras."""
     points = scene.points
     if len(points) < 3:
         return -np.asarray(scene.views[0].direction)
@@ -180,38 +190,40 @@ def face_normal(scene: SparseScene) -> FloatArray:
 
 
 def obliquity_deg(scene: SparseScene, normal: FloatArray) -> FloatArray:
-    """(v,) angle between each view direction and the perpendicular to the face, on whichever side
-    of it the camera stands: an object may be photographed all around."""
+    """Return the angle (v,) between each view direction and the normal of the face.
+
+    On either side of it, since an object may be photographed all around.
+    """
     axes = np.array([view.direction for view in scene.views])
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
 
 
-def _lies_on(view: View, points: FloatArray) -> BoolArray:
-    """Which points are before the camera and inside its picture."""
-    # What is not defined is compared as false.
+def _is_on_photo(view: View, points: FloatArray) -> BoolArray:
+    """Return which points are in front of the camera and inside its picture."""
+    # Undefined values compare as false.
     return view.contains(view.project(points))
 
 
-def _or_none(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
 # ------------------------------------------------------------------------------------------------
-def _of_orientation(planes: PlaneSizes | None, limits: Limits) -> list[Finding]:
-    """Every direction on the model is off by what its registration is."""
+def _orientation_findings(planes: PlaneSizes | None, limits: Limits) -> list[Finding]:
+    """Return a finding if the registration error affects every direction on the model."""
     if planes is None or planes.registration_deg <= limits.registration_deg:
         return []
     return [Finding("rotation", photos=(), value=planes.registration_deg)]
 
 
-def _of_registration(
+def _registration_findings(
     scene: SparseScene, unregistered: Sequence[str], parts: Sequence[SparseScene]
 ) -> list[Finding]:
-    found = []
+    findings = []
     total = len(scene.views) + len(unregistered) + sum(len(part.views) for part in parts)
     if unregistered:
         share = len(unregistered) / total
-        found.append(
+        findings.append(
             Finding(
                 "unregistered",
                 "error" if share > 0.5 else "warning",
@@ -222,7 +234,7 @@ def _of_registration(
         )
     if parts:
         names = tuple(view.name for part in parts for view in part.views)
-        found.append(
+        findings.append(
             Finding(
                 "parts",
                 photos=names,
@@ -231,59 +243,61 @@ def _of_registration(
             )
         )
     if len(scene.views) < 5:
-        found.append(
+        findings.append(
             Finding("few-photos", photos=(), value=float(len(scene.views)), count=len(scene.views))
         )
-    return found
+    return findings
 
 
-def _of_points(
+def _point_findings(
     scene: SparseScene, views: FloatArray, overlap: FloatArray, limits: Limits
 ) -> list[Finding]:
-    found = []
+    findings = []
     names = [view.name for view in scene.views]
     counts = np.bincount(scene.track_views, minlength=len(names))
     weak = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
     if weak:
-        found.append(
+        findings.append(
             Finding("weak-photos", photos=weak, value=float(counts.min()), least=_WEAK_POINTS)
         )
-    seen = places_seen(scene)
-    if len(names) >= limits.fewest_photos and len(seen):
-        middle = float(np.median(seen))
+    view_counts = count_views_of_points(scene)
+    if len(names) >= limits.fewest_photos and len(view_counts):
+        middle = float(np.median(view_counts))
         if middle < limits.views:
             few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
-            found.append(Finding("few-views", photos=few, value=middle))
+            findings.append(Finding("few-views", photos=few, value=middle))
     if len(names) > 1:
         best = overlap.max(axis=1)
-        thin = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
-        if thin:
-            found.append(
+        low_overlap = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
+        if low_overlap:
+            findings.append(
                 Finding(
                     "low-overlap",
-                    photos=thin,
+                    photos=low_overlap,
                     value=float(best.min()),
                     overlap=100 * float(best[best < limits.overlap].max()),
                 )
             )
     errors = scene.errors_px[np.isfinite(scene.errors_px)]
     if len(errors) and float(np.median(errors)) > _HIGH_ERROR_PX:
-        found.append(Finding("high-error", photos=(), value=float(np.median(errors))))
-    return found
+        findings.append(Finding("high-error", photos=(), value=float(np.median(errors))))
+    return findings
 
 
-def places_seen(scene: SparseScene, most: int = 2000) -> IntArray:
-    """(n,) in how many photos each tie point lies (up to `most` of them, evenly taken), whether it
-    was matched there or not. Occlusion is not looked at."""
-    step = max(1, len(scene.points) // most)
+def count_views_of_points(scene: SparseScene, max_points: int = 2000) -> IntArray:
+    """Return the number of photos (n,) in which each tie point lies, matched or not.
+
+    Occlusion is ignored; at most `max_points` points are used.
+    """
+    step = max(1, len(scene.points) // max_points)
     points = scene.points[::step]
-    seen = np.zeros(len(points), np.int64)
+    counts = np.zeros(len(points), np.int64)
     for view in scene.views:
-        seen += _lies_on(view, points)
-    return seen
+        counts += _is_on_photo(view, points)
+    return counts
 
 
-def _of_sizes(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
+def _size_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
     known = np.isfinite(gsd)
     if known.sum() < 2:
         return []
@@ -296,7 +310,7 @@ def _of_sizes(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Findi
     return [Finding("gsd-spread", photos=names, value=ratio)]
 
 
-def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
+def _direction_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
     axes = np.array([view.direction for view in scene.views])
     if len(axes) < 3:
         return []
@@ -311,8 +325,8 @@ def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
     return [Finding("one-direction", photos=(), value=spread, source="poses")]
 
 
-def _of_places(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
-    """One position, one photo (textbook 3.2.1)."""
+def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
+    """Find photos with the same position (textbook 3.2.1)."""
     centres = scene.centres
     turned: list[tuple[str, str]] = []
     for i in range(len(centres)):
@@ -341,8 +355,8 @@ def _is_metric(scene: SparseScene) -> bool:
     return scene.scaled or scene.crs is not None
 
 
-def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
-    """Collinear cameras cannot register a model (textbook 3.2.2)."""
+def _line_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
+    """Find collinear cameras, which cannot register a model (textbook 3.2.2)."""
     if len(scene.views) < 3:
         return []
     width = straightness(scene.centres)

@@ -1,12 +1,11 @@
-"""Which photos without EXIF were taken through one lens.
+"""Find which photos without EXIF were taken through one lens.
 
-Photos of one size that say nothing of their camera are taken for photos of one camera. Where they
-are not (a phone that was zoomed, two cameras of one format, pixels cut out), one focal length for
-all bends the scene to fit: it then looks sound, and cameras are wrong by a tenth of it. So the
-focal length of every such photo is estimated by itself from its fundamental matrices (Sweeney,
-Kneip, Hoellerer and Turk 2015, ICCV, by COLMAP). Where these differ, the photos are placed with
-lenses of their own, lenses that come out alike are made one, and the photos are placed with these;
-that is kept where it explains the photos clearly better.
+Photos of one size without camera metadata are treated as photos of one camera. If they are not (a
+zoomed phone, two cameras of one format, cropped pictures), one focal length for all bends the
+scene: it looks valid, and cameras have errors of a tenth of their distance. So the focal length of
+every such photo is estimated from its fundamental matrices (Sweeney, Kneip, Hoellerer and Turk
+2015, ICCV, by COLMAP). If these differ, the photos are placed with separate lenses, similar lenses
+are merged, and the photos are placed again; the result is used if it fits clearly better.
 """
 
 from __future__ import annotations
@@ -26,17 +25,17 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr_n
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
+from vomstudio.photogrammetry.align.mapping import MappingOptions, MappingResult
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 
-# Of the natural logarithm of focal lengths, each from its pairs alone: photos of one lens scatter
-# by less than a hundredth, by a tenth with strong distortion.
-_SUSPICIOUS = 0.08
-# Lenses after their photos were placed: an unknown focal length is known to a few per cent then.
-_ALIKE = 0.06
-# Of the reprojection error with one lens: mistaken lenses leave more than twice the error.
-_CLEARLY_BETTER = 0.8
+# Standard deviation of the logarithm of focal lengths from pairs: photos of one lens scatter by
+# less than a hundredth, by a tenth with strong distortion.
+_MAX_LOG_SCATTER = 0.08
+# Relative difference of focal lengths of one lens after mapping.
+_LENS_TOLERANCE = 0.06
+# Maximum ratio of reprojection errors: wrong lenses more than double the error.
+_MAX_ERROR_RATIO = 0.8
 
 
 def separate_lenses(
@@ -45,37 +44,41 @@ def separate_lenses(
     features: Sequence[Features],
     work: Path,
     options: MappingOptions,
-    found: Sequence[Any],
+    present: Sequence[Any],
     progress: Progress,
-) -> Mapped | None:
-    """The mapping with separate lenses, None where the `found` reconstructions are as good.
+) -> MappingResult | None:
+    """Map the photos with separate lenses; None if the present reconstructions are as good.
 
     database : matched, of these photos. Raises Cancelled.
     """
     groups = unknown_groups(photos)
-    if not groups or not found:
+    if not groups or not present:
         return None
     scratch = work / "lenses"
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir()
     try:
-        own = [0] * len(photos)
+        separate_numbers = [0] * len(photos)
         for group in groups:
             for number, row in enumerate(group):
-                own[row] = number + 1
-        apart = _database(database, scratch / "own.db", photos, features, own)
-        focals = _from_pairs(apart, options, progress)
-        if all(float(np.std(np.log([focals[r] for r in g]))) < _SUSPICIOUS for g in groups):
+                separate_numbers[row] = number + 1
+        separate_database = _database(
+            database, scratch / "own.db", photos, features, separate_numbers
+        )
+        focals = _focals_from_pairs(separate_database, options, progress)
+        if all(float(np.std(np.log([focals[r] for r in g]))) < _MAX_LOG_SCATTER for g in groups):
             return None
-        others = mapping.map_photos(apart, photos, scratch, options, progress).reconstructions
-        if not others:
+        separate_mapping = mapping.map_photos(
+            separate_database, photos, scratch, options, progress
+        ).reconstructions
+        if not separate_mapping:
             return None
-        lenses, sizes = _alike(others[0], groups, len(photos))
+        lenses, sizes = _merge_similar(separate_mapping[0], groups, len(photos))
         if not any(lenses):
             return None
-        joined = _database(database, scratch / "joined.db", photos, features, lenses)
-        mapped = mapping.map_photos(joined, photos, scratch, options, progress)
-        if not mapped.reconstructions or not _better(mapped.reconstructions[0], found[0]):
+        merged_database = _database(database, scratch / "joined.db", photos, features, lenses)
+        mapped = mapping.map_photos(merged_database, photos, scratch, options, progress)
+        if not mapped.reconstructions or not _is_better(mapped.reconstructions[0], present[0]):
             return None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
@@ -87,13 +90,13 @@ def separate_lenses(
             for focal, n in sizes
         ),
         after_px=_error(mapped.reconstructions[0]),
-        before_px=_error(found[0]),
+        before_px=_error(present[0]),
     )
     return replace(mapped, notes=(*mapped.notes, note))
 
 
 def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:
-    """Rows of the photos that are taken for one camera for want of EXIF, three or more each."""
+    """Return rows of photos that share a camera for lack of EXIF, in groups of three or more."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for row, photo in enumerate(photos):
         if photo.focal_px is None:
@@ -109,15 +112,15 @@ def _database(
     features: Sequence[Features],
     lenses: Sequence[int],
 ) -> Path:
-    """A database with other cameras and the pairs of `source`."""
+    """Create a database with other cameras and the pairs of `source`."""
     keys = [str(row) for row in range(len(photos))]
     match_database.open_database(path, photos, features, keys, lenses)
     match_database.copy_pairs(source, path)
     return path
 
 
-def _from_pairs(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
-    """Focal length of every photo, by its row, from its pairs; each has a camera of its own."""
+def _focals_from_pairs(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
+    """Return the focal length of every photo from its pairs, with a separate camera each."""
     pycolmap = colmap()
     settings = pycolmap.ViewGraphCalibrationOptions()
     settings.random_seed = options.seed
@@ -135,12 +138,19 @@ def _from_pairs(database: Path, options: MappingOptions, progress: Progress) -> 
         opened.close()
 
 
-def _alike(
+def _merge_similar(
     reconstruction: Any, groups: Sequence[Sequence[int]], count: int
 ) -> tuple[list[int], list[tuple[float, int]]]:
-    """Number of the lens of every photo within its group, 0 for the most common one; and
-    (focal length, photos) of all lenses of the groups. Photos that were not placed are taken for
-    the most common one."""
+    """Merge lenses with similar focal lengths.
+
+    Returns
+    -------
+    lenses : list of int
+        Lens of every photo within its group, 0 for the most common one and for photos without a
+        pose.
+    sizes : list of (float, int)
+        Focal length and number of photos of all lenses of the groups.
+    """
     lenses, sizes = [0] * count, []
     for group in groups:
         placed = [r for r in group if reconstruction.exists_image(r + 1)]
@@ -154,7 +164,7 @@ def _alike(
         order = sorted(placed, key=lambda r: focal[r])
         clusters = [[order[0]]]
         for before, row in itertools.pairwise(order):
-            if np.log(focal[row] / focal[before]) > _ALIKE:
+            if np.log(focal[row] / focal[before]) > _LENS_TOLERANCE:
                 clusters.append([])
             clusters[-1].append(row)
         clusters.sort(key=len, reverse=True)
@@ -165,10 +175,10 @@ def _alike(
     return lenses, sizes
 
 
-def _better(one: Any, other: Any) -> bool:
+def _is_better(one: Any, other: Any) -> bool:
     return one.num_reg_images() >= other.num_reg_images() and _error(
         one
-    ) < _CLEARLY_BETTER * _error(other)
+    ) < _MAX_ERROR_RATIO * _error(other)
 
 
 def _error(reconstruction: Any) -> float:

@@ -1,8 +1,8 @@
-"""Checkpoints: folders of finished stages, named by all that their content depends on.
+"""Checkpoints: folders of finished stages, named by everything that their content depends on.
 
-A stage works in `NAME-KEY.part` and takes the name `NAME-KEY` once it is whole and on the disk.
-Files inside appear whole or not at all, so that a run which was stopped, killed, or lost its power
-goes on behind the last photo that was finished.
+A stage works in `NAME-KEY.part`, which is renamed `NAME-KEY` when it is complete and on the disk.
+Files inside are written atomically, so that a run that was stopped or killed, or lost its power,
+resumes after the last finished photo.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _KEY_LENGTH = 16
 
 
 def key_of(*parts: object) -> str:
-    """The same for the same JSON values, whenever and wherever."""
+    """Return a key that is the same for the same JSON values on all machines."""
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
 
 
 class Stage:
-    """One stage's folder. `seconds` and `peak_bytes` count the work of earlier runs too."""
+    """Folder of one stage. `seconds` and `peak_bytes` include earlier runs."""
 
     def __init__(self, root: Path, name: str, key: str) -> None:
         self.name, self.key = name, key
@@ -58,12 +58,12 @@ class Stage:
 
     @property
     def folder(self) -> Path:
-        """Where its files are: under the final name once it is done."""
+        """Return the folder of its files, which has the final name when it is done."""
         return self._final if self.done else self._part
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What `finish` was told."""
+        """Return the arguments of `finish`."""
         return _read(self.folder / _STAMP)
 
     @property
@@ -73,20 +73,20 @@ class Stage:
 
     @property
     def peak_bytes(self) -> int:
-        """The most that a process has held at once which worked on this stage or a later one."""
+        """Return the peak memory of processes that worked on this stage or a later one."""
         return max(self._peak_before, peak_bytes())
 
     def pause(self) -> None:
-        """Note the time spent, for when the work goes on."""
+        """Store the time spent, for a later run."""
         if not self.done and self._part.is_dir():
             spent = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
-            write_whole(self._part / _STAMP, lambda p: _write(p, spent))
+            write_atomically(self._part / _STAMP, lambda p: _write(p, spent))
 
     def finish(self, **facts: Any) -> None:
-        """Everything is there: put it on the disk, then give the folder its name."""
+        """Complete the stage: write everything to the disk, then rename the folder."""
         seconds = self.seconds
         facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
-        write_whole(self._part / _STAMP, lambda p: _write(p, facts))
+        write_atomically(self._part / _STAMP, lambda p: _write(p, facts))
         try:
             for path in self._part.rglob("*"):
                 if path.is_file():
@@ -102,7 +102,7 @@ class Checkpoints:
     """All stages below one folder."""
 
     def __init__(self, root: Path) -> None:
-        """Raises TargetError where the folder cannot be made."""
+        """Raises TargetError if the folder cannot be created."""
         self.root = root
         try:
             root.mkdir(parents=True, exist_ok=True)
@@ -114,34 +114,32 @@ class Checkpoints:
         self.stages: list[Stage] = []
 
     def stage(self, name: str, *parts: object) -> Stage:
-        """The stage `name` of these inputs and settings; stages that read its results pass on its
-        key."""
+        """Return the stage of these inputs and settings; later stages include its key in theirs."""
         stage = Stage(self.root, name, key_of(name, *parts))
         self.stages.append(stage)
         return stage
 
     def tidy(self) -> None:
-        """Remove halves of files, which a run that was killed has left. Nobody else may be at work
-        here."""
+        """Remove partial files of a killed run. No other run may use the folder."""
         for path in list(self.root.rglob(".*.part")):
             path.unlink(missing_ok=True)
 
     def size(self) -> int:
-        """Bytes of all that is kept."""
+        """Return the bytes of all files."""
         return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
 
     def sweep(self) -> None:
-        """Remove the folders of other inputs and settings than this run's."""
-        kept = {stage.folder.name for stage in self.stages}
+        """Remove the folders of other inputs and settings."""
+        current = {stage.folder.name for stage in self.stages}
         for path in self.root.iterdir():
-            if path.is_dir() and path.name not in kept:
+            if path.is_dir() and path.name not in current:
                 shutil.rmtree(path, ignore_errors=True)
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a file under another name, put it on the disk, then name it `path`.
+def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file atomically: `write` fills a temporary file, which is renamed `path`.
 
-    Raises TargetError where the disk is full or cannot be written.
+    Raises TargetError if the disk is full or not writable.
     """
     temporary = path.with_name(f".{path.name}.part")
     try:
@@ -163,19 +161,19 @@ def _not_written(path: Path, error: OSError) -> TargetError:
 
 
 def file_name(photo: str) -> str:
-    """A flat file name for a photo's results, which differs for different photos."""
+    """Return a flat file name for a photo's results, different for different photos."""
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", Path(photo).stem)[:40]
     return f"{plain}-{hashlib.sha256(photo.encode()).hexdigest()[:8]}"
 
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        found = read_json(path)
+        content = read_json(path)
     except (OSError, ValueError):
         return {}
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise InputError(Finding("reconstruct.damaged", reason="stage.json"), file=path.parent)
-    return found
+    return content
 
 
 def _write(path: Path, facts: dict[str, Any]) -> None:
@@ -187,7 +185,7 @@ def _plain(value: object) -> object:
 
 
 def _sync_to_disk(path: Path) -> None:
-    """To the disk itself: a rename that outlives a power cut must not name an empty file."""
+    """Write to the disk itself, so that a rename after a power cut never leaves an empty file."""
     if path.is_dir() and os.name == "nt":
         return
     descriptor = os.open(path, os.O_RDONLY)

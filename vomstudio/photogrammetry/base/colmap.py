@@ -1,4 +1,4 @@
-"""COLMAP as a library: quiet, and stoppable."""
+"""COLMAP as a library, without output and cancellable."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _POLL_S = 0.1
 
 
 def colmap() -> Any:
-    """The pycolmap module, which then says only what is fatal, and never on standard output."""
+    """Return the pycolmap module with logging of fatal errors only, never on standard output."""
     first = "pycolmap" not in sys.modules
     import pycolmap
 
@@ -33,10 +33,10 @@ def colmap() -> Any:
 def cancellable(
     call: Callable[[Any], Result], progress: Progress, done: Callable[[], int] = lambda: 0
 ) -> Result:
-    """Run `call(token)` in a thread of its own, telling `done()` to the progress meanwhile.
+    """Run `call(token)` in a thread and report `done()` to the progress.
 
-    What stops the progress (Cancelled, an interrupt from the keyboard) cancels the token; the call
-    is waited for, so that nothing writes behind the caller's back, and then it is raised.
+    Cancelled or a keyboard interrupt from the progress cancels the token. The exception is raised
+    when the call has ended, so that nothing is written afterwards.
     """
     from concurrent.futures import wait
 

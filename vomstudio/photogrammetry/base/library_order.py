@@ -1,11 +1,10 @@
-"""Native libraries in the one order in which they get along.
+"""Load native libraries in a compatible order.
 
-pycolmap's wheels for Linux hold a zlib of their own and show all its names to the libraries that
-they are loaded with. One of these, Fortran's, needs the system's libz. Where pycolmap brings that
-in, the system's libz finds pycolmap's functions for its own ones, and everything that compresses
-with it from then on (Pillow's PNG and TIFF, Python's zlib, gzip and zipfile) mixes the two: the
-process aborts with "free(): invalid pointer", or hangs. Loaded before pycolmap, the system's libz
-is bound to itself, in whatever order the rest comes.
+pycolmap's wheels for Linux contain a zlib and export its names to the libraries that are loaded
+with it. One of these, Fortran's, needs the system's libz. If pycolmap loads it, the system's libz
+resolves to pycolmap's functions, and everything that compresses with it (Pillow's PNG and TIFF,
+Python's zlib, gzip and zipfile) mixes the two: the process aborts with "free(): invalid pointer",
+or hangs. If it is loaded before pycolmap, the system's libz resolves to itself, in any later order.
 """
 
 from __future__ import annotations
@@ -13,11 +12,10 @@ from __future__ import annotations
 import importlib
 
 _BEFORE_COLMAP = ("zlib", "PIL.Image")
-"""Python's zlib may be built into the interpreter, and then only Pillow brings in the system's."""
+"""Python's zlib may be built into the interpreter; then only Pillow loads the system's."""
 
 
 def load_shared_libraries() -> None:
-    """Import what must be there before pycolmap: 15 ms, and nothing where it was imported already.
-    It cannot help where pycolmap itself was imported before."""
+    """Import libraries that must precede pycolmap (15 ms); no effect after pycolmap."""
     for name in _BEFORE_COLMAP:
         importlib.import_module(name)

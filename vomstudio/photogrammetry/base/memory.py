@@ -1,4 +1,4 @@
-"""How much memory there is, how much was needed, and what size of photos fits."""
+"""Available and used memory, and the size of photos that fits."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from collections.abc import Callable
 
 from vomstudio.core.files.available_memory import group_bytes
 
-# The rest is left to the system and to other programs.
+# Share of free memory to use; the system and other programs need the rest.
 SHARE = 0.7
 _SMALLEST_PX = 320
 
 
 def available_bytes() -> int:
-    """Memory that can be taken now without swapping; in a container no more than is left to it."""
+    """Return the memory available without swapping, within the limit of a container."""
     import psutil
 
     available = int(psutil.virtual_memory().available)
-    left = group_bytes()
-    return available if left is None else min(available, left)
+    group_available = group_bytes()
+    return available if group_available is None else min(available, group_available)
 
 
 def peak_bytes() -> int:
-    """The most that this process has held at once."""
+    """Return the peak memory of this process."""
     import psutil
 
     info = psutil.Process().memory_info()
@@ -35,14 +35,14 @@ def peak_bytes() -> int:
 
 
 def workers_at_once(needed: int, threads: int) -> int:
-    """How many of `threads` may work side by side, each taking `needed` bytes; one always may."""
+    """Return how many of `threads` fit into memory with `needed` bytes each, at least one."""
     if needed <= 0 or threads <= 1:
         return max(threads, 1)
     return int(min(max(SHARE * available_bytes() // needed, 1), threads))
 
 
 def fitting_size(wanted_px: int, needed: Callable[[int], int]) -> int:
-    """The long side of photos, at most `wanted_px`, with which `needed(side)` bytes are there."""
+    """Return the largest long side, up to `wanted_px`, whose memory is available."""
     free = SHARE * available_bytes()
     size = wanted_px
     while size > _SMALLEST_PX and needed(size) > free:

@@ -1,4 +1,4 @@
-"""The part of a scene of which a model is made: a box in the frame of the model."""
+"""Region of a scene that is reconstructed: a box in the frame of the model."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.scene import SparseScene
 
-FEWEST = 5
-"""Tie points in the region that a photo must see to have a depth map."""
+MIN_POINTS = 5
+"""Minimum number of tie points in the region for the depth map of a photo."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """low, high : corners, World (or the local frame of a model without registration)"""
+    """Box by two corners, World (or the local frame of a model without registration)."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
     @classmethod
     def of(cls, numbers: Sequence[float] | None) -> Region | None:
-        """From x0, y0, z0, x1, y1, z1; None for none. Raises UsageError where they are no box."""
+        """Return the region of x0, y0, z0, x1, y1, z1, if given. Raises UsageError if invalid."""
         if numbers is None:
             return None
         values = [float(v) for v in numbers]
@@ -46,17 +46,17 @@ class Region:
         return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
     def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
-        """(n,) which of (n, 3) points, less `origin`, lie in it."""
+        """Return a mask (n,) of the points (n, 3), less `origin`, in the region."""
         places = np.asarray(points, np.float64)
         low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))
         return np.asarray(((places >= low) & (places <= high)).all(axis=1))
 
     def views_of(self, scene: SparseScene) -> frozenset[int]:
-        """Rows of the photos that see enough of it. Raises GeometryError where none does."""
-        there = self.inside(scene.points, scene.origin)
-        of_track = np.repeat(there, np.diff(scene.track_offsets))
-        counts = np.bincount(scene.track_views[of_track], minlength=len(scene.views))
-        views = frozenset(np.flatnonzero(counts >= FEWEST).tolist())
+        """Return the photos (rows) that see enough of it. Raises GeometryError without them."""
+        is_inside = self.inside(scene.points, scene.origin)
+        is_inside_track = np.repeat(is_inside, np.diff(scene.track_offsets))
+        counts = np.bincount(scene.track_views[is_inside_track], minlength=len(scene.views))
+        views = frozenset(np.flatnonzero(counts >= MIN_POINTS).tolist())
         if len(views) < 2:
             places = scene.points + np.asarray(scene.origin, np.float64)
             frame = tr("local frame") if scene.crs is None else scene.crs
@@ -64,7 +64,7 @@ class Region:
             raise GeometryError(
                 Finding(
                     "region.few-points",
-                    points=int(there.sum()),
+                    points=int(is_inside.sum()),
                     bounds=",".join(f"{v:.1f}" for v in ends),
                     frame=frame,
                 ),

@@ -1,4 +1,4 @@
-"""Cameras and tie points after the alignment, as every later stage reads them."""
+"""Cameras and tie points after the alignment, the input of every later stage."""
 
 from __future__ import annotations
 
@@ -25,16 +25,27 @@ _VERSION = 1
 class SparseScene:
     """One connected component of an alignment.
 
-    views : photos that could be placed, in the order of their names
-    points : (n, 3) float64 tie points; World minus `origin` once georeferenced
-    colors : (n, 3) uint8
-    errors_px : (n,) float32 mean reprojection error of each point
-    track_offsets : (n + 1,) int64; the observations of point i are rows o[i] to o[i + 1]
-    track_views : (m,) int32 rows into `views`
-    track_pixels : (m, 2) float32 where each was seen
-    origin : integer World coordinates subtracted from all positions
-    crs : "EPSG:n" of World, or None while the frame is local
-    scaled : False while the unit of length is arbitrary
+    Attributes
+    ----------
+    views : tuple of View
+        Photos with a pose, in the order of their names.
+    points : (n, 3) float64 array
+        Tie points; World minus `origin` once georeferenced.
+    colors : (n, 3) uint8 array
+    errors_px : (n,) float32 array
+        Mean reprojection error of each point.
+    track_offsets : (n + 1,) int64 array
+        The observations of point i are rows o[i] to o[i + 1].
+    track_views : (m,) int32 array
+        Rows of `views`.
+    track_pixels : (m, 2) float32 array
+        Observed pixels.
+    origin : (int, int, int)
+        World coordinates subtracted from all positions.
+    crs : str or None
+        "EPSG:n" of World, None for a local frame.
+    scaled : bool
+        False while the unit of length is arbitrary.
     """
 
     views: tuple[View, ...]
@@ -51,37 +62,37 @@ class SparseScene:
 
     @cached_property
     def track_lengths(self) -> IntArray:
-        """(n,) number of photos that see each point."""
+        """Return the number (n,) of photos that see each point."""
         return np.diff(self.track_offsets)
 
     @cached_property
     def track_points(self) -> IntArray:
-        """(m,) the point of each observation."""
+        """Return the point (m,) of each observation."""
         return np.repeat(np.arange(len(self.points)), self.track_lengths)
 
     @property
     def axes(self) -> Axes:
-        """What is known of the frame of all positions, for every file and label."""
+        """Return the known properties of the frame, for files and labels."""
         return WORLD if self.scaled or self.crs is not None else UNPLACED
 
     @property
     def centres(self) -> FloatArray:
-        """(v, 3) projection centres."""
+        """Return the projection centres (v, 3)."""
         return np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def view(self, name: str) -> View:
-        """Raises KeyError for a photo that is not placed."""
+        """Return a view by name. Raises KeyError for a photo without a pose."""
         for view in self.views:
             if view.name == name:
                 return view
         raise KeyError(name)
 
     def seen_by(self, view: int) -> IntArray:
-        """Rows of the points that photo number `view` observes."""
+        """Return the rows of the points that a view observes."""
         return np.asarray(self.track_points[self.track_views == view])
 
     def pixel_at(self, places: FloatArray) -> float:
-        """Size of a pixel of the photos at points (n, 3), in units of the scene."""
+        """Return the size of a pixel of the photos at points (n, 3), in units of the scene."""
         sizes = [
             np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)
             for view in self.views
@@ -112,7 +123,7 @@ class SparseScene:
 
     @classmethod
     def load(cls, folder: str | Path) -> SparseScene:
-        """Raises InputError where the folder holds no whole scene."""
+        """Load a scene. Raises InputError for an incomplete folder."""
         folder = Path(folder)
         try:
             head = read_json(folder / "scene.json")

@@ -13,10 +13,18 @@ from vomstudio.photogrammetry.base.region import Region
 
 @dataclass(frozen=True)
 class Quality:
-    """align_px : long side of the photos in which features are sought
-    dense_px : long side of the photos whose pixels get a depth
-    faces : of the mesh at most
-    page_px : side of a texture page; pages : at most
+    """Sizes of a quality level.
+
+    Attributes
+    ----------
+    align_px : int
+        Long side of the photos for the feature search.
+    dense_px : int
+        Long side of the photos for depth maps.
+    faces : int
+        Maximum of the mesh.
+    page_px, pages : int
+        Side of a texture page, and their maximum number.
     """
 
     align_px: int
@@ -39,15 +47,24 @@ DEVICES = ("auto", "cpu", "cuda")
 
 @dataclass(frozen=True)
 class Settings(Result):
-    """quality : one of QUALITIES
-    crs : "EPSG:n" of the model; None for the UTM zone of the cameras, where they have GPS
-    control, marks : tables of ground control points and where they are seen in the photos; marks
-        of other labels tie photos together
-    threads : None for as many as there are processors; with 1, the same seed gives the same model
-    device : one of DEVICES, on which depth maps are computed; "auto" takes the GPU where the
-        installed COLMAP can use one
-    region : lowest and highest corner of the part of which a model is made, in its frame; None for
-        all
+    """Settings of a reconstruction.
+
+    Attributes
+    ----------
+    quality : str
+        One of QUALITIES.
+    crs : str or None
+        "EPSG:n" of the model; None for the UTM zone of cameras with GPS.
+    control, marks : Path or None
+        Tables of ground control points and of their marks in the photos; marks of other labels tie
+        photos together.
+    threads : int or None
+        None for all processors; with 1, the same seed gives the same model.
+    device : str
+        One of DEVICES, for depth maps; "auto" selects the GPU if the installed COLMAP supports one.
+    region : tuple or None
+        Lowest and highest corner of the reconstructed region, in the frame of the model; None for
+        all.
     """
 
     quality: str = "medium"
@@ -60,8 +77,7 @@ class Settings(Result):
     region: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raises UsageError for a quality or a device that there is not, and a region that is no
-        box."""
+        """Raises UsageError for an unknown quality or device, or an invalid region."""
         if self.quality not in QUALITIES:
             raise UsageError(
                 Finding("option.not-a-choice", value=self.quality, choices=list(QUALITIES)),
@@ -80,5 +96,5 @@ class Settings(Result):
 
     @property
     def steps(self) -> Quality:
-        """Sizes and numbers of the chosen quality."""
+        """Return the sizes of the selected quality."""
         return QUALITIES[self.quality]

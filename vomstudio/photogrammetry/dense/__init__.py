@@ -1,1 +1,1 @@
-"""Depth maps of undistorted photos, and one cloud of them."""
+"""Depth maps of undistorted photos, and their fused cloud."""

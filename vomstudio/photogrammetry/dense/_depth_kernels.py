@@ -1,4 +1,4 @@
-"""Compiled parts of the depth maps."""
+"""Compiled kernels of depth maps."""
 
 from __future__ import annotations
 
@@ -8,24 +8,41 @@ from vomstudio.geometry.kernels.jit import kernel
 
 
 @kernel("void(i2[:,::1], u1[:,::1], i8, i8, i8, i8, i8, f8[:,::1], f8[::1], u1[:,::1], f4[:,::1])")
-def lift(found, other, lowest, count, left, top, jump, to_rect, how, valid, inverse):  # type: ignore[no-untyped-def]
-    """Inverse depths in the photo from the disparities of a rectified pair.
+def lift(  # type: ignore[no-untyped-def]
+    disparities,
+    other,
+    lowest,
+    count,
+    first_column,
+    first_row,
+    jump,
+    to_rect,
+    coefficients,
+    valid,
+    inverse,
+):
+    """Convert disparities of a rectified pair to inverse depths in the photo.
 
-    found : (H, W) 16ths of a pixel, from SGBM
-    other : (H, W) where the second picture shows anything
-    lowest, count : of the disparities that were searched
-    left, top : rectified coordinates of the centre of found's first pixel
-    jump : largest difference of neighbours on one surface, 16ths of a pixel
+    disparities : (H, W) by SGBM, 16ths of a pixel other : (H, W) mask of the second picture lowest,
+    count : range of the searched disparities first_column, first_row : rectified coordinates of the
+    first pixel's centre jump : maximum difference of neighbours on one surface, 16ths of a pixel
     to_rect : (3, 3) homography from the photo's pixels to rectified ones, coordinates of centres
-    how : alpha, beta, gamma of the reference plane's disparity, 1 / (f B), f, and the third row of
+    coefficients : alpha, beta, gamma of the reference plane's disparity, 1 / (f B), f, and the
+    third row of
         the rotation from the rectified frame to the photo's
-    valid : (h, w) which pixels of the photo count
-    inverse : (h, w) result, 0 where there is none
+    valid : (h, w) mask of the photo
+    inverse : (h, w) result, 0 if unknown
     """
     h, w = inverse.shape
-    tall, wide = found.shape
-    alpha, beta, gamma, unit, f = how[0], how[1], how[2], how[3], how[4]
-    least, most = lowest * 16, (lowest + count - 1) * 16
+    tall, wide = disparities.shape
+    alpha, beta, gamma, unit, f = (
+        coefficients[0],
+        coefficients[1],
+        coefficients[2],
+        coefficients[3],
+        coefficients[4],
+    )
+    min_disparity, max_disparity = lowest * 16, (lowest + count - 1) * 16
     for j in range(h):
         for i in range(w):
             inverse[j, i] = 0.0
@@ -37,42 +54,56 @@ def lift(found, other, lowest, count, left, top, jump, to_rect, how, valid, inve
                 continue
             u = (to_rect[0, 0] * x + to_rect[0, 1] * y + to_rect[0, 2]) / d
             v = (to_rect[1, 0] * x + to_rect[1, 1] * y + to_rect[1, 2]) / d
-            column, row = u - left, v - top
+            column, row = u - first_column, v - first_row
             c, r = math.floor(column), math.floor(row)
             if c < 0 or r < 0 or c >= wide - 1 or r >= tall - 1:
                 continue
-            low = min(found[r, c], found[r, c + 1], found[r + 1, c], found[r + 1, c + 1])
-            high = max(found[r, c], found[r, c + 1], found[r + 1, c], found[r + 1, c + 1])
+            low = min(
+                disparities[r, c],
+                disparities[r, c + 1],
+                disparities[r + 1, c],
+                disparities[r + 1, c + 1],
+            )
+            high = max(
+                disparities[r, c],
+                disparities[r, c + 1],
+                disparities[r + 1, c],
+                disparities[r + 1, c + 1],
+            )
             a, b = column - c, row - r
-            if low < least or high - low > jump:
-                # An edge, or the end of what matched: the nearest pixel alone.
-                value = float(found[r + (b >= 0.5), c + (a >= 0.5)])
-                if value < least:
+            if low < min_disparity or high - low > jump:
+                # At an edge, or at the border of the matches, use the nearest pixel only.
+                value = float(disparities[r + (b >= 0.5), c + (a >= 0.5)])
+                if value < min_disparity:
                     continue
             else:
-                value = (found[r, c] * (1 - a) + found[r, c + 1] * a) * (1 - b)
-                value += (found[r + 1, c] * (1 - a) + found[r + 1, c + 1] * a) * b
-            if value > most:
+                value = (disparities[r, c] * (1 - a) + disparities[r, c + 1] * a) * (1 - b)
+                value += (disparities[r + 1, c] * (1 - a) + disparities[r + 1, c + 1] * a) * b
+            if value > max_disparity:
                 continue
             delta = value / 16.0
-            there = round(column - delta)
-            if there < 0 or there >= wide or other[round(row), there] == 0:
+            partner_column = round(column - delta)
+            if (
+                partner_column < 0
+                or partner_column >= wide
+                or other[round(row), partner_column] == 0
+            ):
                 continue
             disparity = alpha * u + beta * v + gamma + (1.0 - alpha) * delta
-            along = (how[5] * u + how[6] * v) / f + how[7]
-            if disparity > 0.0 and along > 0.0:
-                inverse[j, i] = disparity * unit / along
+            depth_factor = (coefficients[5] * u + coefficients[6] * v) / f + coefficients[7]
+            if disparity > 0.0 and depth_factor > 0.0:
+                inverse[j, i] = disparity * unit / depth_factor
 
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
 def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # type: ignore[no-untyped-def]
-    """The inverse depth on which most sources agree.
+    """Merge inverse depths by the agreement of most sources.
 
     inverse : (n, h, w), 0 = none
-    steps : (n,) change of inverse depth for a pixel of disparity
-    tolerance : largest difference of agreeing sources, pixels
-    least, most : inverse depths allowed
-    fewest : sources that must agree
+    steps : (n,) change of inverse depth per pixel of disparity
+    tolerance : maximum difference of agreeing sources, pixels
+    least, most : range of inverse depths
+    fewest : minimum number of agreeing sources
     merged : (h, w) their mean, weighted by accuracy; 0 = none
     agreeing : (h, w) their number
     """
@@ -106,15 +137,14 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # 
 def plane_normals(  # type: ignore[no-untyped-def]
     inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted
 ):
-    """Unit normals towards the camera, in its frame: planes are affine in inverse depth.
+    """Fit planes, which are affine in inverse depth, and return unit normals towards the camera.
 
     inverse : (h, w), 0 = none
-    steepness : neighbours whose inverse depth differs by more than this part of it for each pixel
-        of distance lie on another surface
+    steepness : relative difference of inverse depth per pixel of distance between surfaces
     radius, stride : of the neighbours, pixels
     cx, cy : from the centre of the first pixel
-    normals : (h, w, 3), 0 where too few neighbours
-    fitted : (h, w) inverse depths of the planes, as given where too few neighbours
+    normals : (h, w, 3), in the camera's frame, 0 with too few neighbours
+    fitted : (h, w) inverse depths of the planes, unchanged with too few neighbours
     """
     h, w = inverse.shape
     for j in range(h):

@@ -1,4 +1,4 @@
-"""Compiled parts of the fusion."""
+"""Compiled kernels of the fusion."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 
 @step
-def _along_ray(there, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore[no-untyped-def]
-    """Depth at which the ray (b0, b1, 1) meets the plane of a pixel of this depth and normal, which
-    lies so many pixels right of and below the centre; 0 where the plane is seen edge on."""
-    along = n0 * b0 + n1 * b1 + n2
-    seen = 0.0
-    if not along > -0.05:
-        straight = n0 * right / gx + n1 * below / gy + n2
-        seen = there * straight / along
-        if abs(seen - there) > 0.02 * there:
-            seen = float(there)
-    return seen
+def _along_ray(depth, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore[no-untyped-def]
+    """Return the depth at which the ray (b0, b1, 1) meets the plane of a pixel.
+
+    right, below : offset of the pixel from the principal point; 0 for grazing planes
+    """
+    ray_slope = n0 * b0 + n1 * b1 + n2
+    ray_depth = 0.0
+    if not ray_slope > -0.05:
+        pixel_slope = n0 * right / gx + n1 * below / gy + n2
+        ray_depth = depth * pixel_slope / ray_slope
+        if abs(ray_depth - depth) > 0.02 * depth:
+            ray_depth = float(depth)
+    return ray_depth
 
 
 @kernel(
@@ -28,16 +30,15 @@ def _along_ray(there, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore
 def compare(  # type: ignore[no-untyped-def]
     depth, normals, lens, depth2, normals2, trust2, lens2, move, later, limits, sums, votes
 ):
-    """What another depth map says of each pixel of this one.
+    """Compare another depth map with each pixel of this one.
 
     depth, normals, lens : of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
     depth2, normals2, trust2, lens2 : of the other one; trust2 is its confidence
     move : (3, 4) from this camera's frame to the other's
-    later : the other photo comes after this one in the order in which equals are kept
-    limits : pixels, part of the depth, cosine between the normals, ratio of footprints that counts
-        as equal
+    later : whether the other photo is later in the order of equal footprints
+    limits : pixels, relative depth, cosine between normals, ratio of equal footprints
     sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; added to
-    votes : (h, w, 3) agreeing views, views that see through the point, 1 where another keeps it
+    votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
     """
     h, w = depth.shape
     tall, wide = depth2.shape
@@ -61,26 +62,28 @@ def compare(  # type: ignore[no-untyped-def]
             c, r = math.floor(u), math.floor(v)
             if c < 0 or r < 0 or c >= wide or r >= tall:
                 continue
-            there = depth2[r, c]
-            if there <= 0.0:
+            other_depth = depth2[r, c]
+            if other_depth <= 0.0:
                 continue
             n0, n1, n2 = normals2[r, c, 0], normals2[r, c, 1], normals2[r, c, 2]
-            seen = _along_ray(there, n0, n1, n2, b0, b1, c + 0.5 - dx, r + 0.5 - dy, gx, gy)
-            if seen <= 0.0:
+            ray_depth = _along_ray(
+                other_depth, n0, n1, n2, b0, b1, c + 0.5 - dx, r + 0.5 - dy, gx, gy
+            )
+            if ray_depth <= 0.0:
                 continue
-            # Where the other surface's point lies in this photo.
-            e = seen - b2
+            # Project the point of the other surface into this photo.
+            e = ray_depth - b2
             p0 = move[0, 0] * b0 + move[1, 0] * b1 + move[2, 0]
             p1 = move[0, 1] * b0 + move[1, 1] * b1 + move[2, 1]
             p2 = move[0, 2] * b0 + move[1, 2] * b1 + move[2, 2]
-            deep = z + e * p2
-            if deep <= 0.0:
+            depth_here = z + e * p2
+            if depth_here <= 0.0:
                 continue
-            off_x = fx * ((x + e * p0) / deep - x / z)
-            off_y = fy * ((y + e * p1) / deep - y / z)
-            apart = math.sqrt(off_x * off_x + off_y * off_y)
-            if apart > most_px or abs(e) > most_part * b2:
-                large = apart > 3.0 * most_px or e > 3.0 * most_part * b2
+            off_x = fx * ((x + e * p0) / depth_here - x / z)
+            off_y = fy * ((y + e * p1) / depth_here - y / z)
+            distance_px = math.sqrt(off_x * off_x + off_y * off_y)
+            if distance_px > most_px or abs(e) > most_part * b2:
+                large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
                 if e > 0.0 and large and votes[j, i, 1] < 254:
                     votes[j, i, 1] += 1
                 continue
@@ -91,7 +94,7 @@ def compare(  # type: ignore[no-untyped-def]
             if t0 * n0 + t1 * n1 + t2 * n2 < least_cos:
                 continue
             trust = trust2[r, c] / 255.0
-            weight = trust * (gx / there) ** 2
+            weight = trust * (gx / other_depth) ** 2
             sums[j, i, 0] += weight
             sums[j, i, 1] += weight * (t0 * b0 + t1 * b1 + t2) * e
             sums[j, i, 2] *= 1.0 - trust
@@ -100,7 +103,7 @@ def compare(  # type: ignore[no-untyped-def]
             sums[j, i, 5] += weight * (move[0, 2] * n0 + move[1, 2] * n1 + move[2, 2] * n2)
             if votes[j, i, 0] < 254:
                 votes[j, i, 0] += 1
-            mine = math.floor(math.log(z / fx) * unit)
-            other = math.floor(math.log(there / gx) * unit)
-            if other < mine or (other == mine and not later):
+            level_here = math.floor(math.log(z / fx) * unit)
+            level_there = math.floor(math.log(other_depth / gx) * unit)
+            if level_there < level_here or (level_there == level_here and not later):
                 votes[j, i, 2] = 1

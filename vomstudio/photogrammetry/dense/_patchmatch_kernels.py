@@ -1,4 +1,4 @@
-"""Compiled parts of PatchMatch."""
+"""Compiled kernels of PatchMatch."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ RADIUS = 4
 STRIDE = 2
 SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
 WORST = 2.0
-"""Cost of what cannot be compared; of opposite patches too."""
+"""Cost of pixels that cannot be compared, and of opposite patches."""
 
-# Brightness that halves a neighbour's say is a seventh of the range.
-_FALL = 5.0
+# Fall of a neighbour's weight: it is halved by a seventh of the brightness range.
+_WEIGHT_FALL = 5.0
 
 
 @fast_part
 def _random(seeds, at):  # type: ignore[no-untyped-def]
-    """Uniform in [0, 1); Marsaglia's xorshift, one state for each pixel."""
-    # numba widens shifted integers; what goes beyond 32 bits must be cut off.
+    """Return a random number in [0, 1) by Marsaglia's xorshift, with one state per pixel."""
+    # Numba widens shifted integers, so cut them to 32 bits.
     x = np.uint32(seeds[at])
     x = np.uint32(x ^ np.uint32((x << np.uint32(13)) & np.uint32(0xFFFFFFFF)))
     x = np.uint32(x ^ (x >> np.uint32(17)))
@@ -32,8 +32,10 @@ def _random(seeds, at):  # type: ignore[no-untyped-def]
 
 @fast_part
 def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
-    """1 - weighted correlation of the patch around (u, v) with what the plane through depth z with
-    this normal makes of it in one source."""
+    """Return 1 minus the weighted correlation of a patch with its projection into one source.
+
+    The projection uses the plane through depth z with a normal.
+    """
     d = z * (nx * rx + ny * ry + nz)
     if d > np.float32(-1e-20):
         return np.float32(WORST)
@@ -77,15 +79,15 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, wide, tall, a, b, lens, patch, we
 
 
 @fast_part
-def _look(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
-    """The patch around a pixel: values, bilateral weights of sum 1, mean and variance."""
+def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
+    """Read the patch around a pixel: values, bilateral weights of sum 1, mean and variance."""
     h, w = ref.shape
     centre, total, k = ref[y, x], np.float32(0.0), 0
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
         for dx in range(-RADIUS, RADIUS + 1, STRIDE):
             value = ref[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
             away = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
-            weight = math.exp(-abs(value - centre) * np.float32(_FALL) - away)
+            weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - away)
             if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
                 # What the photo does not show is like nothing in the others.
                 weight = 0.0
@@ -101,24 +103,26 @@ def _look(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
 
 
 @step
-def _choose(trial, chosen, count):  # type: ignore[no-untyped-def]
-    """The sources in which the present plane fits best judge the others. Returns the sum of its
-    costs in them; those are spoilt in `trial`."""
+def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
+    """Select the sources in which the present plane fits best.
+
+    Returns the sum of its costs in them, which are overwritten in `trial`.
+    """
     best = np.float32(0.0)
     for k in range(count):
         c = 0
         for s in range(1, len(trial)):
             if trial[s] < trial[c]:
                 c = s
-        chosen[k] = c
+        selection[k] = c
         best += trial[c]
         trial[c] = np.float32(9.0)
     return best
 
 
 @step
-def _beside(k, x, y, reach):  # type: ignore[no-untyped-def]
-    """The four neighbours of a pixel, and the four that are so far from it."""
+def _neighbour(k, x, y, reach):  # type: ignore[no-untyped-def]
+    """Return a neighbour of a pixel: one of four adjacent ones, or of four at a distance."""
     far_off = 1 if k < 4 else reach
     side = k % 4
     i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
@@ -127,9 +131,12 @@ def _beside(k, x, y, reach):  # type: ignore[no-untyped-def]
 
 
 @step
-def _changed(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-def]
-    """A trial's inverse depth, and by how much its normal is tilted: the ninth changes the depth
-    alone, the tenth the normal, the eleventh both, at first throughout what is allowed."""
+def _random_trial(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-def]
+    """Return the inverse depth and the tilt of the normal of a random trial.
+
+    The ninth trial changes the depth only, the tenth the normal, the eleventh both; at first in the
+    complete range.
+    """
     tilt = spread
     if k == 8:
         q += np.float32(2.0) * spread * unit * (np.float32(2.0) * random - np.float32(1.0))
@@ -145,18 +152,20 @@ def _changed(k, q, random, low, high, unit, spread):  # type: ignore[no-untyped-
 
 
 @step
-def _reached(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
-    """Depth at which the ray (rx, ry, 1) meets the plane of a normal through what lies so deep on
-    the ray (p fx, q fy, 1); 0, which is no depth, where it would be seen edge on."""
-    there = ax * p * fx
-    there += ay * q * fy + az
+def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
+    """Return the depth at which a ray (rx, ry, 1) meets the plane of a neighbour.
+
+    deep : depth of the neighbour on the ray (p fx, q fy, 1). Returns 0 for a grazing plane.
+    """
+    scaled_depth = ax * p * fx
+    scaled_depth += ay * q * fy + az
     along = ax * rx + ay * ry + az
-    return np.float32(0.0) if along > np.float32(-0.05) else deep * there / along
+    return np.float32(0.0) if along > np.float32(-0.05) else deep * scaled_depth / along
 
 
 @step
-def _tilted(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
-    """A normal changed by random numbers from 0 to 1."""
+def _tilt_normal(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
+    """Tilt a normal by random numbers from 0 to 1."""
     ax = nx + tilt * (np.float32(2.0) * a - np.float32(1.0))
     ay = ny + tilt * (np.float32(2.0) * b - np.float32(1.0))
     az = nz + tilt * (np.float32(2.0) * c - np.float32(1.0))
@@ -176,7 +185,7 @@ def sweep(  # type: ignore[no-untyped-def]
     turns,
     shifts,
     lens,
-    wanted,
+    active,
     depth,
     normal,
     costs,
@@ -185,39 +194,39 @@ def sweep(  # type: ignore[no-untyped-def]
     far,
     unit,
     spread,
-    most,
+    max_sources,
     reach,
     parity,
     first,
     last,
 ):
-    """Better planes for every second pixel of the rows from first to last, in place.
+    """Improve the planes of every second pixel of the rows from first to last, in place.
 
     ref : (h, w) picture, 0 to 1
     sources : (n, H, W) others, padded; sizes : (n, 2) their widths and heights
     turns, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
     lens : 1 / fx, 1 / fy, cx, cy
-    wanted : (h, w) pixels to work on; others only hand their planes on
+    wanted : (h, w) mask of pixels to improve; others only pass their planes on
     depth, normal : (h, w), (h, w, 3) the planes; all are set
     costs : (h, w, n) of the plane in each source
-    near, far : depths allowed; unit : change of inverse depth for a pixel of disparity
-    spread : size of the random changes, 1 at first; most : sources that count, the best ones
-    reach : distance of the farther neighbours whose planes are tried, odd, or 0
+    near, far : range of depths; unit : change of inverse depth per pixel of disparity
+    spread : size of the random changes, 1 at first; most : number of the best sources that count
+    reach : odd distance of the farther neighbours whose planes are tried, or 0
     """
     h, w = ref.shape
     n = len(sources)
     patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
     moments, trial = np.empty(2, np.float32), np.empty(n, np.float32)
-    chosen = np.empty(n, np.int64)
+    selection = np.empty(n, np.int64)
     low, high = np.float32(1.0) / far, np.float32(1.0) / near
-    count = min(n, most)
+    count = min(n, max_sources)
     share = np.float32(1.0) / np.float32(count)
     for y in range(first, last):
         for x in range((y + parity) % 2, w, 2):
-            if wanted[y, x] == 0:
+            if active[y, x] == 0:
                 continue
             at = y * w + x
-            _look(ref, x, y, patch, weights, moments)
+            _read_patch(ref, x, y, patch, weights, moments)
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             z = depth[y, x]
@@ -243,24 +252,24 @@ def sweep(  # type: ignore[no-untyped-def]
                     moments,
                 )
                 trial[s] = costs[y, x, s]
-            best = share * _choose(trial, chosen, count)
+            best = share * _select_sources(trial, selection, count)
             for k in range(11):
                 if k < 8:
-                    i, j = _beside(k, x, y, reach)
+                    i, j = _neighbour(k, x, y, reach)
                     if (i == x and j == y) or i < 0 or j < 0 or i >= w or j >= h:
                         continue
                     ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
                     p, q = np.float32(i) - lens[2], np.float32(j) - lens[3]
-                    d = _reached(ax, ay, az, depth[j, i], p, q, lens[0], lens[1], rx, ry)
+                    d = _ray_depth(ax, ay, az, depth[j, i], p, q, lens[0], lens[1], rx, ry)
                     near_by = abs(d - z) < np.float32(0.05) * unit * z * z
                     if near_by and ax * nx + ay * ny + az * nz > np.float32(0.9998):
                         continue
                 else:
                     shift = np.float32(0.0) if k == 9 else _random(seeds, at)
-                    q, tilt = _changed(k, np.float32(1.0) / z, shift, low, high, unit, spread)
+                    q, tilt = _random_trial(k, np.float32(1.0) / z, shift, low, high, unit, spread)
                     d = np.float32(1.0) / max(q, np.float32(1e-20))
                     a, b, c = _random(seeds, at), _random(seeds, at), _random(seeds, at)
-                    ax, ay, az = _tilted(nx, ny, nz, tilt, a, b, c)
+                    ax, ay, az = _tilt_normal(nx, ny, nz, tilt, a, b, c)
                     size = math.sqrt(rx * rx + ry * ry + np.float32(1.0))
                     if ax * rx + ay * ry + az > np.float32(-0.15) * size:
                         continue
@@ -268,7 +277,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     continue
                 total = np.float32(0.0)
                 for m in range(count):
-                    s = chosen[m]
+                    s = selection[m]
                     total += share * _cost(
                         u,
                         v,
@@ -293,7 +302,7 @@ def sweep(  # type: ignore[no-untyped-def]
                 if total < best:
                     best, z = total, d
                     nx, ny, nz = ax, ay, az
-                    # Its costs in the other sources are those of the next sweep, or `measure`'s.
+                    # The next sweep, or `measure`, updates its costs in the other sources.
             depth[y, x] = z
             normal[y, x, 0], normal[y, x, 1], normal[y, x, 2] = nx, ny, nz
 
@@ -304,17 +313,17 @@ def sweep(  # type: ignore[no-untyped-def]
     fastmath=True,
 )
 def measure(  # type: ignore[no-untyped-def]
-    ref, sources, sizes, turns, shifts, lens, wanted, depth, normal, costs, first, last
+    ref, sources, sizes, turns, shifts, lens, active, depth, normal, costs, first, last
 ):
-    """The costs of the planes in each source, for the rows from first to last."""
+    """Compute the costs of the planes in each source, for the rows from first to last."""
     w = ref.shape[1]
     patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
     moments = np.empty(2, np.float32)
     for y in range(first, last):
         for x in range(w):
-            if wanted[y, x] == 0:
+            if active[y, x] == 0:
                 continue
-            _look(ref, x, y, patch, weights, moments)
+            _read_patch(ref, x, y, patch, weights, moments)
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             for s in range(len(sources)):

@@ -1,7 +1,7 @@
-"""COLMAP's dense workspace, for its PatchMatch on CUDA.
+"""Dense workspace of COLMAP, for its PatchMatch on CUDA.
 
-Written from COLMAP's documentation of its output format; only this module and the alignment know
-COLMAP.
+Written from COLMAP's documentation of its output format. Only this module and the alignment depend
+on COLMAP.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 
 def has_cuda() -> bool:
-    """Whether the COLMAP that is installed can use a GPU."""
+    """Return whether the installed COLMAP supports a GPU."""
     return bool(colmap().has_cuda)
 
 
@@ -34,13 +34,23 @@ def cuda_depth_maps(
     folder: Path,
     progress: Progress,
 ) -> list[DepthMap]:
-    """The maps of all plans by COLMAP's PatchMatch, for the same fusion as the others.
+    """Compute the depth maps of all plans by COLMAP's PatchMatch.
 
-    photos : one for each of the scene's views
-    folder : for the workspace, empty
+    Parameters
+    ----------
+    scene : SparseScene
+    pairs : Pairs
+    photos : sequence of Undistorted
+        One for each of the scene's views.
+    folder : Path
+        Empty folder for the workspace.
+    progress : Progress
+        Raises Cancelled.
 
-    Raises RuntimeError or ValueError, as COLMAP does, where no GPU can be used or it fails, and
-    Cancelled.
+    Raises
+    ------
+    RuntimeError, ValueError
+        As COLMAP, if no GPU can be used or it fails.
     """
     pycolmap = colmap()
     # COLMAP counts pixels as we do: no shift here.
@@ -54,13 +64,13 @@ def cuda_depth_maps(
     options.depth_min = min(plan.near for plan in pairs.plans)
     options.depth_max = max(plan.far for plan in pairs.plans)
     options.geom_consistency = True
-    made = folder / "stereo" / "depth_maps"
+    finished_folder = folder / "stereo" / "depth_maps"
     cancellable(
         lambda token: pycolmap.patch_match_stereo(
             folder, options=options, cancellation_token=token
         ),
         progress,
-        lambda: len(list(made.glob("*.geometric.bin"))),
+        lambda: len(list(finished_folder.glob("*.geometric.bin"))),
     )
     maps = []
     for plan in pairs.plans:
@@ -76,11 +86,21 @@ def cuda_depth_maps(
 def write_workspace(
     folder: Path, scene: SparseScene, photos: Sequence[Undistorted], *, shift: float
 ) -> list[str]:
-    """Images, pinhole cameras and tie points, from which COLMAP learns who overlaps whom; gives the
-    names of the image files, in order.
+    """Write images, pinhole cameras and tie points, from which COLMAP derives the overlap.
 
-    photos : one for each of the scene's views
-    shift : added to the principal points
+    Parameters
+    ----------
+    folder : Path
+    scene : SparseScene
+    photos : sequence of Undistorted
+        One for each of the scene's views.
+    shift : float
+        Added to the principal points.
+
+    Returns
+    -------
+    list of str
+        Names of the image files, in order.
     """
     import cv2
 
@@ -88,7 +108,7 @@ def write_workspace(
     for part in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
         (folder / part).mkdir(parents=True)
     model = pycolmap.Reconstruction()
-    place = np.zeros(len(scene.track_views), np.int64)
+    feature_rows = np.zeros(len(scene.track_views), np.int64)
     files = [f"{number:06d}.png" for number in range(len(photos))]
     for number, (photo, file) in enumerate(zip(photos, files, strict=True), 1):
         lens = photo.view.intrinsics
@@ -106,10 +126,10 @@ def write_workspace(
         model.add_camera_with_trivial_rig(camera)
         image = pycolmap.Image()
         image.name, image.camera_id, image.image_id = file, number, number
-        mine = scene.track_views == number - 1
-        seen = scene.track_points[mine]
-        place[mine] = np.arange(len(seen))
-        pixels = photo.view.project(scene.points[seen])
+        is_of_photo = scene.track_views == number - 1
+        point_rows = scene.track_points[is_of_photo]
+        feature_rows[is_of_photo] = np.arange(len(point_rows))
+        pixels = photo.view.project(scene.points[point_rows])
         image.points2D = pycolmap.Point2DList([pycolmap.Point2D(xy) for xy in pixels])
         pose = pycolmap.Rigid3d(
             pycolmap.Rotation3d(np.asarray(photo.view.rotation, np.float64)),
@@ -118,8 +138,8 @@ def write_workspace(
         model.add_image_with_trivial_frame(image, pose)
     for point, xyz in enumerate(scene.points):
         track = pycolmap.Track()
-        for at in range(scene.track_offsets[point], scene.track_offsets[point + 1]):
-            track.add_element(int(scene.track_views[at]) + 1, int(place[at]))
+        for row in range(scene.track_offsets[point], scene.track_offsets[point + 1]):
+            track.add_element(int(scene.track_views[row]) + 1, int(feature_rows[row]))
         model.add_point3D(xyz, track, np.asarray(scene.colors[point], np.uint8))
     model.write(folder / "sparse")
     (folder / "stereo" / "fusion.cfg").write_text("\n".join(files) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The depth map of one photo from all the pairs that serve it."""
+"""Depth map of one photo from all its pairs."""
 
 from __future__ import annotations
 
@@ -22,11 +22,18 @@ from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
 @dataclass(frozen=True)
 class DepthOptions:
-    """agreement_px : sources agree when their disparities differ by no more
-    fewest_sources : that must agree on a depth
-    enough : part of the tie points that SGBM must have measured for PatchMatch not to be tried on
-        the rest
-    seed, threads : of PatchMatch; the result does not depend on the threads
+    """Options of depth maps.
+
+    Attributes
+    ----------
+    agreement_px : float
+        Maximum difference of the disparities of agreeing sources.
+    fewest_sources : int
+        Minimum number of agreeing sources.
+    enough : float
+        Share of tie points measured by SGBM above which PatchMatch is not used.
+    seed, threads : int
+        Of PatchMatch; the result does not depend on the threads.
     """
 
     agreement_px: float = 1.0
@@ -38,10 +45,18 @@ class DepthOptions:
 
 @dataclass(frozen=True, eq=False)
 class DepthTask:
-    """reference : the photo whose depths are wanted
-    sources, methods : the photos that measure them, and "sgbm" or "patchmatch" for each
-    near, far : between which depths
-    points : (n, 3) tie points that the reference sees
+    """Task of one depth map.
+
+    Attributes
+    ----------
+    reference : Undistorted
+        Photo of the depth map.
+    sources, methods : tuple
+        Photos that measure depths, and "sgbm" or "patchmatch" for each.
+    near, far : float
+        Range of depths.
+    points : (n, 3) array
+        Tie points that the reference sees.
     """
 
     reference: Undistorted
@@ -55,11 +70,19 @@ class DepthTask:
 
 @dataclass(frozen=True, eq=False)
 class DepthMap:
-    """name : of the photo
-    view : the pinhole view that the map belongs to
-    depth : (h, w) float32 along the optical axis at the pixels' centres, 0 = none
-    normals : (h, w, 3) float32 unit vectors towards the camera, in its frame; 0 = none
-    confidence : (h, w) uint8; every source that agrees halves the distance to 255
+    """Depth map of a photo.
+
+    Attributes
+    ----------
+    name : str
+    view : View
+        Pinhole view of the map.
+    depth : (h, w) float32 array
+        Along the optical axis at the pixels' centres, 0 = none.
+    normals : (h, w, 3) float32 array
+        Unit vectors towards the camera, in its frame; 0 = none.
+    confidence : (h, w) uint8 array
+        Every agreeing source halves the distance to 255.
     """
 
     name: str
@@ -70,7 +93,7 @@ class DepthMap:
 
     @property
     def filled(self) -> float:
-        """The part of the pixels that have a depth."""
+        """Return the share of pixels that have a depth."""
         return float(np.mean(self.depth > 0))
 
     def save(self, path: str | Path) -> None:
@@ -88,7 +111,7 @@ class DepthMap:
 
     @classmethod
     def load(cls, path: str | Path) -> DepthMap:
-        """Raises InputError where the file is no whole depth map."""
+        """Load a depth map. Raises InputError for an incomplete file."""
         import json
 
         try:
@@ -111,7 +134,7 @@ class DepthMap:
 def make_task(
     plan: Plan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
 ) -> DepthTask:
-    """The work of one plan; `photo` gives the undistorted photo of a row of the scene's views."""
+    """Return the task of a plan; `photo` returns the undistorted photo of a view's row."""
     return DepthTask(
         photo(plan.view),
         tuple(photo(source.view) for source in plan.sources),
@@ -124,11 +147,16 @@ def make_task(
 
 
 def depth_map(task: DepthTask) -> DepthMap:
-    """Depths, normals and confidence of one photo.
+    """Compute depths, normals and confidence of one photo.
 
-    Raises GeometryError where the task makes no sense (no sources, no depth range, a lens that
-    still distorts), InputError where a photo cannot be read. A photo that is masked altogether, or
-    that nothing matches, has an empty map.
+    The map of a completely masked photo, or without matches, is empty.
+
+    Raises
+    ------
+    GeometryError
+        For an invalid task: no sources, no depth range, or a lens with distortion.
+    InputError
+        If a photo cannot be read.
     """
 
     _check(task)
@@ -137,18 +165,18 @@ def depth_map(task: DepthTask) -> DepthMap:
         return _empty(view, valid.shape)
     first = (view, task.reference.gray(), valid)
     others = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged, agreeing = _by_rectified_pairs(task, first, others)
+    merged, agreeing = _rectified_depths(task, first, others)
     # What small windows leave of noise, without a step across an edge.
     merged = _planes(view, merged, 1.0, 1, 1)[1]
-    if PATCHMATCH in task.methods and _measured(task, merged) < task.options.enough:
+    if PATCHMATCH in task.methods and _measured_share(task, merged) < task.options.enough:
         _fill_by_patchmatch(task, first, others, merged, agreeing)
     return _finish(first, others, merged, agreeing)
 
 
 def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
-    """Bytes that `depth_map` takes at most for photos of this size, with its inputs.
+    """Return the peak memory of `depth_map` with its inputs, bytes.
 
-    Measured with four sources: 50 to 70 bytes a pixel where all pairs can be rectified, 122 with
+    Measured with four sources: 50 to 70 bytes a pixel if all pairs can be rectified, 122 with
     PatchMatch, of which 12 for each source.
     """
     return int(width * height * (14 * sources + 80) + 20_000_000)
@@ -157,10 +185,10 @@ def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
 Photo = tuple[View, ByteArray, BoolArray]
 
 
-def _by_rectified_pairs(
+def _rectified_depths(
     task: DepthTask, first: Photo, others: Sequence[Photo]
 ) -> tuple[Float32Array, ByteArray]:
-    """Inverse depths, and how many sources agree on each, from the pairs that can be rectified."""
+    """Return inverse depths from rectified pairs, and the number of agreeing sources."""
     from vomstudio.photogrammetry.dense._depth_kernels import merge
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
@@ -169,10 +197,10 @@ def _by_rectified_pairs(
     inverse, steps = [], []
     for other, method in zip(others, task.methods, strict=True):
         if method == SGBM:
-            made = pair_inverse_depth(first, other, task.points, task.near, task.far)
-            if made is not None:
-                inverse.append(made[0])
-                steps.append(made[1])
+            pair_depths = pair_inverse_depth(first, other, task.points, task.near, task.far)
+            if pair_depths is not None:
+                inverse.append(pair_depths[0])
+                steps.append(pair_depths[1])
     if inverse:
         merge(
             np.stack(inverse),
@@ -187,8 +215,8 @@ def _by_rectified_pairs(
     return merged, agreeing
 
 
-def _measured(task: DepthTask, inverse: Float32Array) -> float:
-    """The part of the photo's tie points, on the mask, that have a depth."""
+def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
+    """Return the share of the photo's unmasked tie points that have a depth."""
     view, valid = task.reference.view, task.reference.valid
     pixels = view.project(task.points)
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
@@ -206,11 +234,11 @@ def _fill_by_patchmatch(
     inverse: Float32Array,
     agreeing: ByteArray,
 ) -> None:
-    """PatchMatch where there is no depth yet, in place."""
+    """Fill missing depths by PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
 
     missing = first[2] & (inverse == 0)
-    found = match(
+    result = match(
         first[0],
         first[1],
         missing,
@@ -222,10 +250,10 @@ def _fill_by_patchmatch(
         seed=task.options.seed,
         threads=task.options.threads,
     )
-    # Each pixel was fitted on its own: the plane through its neighbours is more exact.
-    smooth = _planes(first[0], found.inverse, 2.0, 3, 1)[1]
+    # Each pixel was fitted separately: the plane through its neighbours is more accurate.
+    smooth = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
     inverse[missing] = smooth[missing]
-    agreeing[missing] = found.agreeing[missing]
+    agreeing[missing] = result.agreeing[missing]
 
 
 def _check(task: DepthTask) -> None:
@@ -256,8 +284,11 @@ def _finish(
     inverse: Float32Array,
     agreeing: ByteArray,
 ) -> DepthMap:
-    """With the depths at which no other photo looks alike left out: sky and bare surfaces have a
-    smoothest disparity too, and a pair that errs agrees with itself."""
+    """Remove depths that no other photo confirms.
+
+    Sky and bare surfaces have a smoothest disparity too, and a pair with an error agrees with
+    itself.
+    """
     from vomstudio.photogrammetry.dense.patchmatch import likeness
 
     view = first[0]
@@ -278,7 +309,7 @@ def _finish(
 def _planes(
     view: View, inverse: Float32Array, steepness: float, radius: int, stride: int
 ) -> tuple[Float32Array, Float32Array]:
-    """Normals (h, w, 3) of the planes through each pixel's neighbours, and their inverse depths."""
+    """Return normals (h, w, 3) of planes through neighbours, and their inverse depths."""
     from vomstudio.photogrammetry.dense._depth_kernels import plane_normals
 
     (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre

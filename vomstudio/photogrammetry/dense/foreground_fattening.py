@@ -1,4 +1,4 @@
-"""Foreground fattening: depths that a matching window at an edge gives to the sky behind it."""
+"""Remove foreground fattening: depths that a matching window at an edge assigns to the sky."""
 
 from __future__ import annotations
 
@@ -6,23 +6,35 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, ByteArray
 
-# Windows that are matched reach this far over an edge, pixels.
+# Extent of matching windows beyond an edge, pixels.
 _REACH = 16
 _WINDOW = 5
-# Standard deviation in a window of what counts as bare, values of 0..255: half as much again as
-# that of the barest parts of the photo, where only its noise is left, but within these.
-_LEAST_BARE, _MOST_BARE = 2.0, 4.0
-_BAREST_PERCENT = 2.0
-_OPEN, _FREE_SHARE = 33, 0.85
-# Beside an edge, where the window does not tell, what is as bright as the sky belongs to it.
-_SAME = 15.0
+# Limits of the standard deviation in a featureless window, values of 0..255: 1.5 times that of the
+# smoothest parts of the photo, which is its noise.
+_MIN_DEVIATION, _MAX_DEVIATION = 2.0, 4.0
+_NOISE_PERCENTILE = 2.0
+_SKY_SIZE, _MIN_SKY_SHARE = 33, 0.85
+# Maximum difference in brightness to the sky of pixels at an edge.
+_MAX_BRIGHTNESS_DIFFERENCE = 15.0
 
 
 def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
-    """(h, w) the pixels with a depth that show sky: bare, bright, and beside much of the same that
-    has none. A window on the sky that reaches the skyline looks alike at the depth of the rock.
+    """Find pixels with a depth that show sky.
 
-    gray : (h, w) the photo. valid : (h, w) where it counts. has : (h, w) where it has depths
+    They are featureless, bright and adjacent to sky without depth. A window on the sky that
+    contains the skyline matches at the depth of the rock.
+
+    Parameters
+    ----------
+    gray : (h, w) array
+    valid : (h, w) array of bool
+        Mask of the photo.
+    has : (h, w) array of bool
+        Pixels with a depth.
+
+    Returns
+    -------
+    (h, w) array of bool
     """
     import cv2
 
@@ -30,24 +42,28 @@ def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
     size = (_WINDOW, _WINDOW)
     mean = cv2.blur(value, size)
     spread = np.sqrt(np.maximum(cv2.blur(value * value, size) - mean * mean, 0))
-    noise = float(np.percentile(spread[::3, ::3], _BAREST_PERCENT))
-    # Rock in deep shade is bare too, but dark.
-    bare = spread < np.clip(1.5 * noise, _LEAST_BARE, _MOST_BARE)
-    bare &= mean > np.median(gray[::3, ::3])
-    # Mortar and plaster have holes too: sky is where a whole square is bare and without depth.
-    square = (_OPEN, _OPEN)
-    free = cv2.blur((bare & valid & ~has).astype(np.float32), square) > _FREE_SHARE
-    grown = np.asarray(cv2.dilate(free.astype(np.uint8), np.ones(square, np.uint8)), np.uint8)
+    noise = float(np.percentile(spread[::3, ::3], _NOISE_PERCENTILE))
+    # Rock in deep shade is featureless too, but dark.
+    is_featureless = spread < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
+    is_featureless &= mean > np.median(gray[::3, ::3])
+    # Mortar and plaster have gaps too: sky fills a complete square without depth.
+    square = (_SKY_SIZE, _SKY_SIZE)
+    is_open_sky = (
+        cv2.blur((is_featureless & valid & ~has).astype(np.float32), square) > _MIN_SKY_SHARE
+    )
+    grown = np.asarray(
+        cv2.dilate(is_open_sky.astype(np.uint8), np.ones(square, np.uint8)), np.uint8
+    )
     reached = grown & ~has
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
-        reached = np.where(bare, cv2.dilate(reached, cross), reached)
+        reached = np.where(is_featureless, cv2.dilate(reached, cross), reached)
     fringe = np.asarray(has & (reached > 0))
     if not fringe.any():
         return fringe
-    sky = (bare & (reached > 0)).astype(np.float32)
+    sky = (is_featureless & (reached > 0)).astype(np.float32)
     near = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
     share = cv2.blur(sky, near)
     tone = cv2.blur(sky * value, near) / np.maximum(share, 1e-6)
-    beside = (share > 1e-3) & (np.abs(value - tone) < _SAME)
-    return np.asarray(has & ((reached > 0) | beside))
+    is_like_sky = (share > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
+    return np.asarray(has & ((reached > 0) | is_like_sky))

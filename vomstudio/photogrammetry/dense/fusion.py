@@ -1,10 +1,10 @@
-"""Fusion of all depth maps to one point cloud.
+"""Fuse all depth maps to one point cloud.
 
-A pixel becomes a point where enough other maps agree with it in position and normal and no more see
-through it. Of the pixels that agree with each other the one with the finest footprint is kept, and
-moved along its normal to their weighted mean: the cloud is as dense as the sharpest photo of each
-place, regular, and without layers. What is kept of a photo depends on nothing but the maps of its
-neighbours, so memory is bounded and the order does not matter.
+A pixel becomes a point if enough other maps agree with it in position and normal, and not more see
+through it. Among agreeing pixels the one with the finest footprint is used, and moved along its
+normal to their weighted mean: the cloud is as dense as the sharpest photo of each place, regular,
+and without layers. The points of a photo depend on the maps of its neighbours only, so memory is
+bounded and the order does not matter.
 """
 
 from __future__ import annotations
@@ -28,16 +28,24 @@ from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
-# Footprints within a third of each other are equally fine; the first photo keeps the point.
+# Ratio of footprints that are equally fine; the first photo keeps the point.
 _SAME_FOOTPRINT = 1.3
 
 
 @dataclass(frozen=True)
 class FusionOptions:
-    """fewest_views : that must agree on a point
-    reprojection_px, depth_part, normal_deg : how far two maps that agree may be apart
-    least_confidence : from 0 to 1, of the points kept
-    cache_bytes : of depth maps held at once
+    """Options of the fusion.
+
+    Attributes
+    ----------
+    fewest_views : int
+        Minimum number of agreeing views of a point.
+    reprojection_px, depth_part, normal_deg : float
+        Maximum differences of agreeing maps.
+    least_confidence : float
+        Minimum confidence of points, from 0 to 1.
+    cache_bytes : int
+        Maximum size of depth maps in memory.
     """
 
     fewest_views: int = 2
@@ -49,7 +57,7 @@ class FusionOptions:
 
 
 def neighbours_by_name(scene: SparseScene, pairs: Pairs) -> dict[str, tuple[str, ...]]:
-    """For each photo with a plan, the photos whose maps show the same places."""
+    """Return, for each photo with a plan, the photos whose maps show the same places."""
     names = [view.name for view in scene.views]
     return {names[p.view]: tuple(names[row] for row in p.neighbours) for p in pairs.plans}
 
@@ -62,29 +70,43 @@ def fuse(
     options: FusionOptions | None = None,
     progress: Progress | None = None,
 ) -> PointCloud:
-    """The points on which the depth maps agree, in the scene's frame.
+    """Compute the points on which depth maps agree, in the scene's frame.
 
-    names : of the photos; the maps and photos are in this order, and may be read when asked for
-    photos : for the colours, or None
-    neighbours : see `neighbours_by_name`; None compares all with all
+    Parameters
+    ----------
+    names : sequence of str
+        Of the photos; maps and photos are in this order, and may be read on access.
+    maps : sequence of DepthMap
+    photos : sequence of Undistorted or None
+        For colours.
+    neighbours : mapping, optional
+        See `neighbours_by_name`; default: all with all.
+    options : FusionOptions, optional
+    progress : Progress, optional
 
-    Points have colours, normals (unit), and the fields "confidence" (from 0 to 1, float32) and
-    "views" (uint8). A normal points to the side from which its photo saw the point, whatever lies
-    between the point and the other photos: an object may be photographed all around.
+    Returns
+    -------
+    PointCloud
+        With colours, unit normals, and the fields "confidence" (from 0 to 1, float32) and "views"
+        (uint8). A normal points to the side of its photo, whatever is between the point and other
+        photos: an object may be photographed all around.
 
-    Raises GeometryError where nothing agrees.
+    Raises
+    ------
+    GeometryError
+        If no maps agree.
     """
     options, progress = options or FusionOptions(), progress or Silent()
     if len(names) != len(maps) or (photos is not None and len(photos) != len(maps)):
         raise ValueError("names, maps and photos differ in number")
     rows = {name: row for row, name in enumerate(names)}
-    kept = _Cache(maps, options.cache_bytes)
+    cache = _Cache(maps, options.cache_bytes)
     parts = []
     progress.stage(tr("Fusing depth maps"), len(maps))
     for row, name in enumerate(names):
         progress.step(row)
         others = range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
-        part = _fuse_one(row, [other for other in others if other != row], kept, options)
+        part = _fuse_one(row, [other for other in others if other != row], cache, options)
         if part is not None:
             colors = np.zeros((len(part[0]), 0), np.uint8)
             if photos is not None:
@@ -105,36 +127,39 @@ def fuse(
 
 
 def memory_needed(pixels: int, largest: int) -> int:
-    """Bytes that `fuse` takes at most for maps of so many pixels altogether, the largest map with
-    so many. Measured: 0.1 to 0.25 points come of a pixel of photos that overlap by 60 % and more.
+    """Return the peak memory of `fuse`, bytes.
+
+    Measured: 0.1 to 0.25 points per pixel of photos with an overlap of 60 % and more.
+
+    pixels : of all maps; largest : of the largest map
     """
     return int(0.25 * pixels * 70) + 70 * largest + FusionOptions.cache_bytes
 
 
 def _joined(parts: list[Any]) -> Any:
-    """One array of all, which are let go: clouds are the largest that is held at all."""
+    """Concatenate arrays and release the parts, which are the largest data in memory."""
     whole = np.concatenate(parts)
     parts.clear()
     return whole
 
 
 class _Cache:
-    """The maps used last, up to a number of bytes."""
+    """Recently used maps, up to a number of bytes."""
 
-    def __init__(self, maps: Sequence[DepthMap], most_bytes: int) -> None:
-        self._maps, self._most = maps, most_bytes
-        self._held: OrderedDict[int, DepthMap] = OrderedDict()
+    def __init__(self, maps: Sequence[DepthMap], max_bytes: int) -> None:
+        self._maps, self._max_bytes = maps, max_bytes
+        self._entries: OrderedDict[int, DepthMap] = OrderedDict()
         self._bytes = 0
 
     def __getitem__(self, row: int) -> DepthMap:
-        if row in self._held:
-            self._held.move_to_end(row)
-            return self._held[row]
+        if row in self._entries:
+            self._entries.move_to_end(row)
+            return self._entries[row]
         one = self._maps[row]
-        self._held[row] = one
+        self._entries[row] = one
         self._bytes += _size(one)
-        while self._bytes > self._most and len(self._held) > 2:
-            self._bytes -= _size(self._held.popitem(last=False)[1])
+        while self._bytes > self._max_bytes and len(self._entries) > 2:
+            self._bytes -= _size(self._entries.popitem(last=False)[1])
         return one
 
 
@@ -152,20 +177,22 @@ def _lens(one: DepthMap) -> FloatArray:
 
 
 def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
-    """Rows and columns of the pixels kept, their points, normals, confidence and views."""
+    """Return rows and columns of the used pixels, their points, normals, confidence and views."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
     one = maps[row]
     shape = one.depth.shape
     if not (one.depth > 0).any():
         return None
-    own = one.confidence.astype(np.float32) / np.float32(255.0)
+    confidence_here = one.confidence.astype(np.float32) / np.float32(255.0)
     has = one.depth > 0
     weight = np.zeros(shape, np.float32)
-    weight[has] = own[has] * (np.float32(one.view.intrinsics.focal[0]) / one.depth[has]) ** 2
+    weight[has] = (
+        confidence_here[has] * (np.float32(one.view.intrinsics.focal[0]) / one.depth[has]) ** 2
+    )
     sums = np.zeros((*shape, 6), np.float32)
     sums[..., 0] = weight
-    sums[..., 2] = 1.0 - own
+    sums[..., 2] = 1.0 - confidence_here
     sums[..., 3:] = weight[..., None] * one.normals
     votes = np.zeros((*shape, 3), np.uint8)
     limits = np.array(
@@ -208,10 +235,13 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
     if not len(j):
         return None
     rays = one.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
-    chosen = sums[j, i].astype(np.float64)
+    sums_of_points = sums[j, i].astype(np.float64)
     points = rays * one.depth[j, i, None].astype(np.float64)
-    points += one.normals[j, i] * (chosen[:, 1] / np.maximum(chosen[:, 0], 1e-300))[:, None]
-    mean = _toward_photo(chosen[:, 3:], one.normals[j, i].astype(np.float64), rays)
+    points += (
+        one.normals[j, i]
+        * (sums_of_points[:, 1] / np.maximum(sums_of_points[:, 0], 1e-300))[:, None]
+    )
+    mean = _toward_photo(sums_of_points[:, 3:], one.normals[j, i].astype(np.float64), rays)
     turn = one.view.rotation
     return (
         j,
@@ -223,9 +253,11 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
     )
 
 
-def _toward_photo(mean: FloatArray, own: FloatArray, rays: FloatArray) -> FloatArray:
-    """Unit normals (n, 3) that face the camera along its rays: the mean of those that agree, or
-    the photo's own where that mean has gone over the edge."""
-    chosen = np.where(((mean * rays).sum(axis=1) < 0.0)[:, None], mean, own)
-    chosen = np.where(((chosen * rays).sum(axis=1) <= 0.0)[:, None], chosen, -chosen)
-    return np.asarray(chosen / np.maximum(np.linalg.norm(chosen, axis=1, keepdims=True), 1e-300))
+def _toward_photo(mean: FloatArray, photo_normals: FloatArray, rays: FloatArray) -> FloatArray:
+    """Return unit normals (n, 3) towards the camera.
+
+    The mean of agreeing ones, or the photo's normal if the mean points away from the camera.
+    """
+    normals = np.where(((mean * rays).sum(axis=1) < 0.0)[:, None], mean, photo_normals)
+    normals = np.where(((normals * rays).sum(axis=1) <= 0.0)[:, None], normals, -normals)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))

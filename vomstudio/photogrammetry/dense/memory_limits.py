@@ -1,4 +1,4 @@
-"""Memory for depth maps and their cloud, and the size of photos that fits into it."""
+"""Memory of depth maps and their cloud, and the size of photos that fits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from vomstudio.photogrammetry.dense import depthmaps, fusion
 
 
 def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Bytes for the depths of photos whose long side is reduced to `side`, one at a time, and for
-    the cloud of them all, whichever is more. sizes : width and height as they were taken"""
+    """Return the peak memory of depth maps, one at a time, or of their cloud, bytes.
+
+    side : long side of the reduced photos; sizes : width and height of the original photos
+    """
     reduced = []
     for width, height in sizes:
         scale = min(1.0, side / max(width, height))
@@ -21,6 +23,8 @@ def memory_of_all(side: int, sizes: Sequence[tuple[int, int]]) -> int:
 
 
 def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """The long side of the photos whose pixels get a depth, at most `wanted_px`, with which the
-    work fits into the memory that is free; sizes as in `memory_of_all`."""
+    """Return the largest long side of photos for depth maps that fits into free memory.
+
+    wanted_px : maximum; sizes : as of `memory_of_all`
+    """
     return memory.fitting_size(wanted_px, lambda side: memory_of_all(side, sizes))

@@ -1,9 +1,10 @@
-"""Depth of one photo from several others at once by PatchMatch.
+"""Depth of one photo from several others by PatchMatch.
 
-Every pixel has a plane; good planes spread to the neighbours and are changed at random (Bleyer,
+Every pixel has a plane; good planes propagate to the neighbours and are changed at random (Bleyer,
 Rhemann and Rother, 2011; red and black pixels in turn: Galliani, Lasinger and Schindler, 2015). The
-likeness is the correlation of bilaterally weighted patches in the best sources. From coarse to fine
-pictures. It serves where photos converge, and takes some ten times as long as a rectified pair.
+similarity is the correlation of bilaterally weighted patches in the best sources, from coarse to
+fine pictures. It is used for convergent photos, and takes some ten times as long as a rectified
+pair.
 """
 
 from __future__ import annotations
@@ -25,18 +26,20 @@ if TYPE_CHECKING:
 
 # Reduction, sweeps over both colours, first size of the random changes, reach of far neighbours.
 _LEVELS = ((4, 4, 1.0, 5), (2, 3, 0.4, 3), (1, 1, 0.15, 0))
-_SMALLEST_SIDE = 48
-_MOST_COST = 0.35
+_MIN_SIDE = 48
+_MAX_COST = 0.35
 _ALIKE = 0.5
-_ROWS = 32
-# The best sources judge a plane: most rock is seen by so many.
+_BLOCK_ROWS = 32
+# Number of the best sources of a plane: most rock is seen by as many.
 _SOURCES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """inverse : (h, w) inverse depths, 0 = none
-    agreeing : (h, w) in how many sources the patch looks alike
+class PatchMatchResult:
+    """Result of `match`.
+
+    inverse : (h, w) inverse depths, 0 = none
+    agreeing : (h, w) number of sources with a similar patch
     """
 
     inverse: Float32Array
@@ -46,7 +49,7 @@ class Found:
 def match(
     view: View,
     gray: ByteArray,
-    wanted: BoolArray,
+    active: BoolArray,
     known: Float32Array,
     sources: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
@@ -55,25 +58,34 @@ def match(
     *,
     seed: int = 0,
     threads: int = 1,
-) -> Found:
-    """The inverse depths of the wanted pixels.
+) -> PatchMatchResult:
+    """Compute the inverse depths of some pixels.
 
-    view, gray : the photo, pinhole
-    wanted : (h, w) pixels to find
-    known : (h, w) inverse depths that are known already, 0 = none; they hand their planes on
-    sources : view, picture, and which pixels count
-    points : (n, 3) tie points that the photo sees, to start from
-    near, far : depths allowed
-    threads : the result does not depend on their number
+    Parameters
+    ----------
+    view, gray : View, (h, w) array
+        The photo, pinhole.
+    wanted : (h, w) array of bool
+        Pixels to compute.
+    known : (h, w) array
+        Known inverse depths, 0 = none, whose planes are propagated.
+    sources : sequence of (View, array, array of bool)
+        View, picture and mask.
+    points : (n, 3) array
+        Tie points of the photo, for the start.
+    near, far : float
+        Range of depths.
+    seed, threads : int
+        The result does not depend on the number of threads.
     """
     rng = np.random.default_rng(seed)
     planes: tuple[Float32Array, Float32Array] | None = None
     h, w = gray.shape
-    levels = [level for level in _LEVELS if min(h, w) / level[0] >= _SMALLEST_SIDE] or [_LEVELS[-1]]
+    levels = [level for level in _LEVELS if min(h, w) / level[0] >= _MIN_SIDE] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, reach in levels:
-            setting = _Setting.make(view, gray, wanted, sources, reduction)
+            setting = _Setting.make(view, gray, active, sources, reduction)
             fixed = _reduced(known, setting.ref.shape)
             if planes is None:
                 depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
@@ -82,7 +94,7 @@ def match(
                 depth, normal = _refined(planes, setting.lens, near, far)
             has = fixed > 0
             depth[has] = 1.0 / fixed[has]
-            todo = for_kernels(setting.wanted & ~has, np.uint8)
+            todo = for_kernels(setting.active & ~has, np.uint8)
             costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
             unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
@@ -91,7 +103,7 @@ def match(
             for sweep_number in range(sweeps):
                 size = np.float32(spread * 0.5**sweep_number)
                 for parity in (0, 1):
-                    _by_rows(
+                    _run_in_blocks(
                         pool,
                         setting.ref.shape[0],
                         _sweep,
@@ -108,18 +120,18 @@ def match(
                         ),
                     )
             planes = depth, normal
-        _by_rows(pool, h, _measure, arrays, ())
+        _run_in_blocks(pool, h, _measure, arrays, ())
     inverse = np.zeros((h, w), np.float32)
-    alike = costs < _MOST_COST
+    alike = costs < _MAX_COST
     for s, (_, _, counts) in enumerate(sources):
         if not counts.all():
-            alike[..., s] &= _lands_on(view, sources[s][0], depth, counts)
+            alike[..., s] &= _is_on_source(view, sources[s][0], depth, counts)
     agreeing = alike.sum(axis=2).astype(np.uint8)
     good = (todo > 0) & (agreeing >= 1)
     inverse[good] = 1.0 / depth[good]
     _drop_specks(inverse, float(unit))
     agreeing[inverse == 0] = 0
-    return Found(inverse, agreeing)
+    return PatchMatchResult(inverse, agreeing)
 
 
 def likeness(
@@ -129,14 +141,14 @@ def likeness(
     normals: Float32Array,
     sources: Sequence[tuple[View, ByteArray, BoolArray]],
 ) -> ByteArray:
-    """In how many sources (h, w) the patches of a depth map look alike.
+    """Return the number (h, w) of sources in which patches of a depth map are similar.
+
+    Computed on pictures of half the size, which reduces noise and takes a quarter of the time. A
+    patch without texture is never similar.
 
     depth, normals : (h, w), (h, w, 3) of the photo, 0 = none
-
-    Judged on pictures of half the size: there noise counts less, and it takes a quarter of the
-    time. A patch without texture is like no other.
     """
-    step = 2 if min(depth.shape) >= 2 * _SMALLEST_SIDE else 1
+    step = 2 if min(depth.shape) >= 2 * _MIN_SIDE else 1
     h, w = depth.shape
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
     setting = _Setting.make(view, gray, depth > 0, masked, step)
@@ -176,17 +188,17 @@ def _measure(*arguments: object) -> None:
     measure(*arguments)
 
 
-def _by_rows(
+def _run_in_blocks(
     pool: ThreadPoolExecutor,
     height: int,
     work: Callable[..., None],
     arrays: tuple[object, ...],
     settings: tuple[object, ...],
 ) -> None:
-    """Pixels of one colour read only the other colour's planes, so rows can go side by side."""
+    """Run a kernel on blocks of rows; pixels of one colour read planes of the other colour only."""
     jobs = [
-        pool.submit(work, *arrays, *settings, top, min(top + _ROWS, height))
-        for top in range(0, height, _ROWS)
+        pool.submit(work, *arrays, *settings, top, min(top + _BLOCK_ROWS, height))
+        for top in range(0, height, _BLOCK_ROWS)
     ]
     for job in jobs:
         job.result()
@@ -194,11 +206,11 @@ def _by_rows(
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """Pictures and cameras at one reduction, as the kernels want them."""
+    """Pictures and cameras at one reduction, as input of the kernels."""
 
     lens: Intrinsics
     ref: Float32Array
-    wanted: BoolArray
+    active: BoolArray
     k: Float32Array
     pictures: Float32Array
     sizes: IntArray
@@ -210,7 +222,7 @@ class _Setting:
         cls,
         view: View,
         gray: ByteArray,
-        wanted: BoolArray,
+        active: BoolArray,
         sources: Sequence[tuple[View, ByteArray, BoolArray]],
         reduction: int,
     ) -> _Setting:
@@ -218,7 +230,7 @@ class _Setting:
         lens = view.intrinsics.scaled(ref.shape[1], ref.shape[0])
         (fx, fy), (cx, cy) = lens.focal, lens.centre
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
-        back = np.linalg.inv(_from_centres(lens))
+        back = np.linalg.inv(_matrix_of_centres(lens))
         small = [_shrunk(source[1], reduction) for source in sources]
         tall, wide = np.max([one.shape for one in small], axis=0)
         pictures = np.zeros((len(small), tall, wide), np.float32)
@@ -226,14 +238,14 @@ class _Setting:
         for s, (one, source) in enumerate(zip(small, sources, strict=True)):
             pictures[s, : one.shape[0], : one.shape[1]] = one
             other = source[0]
-            matrix = _from_centres(other.intrinsics.scaled(one.shape[1], one.shape[0]))
+            matrix = _matrix_of_centres(other.intrinsics.scaled(one.shape[1], one.shape[0]))
             turn = other.rotation @ view.rotation.T
             turns[s] = matrix @ turn @ back
             shifts[s] = matrix @ (other.translation - turn @ view.translation)
         return cls(
             lens,
             ref,
-            _reduced(wanted.astype(np.float32), ref.shape) > 0,
+            _reduced(active.astype(np.float32), ref.shape) > 0,
             k,
             pictures,
             np.array([one.shape[::-1] for one in small], np.int64),
@@ -242,8 +254,8 @@ class _Setting:
         )
 
 
-def _from_centres(lens: Intrinsics) -> FloatArray:
-    """The calibration matrix for pixels counted from the centre of the first one."""
+def _matrix_of_centres(lens: Intrinsics) -> FloatArray:
+    """Return the calibration matrix for pixels counted from the centre of the first one."""
     half = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
     return np.asarray(lens.matrix - half)
 
@@ -259,7 +271,7 @@ def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
 
 
 def _reduced(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
-    """The value at the middle of each larger pixel."""
+    """Sample the middle of each larger pixel."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
     return np.asarray(values[rows[:, None], columns])
@@ -279,8 +291,11 @@ def _start(
     far: float,
     rng: np.random.Generator,
 ) -> tuple[Float32Array, Float32Array]:
-    """Depths of the nearest tie point for half of the pixels and at random for the others; normals
-    about towards the camera."""
+    """Return initial depths and normals.
+
+    Depths of the nearest tie point for half of the pixels, random for the others; normals towards
+    the camera.
+    """
     from scipy.spatial import cKDTree
 
     shape = fixed.shape
@@ -306,7 +321,7 @@ def _into(view: View, points: FloatArray) -> FloatArray:
 def _refined(
     planes: tuple[Float32Array, Float32Array], lens: Intrinsics, near: float, far: float
 ) -> tuple[Float32Array, Float32Array]:
-    """The planes of a coarser level, cut by the rays of a finer one."""
+    """Intersect the planes of a coarser level with the rays of a finer one."""
     depth, normal = planes
     h, w = lens.height, lens.width
     tall, wide = depth.shape
@@ -328,8 +343,8 @@ def _refined(
     return for_kernels(depth, np.float32), for_kernels(n, np.float32)
 
 
-def _lands_on(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:
-    """Which pixels' points lie on a part of the other photo that counts."""
+def _is_on_source(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:
+    """Return which pixels' points are on an unmasked part of the other photo."""
     h, w = depth.shape
     x, y = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
     rays = view.intrinsics.rays(np.stack([x, y], axis=-1).reshape(-1, 2))
@@ -343,7 +358,7 @@ def _lands_on(view: View, other: View, depth: Float32Array, counts: BoolArray) -
 
 
 def _drop_specks(inverse: Float32Array, unit: float) -> None:
-    """Small patches that jump out of their surroundings are chance."""
+    """Remove small patches that differ from their surroundings."""
     import cv2
 
     if not (inverse > 0).any():

@@ -1,8 +1,8 @@
-"""Depth from one pair of photos by semi-global matching (Hirschmueller, 2008; OpenCV's).
+"""Depth from one pair of photos by semi-global matching (Hirschmueller, 2008; OpenCV).
 
 The pair is rectified along its baseline, and the second picture is sheared along its rows by the
-disparity of the plane through the tie points. What is searched is the difference from that plane:
-fewer disparities, and an oblique face is matched as if it were seen at right angles.
+disparity of the plane through the tie points. The difference from that plane is searched: fewer
+disparities, and an oblique face is matched as if seen at right angles.
 """
 
 from __future__ import annotations
@@ -15,28 +15,36 @@ from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 
-# Pixels of the windows compared. Larger ones carry the depth of a face over its edges: with 5 the
-# made faces are measured less exactly (tests/benchmarks/bench_dense), and joint steps fill up.
-_BLOCK = 3
-# Disparities searched at most; a deeper scene is matched at a lower resolution.
-_MOST_DISPARITIES = 256
-_LEAST_REDUCTION = 0.4
-_LARGEST_GROWTH = 4.0
-_STEEPEST_PLANE = 0.6
+# Window size in pixels. Larger windows extend the depth of a face over its edges: with 5 synthetic
+# faces are measured less accurately (tests/benchmarks/bench_dense), and joint steps are filled.
+_WINDOW_SIZE = 3
+# Maximum number of disparities; a deeper scene is matched at a lower resolution.
+_MAX_DISPARITIES = 256
+_MIN_REDUCTION = 0.4
+_MAX_GROWTH = 4.0
+_MAX_SLOPE = 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """Where the pixels of a pair go. Coordinates count pixel centres as halves.
+    """Rectification of a pair. Coordinates of pixel centres end in a half.
 
-    first, second : (3, 3) homographies from the photos' pixels to the rectified planes; the second
-        with the shear
-    turn : (3, 3) rotation from the scene to the rectified frame
-    focal : of both planes, pixels
-    baseline : distance of the centres
-    plane : alpha, beta, gamma; the disparity of the reference plane is alpha u + beta v + gamma
-    lowest, count : of the disparities to search
-    left, top, width, height : of the part of the plane to fill
+    Attributes
+    ----------
+    first, second : (3, 3) array
+        Homographies from the photos' pixels to the rectified planes; the second with the shear.
+    turn : (3, 3) array
+        Rotation from the scene to the rectified frame.
+    focal : float
+        Of both planes, pixels.
+    baseline : float
+        Distance of the centres.
+    plane : (float, float, float)
+        Alpha, beta, gamma of the reference disparity alpha u + beta v + gamma.
+    lowest, count : int
+        Range of disparities to search.
+    left, top, width, height : int
+        Part of the plane to fill.
     """
 
     first: FloatArray
@@ -54,16 +62,16 @@ class Rectified:
 
     @property
     def step(self) -> float:
-        """Change of the inverse depth, in the rectified frame, for a pixel of disparity."""
+        """Return the change of inverse depth, in the rectified frame, per pixel of disparity."""
         return (1.0 - self.plane[0]) / (self.focal * self.baseline)
 
 
 def rectify(
     first: View, second: View, points: FloatArray, near: float, far: float
 ) -> Rectified | None:
-    """How to lay two pinhole photos on one plane; None where that cannot be done usefully.
+    """Rectify two pinhole photos; None if that is not useful.
 
-    points : (n, 3) tie points that the first sees
+    points : (n, 3) tie points of the first photo
     near, far : its range of depths
     """
     baseline = second.centre - first.centre
@@ -87,18 +95,18 @@ def rectify(
             (points - first.centre) @ turn.T, focal, length, near, far, (left, right)
         )
         count = int(np.ceil((high - low + 1) / 16)) * 16
-        if count <= _MOST_DISPARITIES:
+        if count <= _MAX_DISPARITIES:
             break
-        focal *= 0.98 * (_MOST_DISPARITIES - 16) / count
-        if focal < _LEAST_REDUCTION * float(np.mean(lens.focal)):
+        focal *= 0.98 * (_MAX_DISPARITIES - 16) / count
+        if focal < _MIN_REDUCTION * float(np.mean(lens.focal)):
             return None
     else:
         return None
     lowest = int(np.floor(low))
-    # SGBM leaves out the columns whose partner may lie beyond the edge.
+    # SGBM excludes columns whose partner may be beyond the edge.
     before, after = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
     width, height = right - left + before + after, bottom - top
-    if width * height > _LARGEST_GROWTH * lens.width * lens.height:
+    if width * height > _MAX_GROWTH * lens.width * lens.height:
         return None
     flat = np.diag([focal, focal, 1.0])
     alpha, beta, gamma = plane
@@ -132,10 +140,11 @@ def pair_inverse_depth(
     near: float,
     far: float,
 ) -> tuple[Float32Array, float] | None:
-    """Inverse depths (h, w) in the first photo, 0 where there is none, and their change for a pixel
-    of disparity; None where the pair cannot be rectified.
+    """Return inverse depths (h, w) in the first photo, and their change per pixel of disparity.
 
-    first, second : pinhole view, gray picture, and which pixels count
+    0 without a depth; None if the pair cannot be rectified.
+
+    first, second : pinhole view, gray picture and mask
     """
     import cv2
 
@@ -145,7 +154,7 @@ def pair_inverse_depth(
     if pair is None:
         return None
     size = (pair.width, pair.height)
-    # Between pixels counted from the corner of the first one and OpenCV's, from its centre.
+    # Convert between pixels from the corner of the first one and OpenCV's, from its centre.
     shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
     # OpenCV's cubic weights would move the pictures by up to 0.05 pixel.
@@ -153,15 +162,15 @@ def pair_inverse_depth(
         cv2.warpPerspective(gray, origin @ onto @ shift, size, flags=cv2.INTER_LANCZOS4)
         for onto, gray in ((pair.first, first[1]), (pair.second, second[1]))
     ]
-    shown = cv2.warpPerspective(
+    is_visible = cv2.warpPerspective(
         second[2].astype(np.uint8), origin @ pair.second @ shift, size, flags=cv2.INTER_NEAREST
     )
     matcher = cv2.StereoSGBM.create(
         minDisparity=pair.lowest,
         numDisparities=pair.count,
-        blockSize=_BLOCK,
-        P1=8 * _BLOCK * _BLOCK,
-        P2=32 * _BLOCK * _BLOCK,
+        blockSize=_WINDOW_SIZE,
+        P1=8 * _WINDOW_SIZE * _WINDOW_SIZE,
+        P2=32 * _WINDOW_SIZE * _WINDOW_SIZE,
         disp12MaxDiff=1,
         preFilterCap=63,
         uniquenessRatio=5,
@@ -169,9 +178,9 @@ def pair_inverse_depth(
         speckleRange=2,
         mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
     )
-    found = matcher.compute(*pictures)
+    disparities = matcher.compute(*pictures)
     inverse = np.empty(first[1].shape, np.float32)
-    how = np.array(
+    coefficients = np.array(
         [
             *pair.plane,
             1.0 / (pair.focal * pair.baseline),
@@ -180,15 +189,15 @@ def pair_inverse_depth(
         ]
     )
     lift(
-        for_kernels(found, np.int16),
-        for_kernels(shown, np.uint8),
+        for_kernels(disparities, np.int16),
+        for_kernels(is_visible, np.uint8),
         pair.lowest,
         pair.count,
         pair.left,
         pair.top,
         24,
         for_kernels(pair.first, np.float64),
-        how,
+        coefficients,
         for_kernels(first[2], np.uint8),
         inverse,
     )
@@ -196,7 +205,7 @@ def pair_inverse_depth(
 
 
 def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
-    """Whole pixels around the photo on the rectified plane: left, top, right, bottom."""
+    """Return the pixels around the photo on the rectified plane: left, top, right, bottom."""
     w, h = view.intrinsics.width, view.intrinsics.height
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ turn.T
     if not (corners[:, 2] > 0.2 * np.linalg.norm(corners, axis=1)).all():
@@ -209,8 +218,7 @@ def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int
 def _search(
     xyz: FloatArray, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
 ) -> tuple[tuple[float, float, float], float, float]:
-    """The disparity of the plane through the tie points (rectified frame), and the lowest and
-    highest difference from it to look for."""
+    """Return the plane through tie points as disparity, and the range of differences from it."""
     xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]
     u, v = (focal * xyz[:, :2] / xyz[:, 2:]).T
     disparity = focal * baseline / xyz[:, 2]
@@ -218,14 +226,14 @@ def _search(
         gamma = focal * baseline / near
         return (0.0, 0.0, gamma), focal * baseline / far - gamma, 0.0
     plane = _plane(u, v, disparity)
-    rest = (disparity - (plane[0] * u + plane[1] * v + plane[2])) / (1.0 - plane[0])
-    low, high = np.percentile(rest, [0.5, 99.5])
-    room = 6.0 + 0.15 * (high - low) + 0.02 * float(np.median(disparity))
-    return plane, float(low - room), float(high + room)
+    differences = (disparity - (plane[0] * u + plane[1] * v + plane[2])) / (1.0 - plane[0])
+    low, high = np.percentile(differences, [0.5, 99.5])
+    margin = 6.0 + 0.15 * (high - low) + 0.02 * float(np.median(disparity))
+    return plane, float(low - margin), float(high + margin)
 
 
 def _plane(u: FloatArray, v: FloatArray, disparity: FloatArray) -> tuple[float, float, float]:
-    """Least absolute differences, by reweighting. Too steep a plane is taken level."""
+    """Fit a plane by least absolute differences (reweighting); level if it is too steep."""
     a = np.column_stack([u, v, np.ones_like(u)])
     weight = np.ones_like(u)
     solution = np.zeros(3)
@@ -233,6 +241,6 @@ def _plane(u: FloatArray, v: FloatArray, disparity: FloatArray) -> tuple[float, 
         root = np.sqrt(weight)[:, None]
         solution = np.linalg.lstsq(a * root, disparity * root[:, 0], rcond=None)[0]
         weight = 1.0 / np.maximum(np.abs(disparity - a @ solution), 0.25)
-    if abs(solution[0]) > _STEEPEST_PLANE or abs(solution[1]) > 2 * _STEEPEST_PLANE:
+    if abs(solution[0]) > _MAX_SLOPE or abs(solution[1]) > 2 * _MAX_SLOPE:
         return 0.0, 0.0, float(np.median(disparity))
     return float(solution[0]), float(solution[1]), float(solution[2])

@@ -1,4 +1,4 @@
-"""Photos as a pinhole camera would have taken them, for every stage after the alignment."""
+"""Undistorted photos of pinhole cameras, the input of every stage after the alignment."""
 
 from __future__ import annotations
 
@@ -14,23 +14,32 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 
-# A straight picture of a very wide lens grows without bound: pixels are kept up to 63 degrees from
-# the axis, and up to one and a half times the photo's own size.
-_WIDEST_TAN = 2.0
-_LARGEST_GROWTH = 1.5
+# Limits of the undistorted picture of a very wide lens: 63 degrees from the axis, and 1.5 times the
+# size of the photo.
+_MAX_TAN = 2.0
+_MAX_GROWTH = 1.5
 # OpenCV's remap counts pixels in 16 bits.
-_LARGEST_SIDE = 32_000
+_MAX_SIDE = 32_000
 _ROWS_AT_ONCE = 256
 _JPEG_QUALITY = 97
 
 
 @dataclass(frozen=True, eq=False)
 class UndistortTask:
-    """photo : the file's bytes, JPEG, TIFF or PNG
-    mask : an image file's bytes, black where the photo is not to be used, or None
-    view : of the photo as stored, with its lens
-    max_size : longest side of the result in pixels, None for the photo's own resolution
-    lossless : PNG in place of JPEG
+    """Task of `undistort`.
+
+    Attributes
+    ----------
+    photo : bytes
+        JPEG, TIFF or PNG file.
+    mask : bytes or None
+        Image file, black for unused parts.
+    view : View
+        Of the photo as stored, with its lens.
+    max_size : int or None
+        Maximum long side of the result in pixels; None for the photo's resolution.
+    lossless : bool
+        PNG instead of JPEG.
     """
 
     photo: bytes
@@ -42,8 +51,10 @@ class UndistortTask:
 
 @dataclass(frozen=True, eq=False)
 class Undistorted:
-    """photo, mask : image files' bytes; the mask (black: not to be used) is None where all counts
-    view : the photo's, with PINHOLE intrinsics of the new size
+    """Undistorted photo.
+
+    photo, mask : image files; the mask (black: unused) is None if all pixels are used
+    view : with PINHOLE intrinsics of the new size
     """
 
     photo: bytes
@@ -52,31 +63,33 @@ class Undistorted:
 
     @cached_property
     def valid(self) -> BoolArray:
-        """(h, w) which pixels may be used."""
+        """Return the mask (h, w) of usable pixels."""
         lens = self.view.intrinsics
         if self.mask is None:
             return np.ones((lens.height, lens.width), bool)
         return decode_mask(self.mask, lens.width, lens.height, self.view.name)
 
     def pixels(self) -> ByteArray:
-        """(h, w, 3) red, green, blue."""
+        """Return the pixels (h, w, 3): red, green, blue."""
         return decode_photo(self.photo, self.view.name)
 
     def gray(self) -> ByteArray:
-        """(h, w)"""
+        """Return the grey picture (h, w)."""
         import cv2
 
         return np.asarray(cv2.cvtColor(self.pixels(), cv2.COLOR_RGB2GRAY))
 
 
 def undistort(task: UndistortTask) -> Undistorted:
-    """The photo without its lens's distortion.
+    """Remove the distortion of the lens from a photo.
 
-    The focal length stays that of the photo's centre (times the reduction), so the middle keeps its
-    sharpness; the corners of a barrel distortion are kept, and pixels that the photo does not show
-    are masked.
+    The focal length is that of the photo's centre (times the reduction), so that the middle remains
+    sharp; the corners of a barrel distortion are included, and pixels outside the photo are masked.
 
-    Raises InputError where photo or mask cannot be read or have another size than the view says.
+    Raises
+    ------
+    InputError
+        If photo or mask cannot be read or have another size than the view.
     """
     import cv2
 
@@ -97,8 +110,8 @@ def undistort(task: UndistortTask) -> Undistorted:
     if task.mask is not None:
         mask = decode_mask(task.mask, lens.width, lens.height, view.name)
 
-    whole = _pinhole_of(lens) if lens.distorts else _as_pinhole(lens)
-    limit = min(task.max_size or _LARGEST_SIDE, _LARGEST_SIDE)
+    whole = _pinhole_of(lens) if lens.distorts else _drop_distortion(lens)
+    limit = min(task.max_size or _MAX_SIDE, _MAX_SIDE)
     reduction = min(1.0, limit / max(whole.width, whole.height))
     width = max(1, round(whole.width * reduction))
     height = max(1, round(whole.height * reduction))
@@ -141,13 +154,13 @@ def undistort(task: UndistortTask) -> Undistorted:
 
 
 def memory_needed(width: int, height: int, max_size: int | None) -> int:
-    """Bytes that `undistort` takes at most for a photo of this size."""
-    scale = min(1.0, (max_size or _LARGEST_SIDE) / max(width, height, 1))
+    """Return the peak memory of `undistort` for a photo of this size, bytes."""
+    scale = min(1.0, (max_size or _MAX_SIDE) / max(width, height, 1))
     return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
 
 
 def decode_photo(photo: bytes, name: str) -> ByteArray:
-    """(h, w, 3) red, green, blue, as stored: an orientation tag turns nothing.
+    """Decode a photo to (h, w, 3) red, green, blue, ignoring its orientation tag.
 
     Raises InputError.
     """
@@ -160,10 +173,9 @@ def decode_photo(photo: bytes, name: str) -> ByteArray:
 
 
 def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
-    """(h, w) True where the photo may be used. A mask of another size but the same proportions is
-    stretched.
+    """Decode a mask to (h, w), True for used pixels.
 
-    Raises InputError.
+    A mask of another size with the same proportions is resized. Raises InputError.
     """
     import cv2
 
@@ -187,26 +199,26 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
     return image > 127
 
 
-def _as_pinhole(lens: Intrinsics) -> Intrinsics:
+def _drop_distortion(lens: Intrinsics) -> Intrinsics:
     return Intrinsics("PINHOLE", lens.width, lens.height, (*lens.focal, *lens.centre))
 
 
 def _pinhole_of(lens: Intrinsics) -> Intrinsics:
-    """The pinhole camera of the same focal length that shows what the lens shows."""
+    """Return the pinhole camera of the same focal length and field of view."""
     across = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
     pixels = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
-    seen = lens.rays(pixels)[:, :2]
-    seen = seen[np.isfinite(seen).all(axis=1)]
-    if not len(seen):
+    rays = lens.rays(pixels)[:, :2]
+    rays = rays[np.isfinite(rays).all(axis=1)]
+    if not len(rays):
         raise GeometryError(Finding("dense.calibration"))
     focal, centre = np.array(lens.focal), np.array(lens.centre)
     size = np.array([lens.width, lens.height], float)
-    low = np.maximum(seen.min(axis=0), -_WIDEST_TAN) * focal
-    high = np.minimum(seen.max(axis=0), _WIDEST_TAN) * focal
+    low = np.maximum(rays.min(axis=0), -_MAX_TAN) * focal
+    high = np.minimum(rays.max(axis=0), _MAX_TAN) * focal
     middle = size / 2 - centre
-    low = np.floor(np.maximum(low, middle - _LARGEST_GROWTH * size / 2))
-    high = np.ceil(np.minimum(high, middle + _LARGEST_GROWTH * size / 2))
+    low = np.floor(np.maximum(low, middle - _MAX_GROWTH * size / 2))
+    high = np.ceil(np.minimum(high, middle + _MAX_GROWTH * size / 2))
     width, height = (max(1, int(n)) for n in high - low)
     return Intrinsics("PINHOLE", width, height, (*focal.tolist(), *(-low).tolist()))
 
@@ -214,8 +226,10 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
 def _remapping(
     ideal: Intrinsics, lens: Intrinsics, size: tuple[int, int]
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
-    """For each pixel of the ideal photo: where it lies, in OpenCV's coordinates, in the real one
-    once resampled to `size`; and whether it lies there."""
+    """Return OpenCV's remap coordinates of each pixel of the ideal photo, and its mask.
+
+    Coordinates are in the real photo resampled to `size`.
+    """
     shape = (ideal.height, ideal.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
     shown = np.zeros(shape, bool)

@@ -1,1 +1,1 @@
-"""An aligned scene on the ground: by GPS, control points, markers."""
+"""Registration of an aligned scene by GPS, control points and markers."""

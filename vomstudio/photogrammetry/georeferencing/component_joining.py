@@ -1,11 +1,9 @@
-"""Disconnected components of an alignment joined by markers that were set by hand in photos of
-both.
+"""Join disconnected components of an alignment by markers that were set by hand in photos of both.
 
-A marker is located in each component where its rays meet there, so it needs two photos of each.
-Three that are not in one line give the similarity between two components (Umeyama 1991, never a
-mirror); then cameras and tie points of both are adjusted with the rays of all markers. Components
-that both show three control points or more are joined by these instead, and adjusted when the model
-is registered.
+A marker is located in each component by two or more photos. Three that are not collinear determine
+the similarity between two components (Umeyama 1991, without mirroring); then cameras and tie points
+of both are adjusted with the rays of all markers. Components that both show three or more control
+points are joined by these instead, and adjusted in the registration.
 """
 
 from __future__ import annotations
@@ -33,16 +31,19 @@ from vomstudio.registration.similarity import (
     rotation_covariance,
 )
 
-FEWEST = 3
-# Markers that miss by so many pixels at most are never called wrong.
-_MARK_PX = 3.0
+MIN_COMMON_POINTS = 3
+# Residual in pixels up to which markers are never outliers.
+_MIN_MARKER_PX = 3.0
 _WARN_DEG = 1.0
 
 
 @dataclass(frozen=True)
 class MarkerFit:
-    """A marker of two parts: miss_px is the distance of its two places after the similarity, in
-    pixels of the photos there; used is False for one that contradicts the others."""
+    """Fit of a marker of two parts.
+
+    miss_px : distance of its two places after the similarity, in pixels of the photos there
+    used : False for an outlier
+    """
 
     label: str
     miss_px: float
@@ -51,13 +52,22 @@ class MarkerFit:
 
 @dataclass(frozen=True)
 class Junction:
-    """photos : (of the one part, of the other, which took over the frame of the one)
-    by : "markers" or "control points"
-    markers : those seen in both
-    scale : units of the other part to those of the one
-    error_px : mean of the tie points after the adjustment; before_px : before it
-    rotation_error_deg : about the three axes, one sigma, of one part against the other; None by
-        control points, where the placing tells
+    """Two joined parts.
+
+    Attributes
+    ----------
+    photos : (int, int)
+        Of the first part, and of the other, which is transformed.
+    by : {"markers", "control points"}
+    markers : tuple of MarkerFit
+        Common markers.
+    scale : float
+        Units of the first part per unit of the other.
+    before_px, error_px : float
+        Mean error of the tie points before and after the adjustment.
+    rotation_error_deg : (float, float, float) or None
+        Of one part relative to the other, about the three axes, one sigma; None for control points,
+        where the registration reports it.
     """
 
     photos: tuple[int, int]
@@ -71,14 +81,14 @@ class Junction:
 
     @property
     def rms_px(self) -> float | None:
-        """Of the markers that were used."""
+        """Return the RMS residual of the used markers."""
         misses = [m.miss_px for m in self.markers if m.used]
         return math.sqrt(sum(m * m for m in misses) / len(misses)) if misses else None
 
 
 @dataclass(frozen=True)
 class JoinReport:
-    """joined : in their order; not_joined : why, for each component that was not joined"""
+    """Joined parts in their order, and the reasons for components that were not joined."""
 
     joined: tuple[Junction, ...]
     not_joined: tuple[Finding, ...]
@@ -92,38 +102,49 @@ def join_components(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[tuple[SparseScene, ...], JoinReport]:
-    """Join components where markers or control points allow it.
+    """Join components by markers or control points.
 
-    Returns the components that are left, the one with most photos first, and what was done.
+    Parameters
+    ----------
+    parts : sequence of SparseScene
+    marks : sequence of Mark
+        Of tie markers and of control points; labels that are not in `control` are tie markers.
+    control : sequence of ControlPoint
+    threads : int
+    progress : Progress, optional
+        Raises Cancelled.
 
-    marks : of tie markers and of control points; labels that are not in `control` are tie markers
-    Raises Cancelled.
+    Returns
+    -------
+    parts : tuple of SparseScene
+        Remaining components, the one with most photos first.
+    report : JoinReport
     """
-    left = list(parts)
+    remaining = list(parts)
     joined: list[Junction] = []
     failed: dict[tuple[str, str], Finding] = {}
     surveyed = [point for point in control if not point.check]
-    while len(left) > 1:
+    while len(remaining) > 1:
         links = [
-            (_common_points(left[i], left[j], marks, surveyed), i, j)
-            for i in range(len(left))
-            for j in range(i + 1, len(left))
-            if _pair(left[i], left[j]) not in failed
+            (_common_points(remaining[i], remaining[j], marks, surveyed), i, j)
+            for i in range(len(remaining))
+            for j in range(i + 1, len(remaining))
+            if _pair(remaining[i], remaining[j]) not in failed
         ]
         count, i, j = max(links, key=lambda link: (link[0], -link[1], -link[2]), default=(0, 0, 0))
-        if count < FEWEST:
+        if count < MIN_COMMON_POINTS:
             break
         try:
-            whole, junction = _join(left[i], left[j], marks, surveyed, threads, progress)
+            whole, junction = _join(remaining[i], remaining[j], marks, surveyed, threads, progress)
         except GeometryError as error:
-            failed[_pair(left[i], left[j])] = finding_of(error)
+            failed[_pair(remaining[i], remaining[j])] = finding_of(error)
             continue
         joined.append(junction)
-        left = [whole, *(p for k, p in enumerate(left) if k not in (i, j))]
-        left.sort(key=lambda part: -len(part.views))
+        remaining = [whole, *(p for k, p in enumerate(remaining) if k not in (i, j))]
+        remaining.sort(key=lambda part: -len(part.views))
     not_joined = []
-    for part in left[1:]:
-        cause = failed.get(_pair(left[0], part)) or _missing(left[0], part, marks)
+    for part in remaining[1:]:
+        cause = failed.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
         not_joined.append(
             Finding(
                 "join.not-joined",
@@ -134,29 +155,29 @@ def join_components(
                 **{name: value for name, value in cause.values.items() if name != "size"},
             )
         )
-    return tuple(left), JoinReport(tuple(joined), tuple(not_joined))
+    return tuple(remaining), JoinReport(tuple(joined), tuple(not_joined))
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
-    """Names a pair of parts that has been tried."""
+    """Return the key of a pair of parts."""
     return "\n".join(v.name for v in one.views), "\n".join(v.name for v in other.views)
 
 
 # ------------------------------------------------------------------------------------------------
 def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
-    """Markers that the photos of a part locate."""
-    found, _ = marks_by_point(scene, marks)
-    places = {label: seen_at.place(scene) for label, seen_at in found.items()}
+    """Return the places of markers that the photos of a part determine."""
+    marks_by_label, _ = marks_by_point(scene, marks)
+    places = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
     return {label: place for label, place in places.items() if np.isfinite(place).all()}
 
 
 def _common_points(
     one: SparseScene, other: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
-    """How many markers join two parts, or how many control points the one with fewer has."""
+    """Return the number of common markers, or of control points in the part with fewer."""
     a, b = _places(one, marks), _places(other, marks)
     common = len(a.keys() & b.keys())
-    if common >= FEWEST:
+    if common >= MIN_COMMON_POINTS:
         return common
     labels = {point.label for point in control}
     return min(len(labels & a.keys()), len(labels & b.keys()))
@@ -173,24 +194,24 @@ def _join(
     a, b = _places(one, marks), _places(other, marks)
     common = [label for label in a if label in b]
     photos = (len(one.views), len(other.views))
-    if len(common) < FEWEST:
-        fit = _by_control(a, b, control)
-        whole = merged(one, other, fit)
+    if len(common) < MIN_COMMON_POINTS:
+        fit = _fit_by_control(a, b, control)
+        whole = merge_scenes(one, other, fit)
         error = mean_error(whole)
         return whole, Junction(photos, "control points", (), fit.scale, error, error, None, ())
-    here, there = np.array([a[c] for c in common]), np.array([b[c] for c in common])
-    if nearly_on_a_line(here) or nearly_on_a_line(there):
+    first_places, other_places = np.array([a[c] for c in common]), np.array([b[c] for c in common])
+    if nearly_on_a_line(first_places) or nearly_on_a_line(other_places):
         raise GeometryError(Finding("join.collinear"))
-    pixel = _pixel_size(one, other, here, there)
-    fit, used = fit_robustly(there, here, floor=2 * _MARK_PX * pixel)
-    misses = np.linalg.norm(fit(there) - here, axis=1)
-    rough = merged(one, other, fit)
+    pixel = _pixel_size(one, other, first_places, other_places)
+    fit, used = fit_robustly(other_places, first_places, floor=2 * _MIN_MARKER_PX * pixel)
+    misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
+    rough = merge_scenes(one, other, fit)
     before = mean_error(rough)
     wrong = {label for label, good in zip(common, used, strict=True) if not good}
-    seen, _ = marks_by_point(rough, [mark for mark in marks if mark.label not in wrong])
+    marks_by_label, _ = marks_by_point(rough, [mark for mark in marks if mark.label not in wrong])
     known = [
         KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
-        for seen_at in seen.values()
+        for seen_at in marks_by_label.values()
         if np.isfinite(seen_at.place(rough)).all()
     ]
     whole = bundle_adjust(rough, known, threads=threads, progress=progress)
@@ -213,7 +234,7 @@ def _join(
     )
     freedom = 3 * int(used.sum()) - 7
     sigma = max(math.sqrt(float((misses[used] ** 2).sum()) / freedom), pixel)
-    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(here[used], sigma))))
+    turn = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[used], sigma))))
     turned = (float(turn[0]), float(turn[1]), float(turn[2]))
     warnings = _warnings(markers, turned)
     return whole, Junction(
@@ -221,19 +242,19 @@ def _join(
     )
 
 
-def _by_control(
+def _fit_by_control(
     a: dict[str, FloatArray], b: dict[str, FloatArray], control: Sequence[ControlPoint]
 ) -> Similarity:
-    """Of the one part to the other, each placed by control points of its own."""
+    """Return the similarity between two parts, each registered by its control points."""
     fits = []
     middle = np.mean([point.position for point in control], axis=0)
     for places in (a, b):
-        own = [point for point in control if point.label in places]
-        here = np.array([places[point.label] for point in own])
-        world = np.array([point.position for point in own]) - middle
+        common_points = [point for point in control if point.label in places]
+        model_places = np.array([places[point.label] for point in common_points])
+        world = np.array([point.position for point in common_points]) - middle
         if nearly_on_a_line(world):
             raise GeometryError(Finding("control.collinear"))
-        fits.append(fit_similarity(here, world))
+        fits.append(fit_similarity(model_places, world))
     first, back = fits[1], fits[0].inverse
     return Similarity(
         back.scale * first.scale,
@@ -242,10 +263,12 @@ def _by_control(
     )
 
 
-def _pixel_size(one: SparseScene, other: SparseScene, here: FloatArray, there: FloatArray) -> float:
-    """The larger of the two parts' pixels at the markers, in the units of the one."""
-    scale = fit_similarity(there, here).scale
-    return max(one.pixel_at(here), other.pixel_at(there) * scale)
+def _pixel_size(
+    one: SparseScene, other: SparseScene, first_places: FloatArray, other_places: FloatArray
+) -> float:
+    """Return the larger pixel size of two parts at the markers, in units of the first part."""
+    scale = fit_similarity(other_places, first_places).scale
+    return max(one.pixel_at(first_places), other.pixel_at(other_places) * scale)
 
 
 def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Finding:
@@ -256,17 +279,17 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Fin
     """
     a, b = _places(one, marks), _places(other, marks)
     common = sorted(a.keys() & b.keys())
-    once = set()
+    not_located = set()
     for scene, located in ((one, a), (other, b)):
-        seen, _ = marks_by_point(scene, marks)
-        once |= {label for label in seen if label not in located}
+        marks_by_label, _ = marks_by_point(scene, marks)
+        not_located |= {label for label in marks_by_label if label not in located}
     return Finding(
         "join.few-markers",
         size=len(other.views),
         common=len(common),
-        least=FEWEST,
+        least=MIN_COMMON_POINTS,
         markers=common,
-        not_located=sorted(once),
+        not_located=sorted(not_located),
     )
 
 
@@ -275,21 +298,25 @@ def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) 
     out = [marker.label for marker in markers if not marker.used]
     if out:
         warnings.append(Finding("control.left-out", labels=out))
-    if len(markers) - len(out) == FEWEST:
-        warnings.append(Finding("control.no-redundancy", count=FEWEST, least=FEWEST + 1))
+    if len(markers) - len(out) == MIN_COMMON_POINTS:
+        warnings.append(
+            Finding("control.no-redundancy", count=MIN_COMMON_POINTS, least=MIN_COMMON_POINTS + 1)
+        )
     if max(turned) > _WARN_DEG:
         warnings.append(Finding("join.rotation", rotation_deg=max(turned)))
     return warnings
 
 
 # ------------------------------------------------------------------------------------------------
-def merged(one: SparseScene, other: SparseScene, fit: Similarity) -> SparseScene:
-    """Both in the frame of the one, with views in the order of their names; a photo that is in both
-    is that of the one. `fit` takes the other to the one."""
-    own = {view.name for view in one.views}
-    other = _without(other, own)
-    moved = [v.moved(fit.scale, fit.rotation, fit.translation) for v in other.views]
-    views = [*one.views, *moved]
+def merge_scenes(one: SparseScene, other: SparseScene, fit: Similarity) -> SparseScene:
+    """Merge two scenes in the frame of the first, with views in the order of their names.
+
+    A photo of both is that of the first. `fit` transforms the other scene.
+    """
+    first_names = {view.name for view in one.views}
+    other = _remove_photos(other, first_names)
+    transformed = [v.moved(fit.scale, fit.rotation, fit.translation) for v in other.views]
+    views = [*one.views, *transformed]
     order = sorted(range(len(views)), key=lambda row: views[row].name)
     row_of = np.empty(len(views), np.int32)
     row_of[order] = np.arange(len(views), dtype=np.int32)
@@ -309,23 +336,23 @@ def merged(one: SparseScene, other: SparseScene, fit: Similarity) -> SparseScene
     )
 
 
-def _without(scene: SparseScene, names: set[str]) -> SparseScene:
-    """Less some photos, and the points that fewer than two of the others see."""
-    stays = np.array([view.name not in names for view in scene.views], np.bool_)
-    if stays.all():
+def _remove_photos(scene: SparseScene, names: set[str]) -> SparseScene:
+    """Remove some photos, and the points that fewer than two of the others see."""
+    is_used_view = np.array([view.name not in names for view in scene.views], np.bool_)
+    if is_used_view.all():
         return scene
-    seen = stays[scene.track_views]
-    count = np.bincount(scene.track_points[seen], minlength=len(scene.points))
-    kept = count >= 2
-    seen &= kept[scene.track_points]
-    row_of = np.cumsum(stays) - 1
+    is_observed = is_used_view[scene.track_views]
+    count = np.bincount(scene.track_points[is_observed], minlength=len(scene.points))
+    is_used_point = count >= 2
+    is_observed &= is_used_point[scene.track_points]
+    row_of = np.cumsum(is_used_view) - 1
     return replace(
         scene,
-        views=tuple(v for v, stay in zip(scene.views, stays, strict=True) if stay),
-        points=scene.points[kept],
-        colors=scene.colors[kept],
-        errors_px=scene.errors_px[kept],
-        track_offsets=np.concatenate([[0], np.cumsum(count[kept])]).astype(np.int64),
-        track_views=row_of[scene.track_views[seen]].astype(np.int32),
-        track_pixels=scene.track_pixels[seen],
+        views=tuple(v for v, stay in zip(scene.views, is_used_view, strict=True) if stay),
+        points=scene.points[is_used_point],
+        colors=scene.colors[is_used_point],
+        errors_px=scene.errors_px[is_used_point],
+        track_offsets=np.concatenate([[0], np.cumsum(count[is_used_point])]).astype(np.int64),
+        track_views=row_of[scene.track_views[is_observed]].astype(np.int32),
+        track_pixels=scene.track_pixels[is_observed],
     )

@@ -17,9 +17,9 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.control_adjustment import (
-    Bent,
+    BendingResult,
     GroundPoints,
-    bent_to,
+    bend_to_control,
     require_width,
 )
 from vomstudio.photogrammetry.georeferencing.mark_observations import (
@@ -29,35 +29,41 @@ from vomstudio.photogrammetry.georeferencing.mark_observations import (
     marks_by_point,
 )
 from vomstudio.photogrammetry.georeferencing.placement import Placement, placement_errors
-from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, moved
+from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, place_in_world
 from vomstudio.registration.marks.mark_errors import (
     agreement_px,
     mark_error_px,
     mark_scatter_findings,
     marks_disagree,
 )
-from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
+from vomstudio.registration.marks.wrong_marks import WrongMark, find_agreeing, find_misplaced, meet
 from vomstudio.registration.scatter import drift_findings
 from vomstudio.registration.similarity import fit_similarity
 
-LEAST_POINTS, LEAST_PHOTOS = 3, 2
-WANTED_PHOTOS = 4
-"""A point should be marked in so many photos (textbook 3.2.2)."""
-WANTED_POINTS = 4
+MIN_POINTS, MIN_PHOTOS = 3, 2
+RECOMMENDED_PHOTOS = 4
+"""Recommended number of photos in which a point is marked (textbook 3.2.2)."""
+RECOMMENDED_POINTS = 4
 _WARN_DEG = 1.0
 
 
 @dataclass(frozen=True)
 class PointFit:
-    """How a control or check point fits.
+    """Fit of a control or check point.
 
-    role : "control", "check", "left out" for a control point that contradicts the others, or
-        "unseen" for one that cannot be found in the model
-    photos : in which it is marked and that are placed
-    residual_m : (3,) its place in the model less the surveyed one, east, north, up; None where it
-        cannot be had, being marked in fewer than two placed photos
-    residual_px : root mean square distance of the surveyed point's projections from its marks
-    surveyed : (3,) World, as given
+    Attributes
+    ----------
+    role : str
+        "control", "check", "left out" for an outlier among the control points, or "unseen" for one
+        that cannot be located in the model.
+    photos : int
+        Placed photos in which it is marked.
+    residual_m : (float, float, float) or None
+        Place in the model minus the surveyed one, east, north, up; None for fewer than two photos.
+    residual_px : float or None
+        Root mean square distance of the surveyed point's projections from its marks.
+    surveyed : (float, float, float)
+        World, as given.
     """
 
     label: str
@@ -69,7 +75,7 @@ class PointFit:
 
     @property
     def error_m(self) -> float | None:
-        """Length of the residual."""
+        """Return the length of the residual."""
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 
@@ -110,25 +116,38 @@ def place_by_control(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, ControlReport]:
-    """Place the scene by surveyed points and adjust it with them.
+    """Register the scene by surveyed points and adjust it with them.
 
-    crs : of the points, "EPSG:n", or None for a local frame in metres
-    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
-    Raises GeometryError where fewer than three points, or points in one line, are marked in two or
-    more placed photos.
+    Parameters
+    ----------
+    scene : SparseScene
+    control : sequence of ControlPoint
+    marks : sequence of Mark
+    crs : str, optional
+        Of the points, "EPSG:n"; None for a local frame in metres.
+    adjust : bool
+    cameras : sequence of Calibration
+        Their errors are then part of the stated errors.
+    threads : int
+    progress : Progress, optional
+
+    Raises
+    ------
+    GeometryError
+        If fewer than three points, or collinear ones, are marked in two or more placed photos.
     """
-    ground, findings = _marked_points(scene, control, marks)
-    control_fit = ground.fitted(scene)
+    ground_points, findings = _marked_points(scene, control, marks)
+    control_fit = ground_points.fitted(scene)
     fit = control_fit.fit
-    placed = moved(scene, fit, ground.origin, crs)
-    made = Bent(None, control_fit, (), (), None)
+    placed = place_in_world(scene, fit, ground_points.origin, crs)
+    bending = BendingResult(None, control_fit, (), (), None)
     if adjust:
-        made = bent_to(ground, placed, control_fit, threads, progress)
-    if made.scene is not None:
-        placed, control_fit = made.scene, made.fit
+        bending = bend_to_control(ground_points, placed, control_fit, threads, progress)
+    if bending.scene is not None:
+        placed, control_fit = bending.scene, bending.fit
     used, scatter = control_fit.used, control_fit.scatter
     points = tuple(
-        _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
+        _fit_of(placed, point, ground_points.local[i], ground_points.seen[i], i in used)
         for i, point in enumerate(control)
     )
     report = ControlReport(
@@ -136,24 +155,26 @@ def place_by_control(
             placed,
             cameras,
             scatter,
-            lambda other: ground.places(other, used),
-            ground.local[used],
-            lenses=None if made.scene is None else made.lenses,
-            points=ground.known(used, control_fit.sigma),
+            lambda other: ground_points.places(other, used),
+            ground_points.local[used],
+            lenses=None if bending.scene is None else bending.lenses,
+            points=ground_points.known(used, control_fit.sigma),
         ),
         scale=fit.scale,
         crs=crs,
-        adjusted=made.scene is not None,
-        decisions=made.decisions,
-        lenses=made.lenses,
-        bowing=_bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
+        adjusted=bending.scene is not None,
+        decisions=bending.decisions,
+        lenses=bending.lenses,
+        bowing=_bowing(
+            points, bending.scene is not None, placed.points + np.array(ground_points.origin)
+        ),
         points=points,
         control_rms_m=_rms(points, "control"),
         check_rms_m=_rms(points, "check"),
-        mark_scatter_px=ground.mark_px,
+        mark_scatter_px=ground_points.mark_px,
         drift=scatter.drift,
     )
-    warnings = [*findings, *_warnings(report), *([made.refusal] if made.refusal else [])]
+    warnings = [*findings, *_warnings(report), *([bending.refusal] if bending.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
 
 
@@ -182,14 +203,14 @@ def _marked_points(
     # If two marks contradict each other, the place of the point as located by the other points
     # shows which one is wrong.
     fitted = ground.fitted(scene)
-    placed = moved(scene, fitted.fit, ground.origin, None)
+    placed = place_in_world(scene, fitted.fit, ground.origin, None)
     limit = 6.0 * fitted.sigma / ground.pixel
     wrong: list[WrongMark] = []
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
-        if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
-            point_marks = seen[i].in_views(placed)
-            rows, outliers = misplaced(
+        if len(others) >= RECOMMENDED_POINTS - 1 and len(seen[i].views) >= 2:
+            point_marks = seen[i].match_views(placed)
+            rows, outliers = find_misplaced(
                 point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
             )
             seen[i] = seen[i].select(rows)
@@ -203,7 +224,7 @@ def _marked_points(
 def _ground(
     scene: SparseScene,
     control: Sequence[ControlPoint],
-    seen: list[PointMarks],
+    control_marks: list[PointMarks],
     ties: list[PointMarks],
     mark_px: float,
     causes: Sequence[Finding],
@@ -214,14 +235,16 @@ def _ground(
     """
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
     usable = [
-        i for i, marks in enumerate(seen) if meet(marks.in_views(scene), agreement_px(mark_px))
+        i
+        for i, marks in enumerate(control_marks)
+        if meet(marks.match_views(scene), agreement_px(mark_px))
     ]
     fitting = [i for i in usable if not control[i].check]
-    if len(fitting) < LEAST_POINTS:
+    if len(fitting) < MIN_POINTS:
         apart = [
             point.label
             for i, point in enumerate(control)
-            if i not in usable and len(seen[i].views) >= 2
+            if i not in usable and len(control_marks[i].views) >= 2
         ]
         causes = [marks_disagree(apart)] if apart else causes[:1]
         raise GeometryError(
@@ -229,27 +252,27 @@ def _ground(
                 "control.too-few",
                 count=len(fitting),
                 total=sum(not p.check for p in control),
-                least=LEAST_POINTS,
-                photos=LEAST_PHOTOS,
+                least=MIN_POINTS,
+                photos=MIN_PHOTOS,
                 reasons=" ".join(cause.message for cause in causes),
                 reason_codes=[cause.code for cause in causes],
             )
         )
     origin = integer_origin(world[fitting])
     local = world - origin
-    places = np.array([seen[i].place(scene) for i in fitting])
+    places = np.array([control_marks[i].place(scene) for i in fitting])
     require_width(local[fitting])
     stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
     surveyed = float(np.median(stated)) if stated else 0.0
     first = fit_similarity(places, local[fitting])
     pixel = scene.pixel_at(places) * first.scale
     marked = [
-        first.scale * math.sqrt(np.linalg.eigvalsh(seen[i].covariance(scene, mark_px))[-1])
+        first.scale * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
         for i in fitting
     ]
     floor = 3 * math.hypot(surveyed, max(2 * pixel, float(np.median(marked))))
     return GroundPoints(
-        control, seen, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
+        control, control_marks, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
     )
 
 
@@ -260,7 +283,7 @@ def _observations(
 
     Returns
     -------
-    seen : list of PointMarks
+    control_marks : list of PointMarks
         Marks of each control point.
     ties : list of PointMarks
         Marks of points without coordinates, which tie photos together.
@@ -269,38 +292,40 @@ def _observations(
     findings : list of Finding
         About unusable marks.
     """
-    by_label, missing = marks_by_point(scene, marks)
+    marks_by_label, missing = marks_by_point(scene, marks)
     findings: list[Finding] = []
-    mark_px = mark_error_px([point_marks.in_views(scene) for point_marks in by_label.values()])
-    for label, point_marks in by_label.items():
-        rows, wrong = agreeing(label, point_marks.in_views(scene), agreement_px(mark_px))
-        by_label[label] = point_marks.select(rows)
+    mark_px = mark_error_px(
+        [point_marks.match_views(scene) for point_marks in marks_by_label.values()]
+    )
+    for label, point_marks in marks_by_label.items():
+        rows, wrong = find_agreeing(label, point_marks.match_views(scene), agreement_px(mark_px))
+        marks_by_label[label] = point_marks.select(rows)
         findings += [mark.finding for mark in wrong]
     findings += labels_on_one_spot(marks)
-    seen = [by_label.pop(point.label, NO_MARKS) for point in control]
+    control_marks = [marks_by_label.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
-    ties = {label: s for label, s in by_label.items() if np.isfinite(s.place(scene)).all()}
-    useless = {mark.label for mark in marks} - labels - set(ties)
+    ties = {label: s for label, s in marks_by_label.items() if np.isfinite(s.place(scene)).all()}
+    unknown_labels = {mark.label for mark in marks} - labels - set(ties)
     if missing:
         findings.append(Finding("control.photos-without-pose", photos=sorted(missing)))
-    if useless:
-        findings.append(Finding("control.without-coordinates", labels=sorted(useless)))
-    return seen, list(ties.values()), mark_px, findings
+    if unknown_labels:
+        findings.append(Finding("control.without-coordinates", labels=sorted(unknown_labels)))
+    return control_marks, list(ties.values()), mark_px, findings
 
 
 def _fit_of(
     scene: SparseScene,
     point: ControlPoint,
     local: FloatArray,
-    seen: PointMarks,
+    point_marks: PointMarks,
     used: bool,
 ) -> PointFit:
-    place = seen.place(scene)
+    place = point_marks.place(scene)
     residual = None
     if np.isfinite(place).all():
         dx, dy, dz = (float(v) for v in place - local)
         residual = (dx, dy, dz)
-    rows, pixels = seen.views, seen.pixels
+    rows, pixels = point_marks.views, point_marks.pixels
     distances = [
         float(np.linalg.norm(scene.views[r].project(local)[0] - pixel))
         for r, pixel in zip(rows, pixels, strict=True)
@@ -325,16 +350,16 @@ def _warnings(report: ControlReport) -> Iterator[Finding]:
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
-    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
+    few = [p.label for p in used if p.photos < RECOMMENDED_PHOTOS]
     if out:
         yield Finding("control.left-out", labels=out)
     if unseen:
         yield Finding("control.few-marks", labels=unseen)
     if apart:
         yield marks_disagree(apart)
-    if len(used) < WANTED_POINTS:
-        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
+    if len(used) < RECOMMENDED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used), least=RECOMMENDED_POINTS)
     if few:
-        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=few)
+        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=few)
     if not any(p.role == "check" for p in report.points):
         yield Finding("control.no-check-points")

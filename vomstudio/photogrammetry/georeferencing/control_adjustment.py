@@ -1,8 +1,8 @@
-"""A scene adjusted with its control points, and whether that makes it better.
+"""Adjust a scene with its control points if that improves it.
 
-A bundle adjustment bends the model to the control points. Where these are wrong, or known worse
-than the photos know the shape, the bent model is worse than the one that a similarity places: both
-are judged by points that they are not made of, and the better one is kept.
+A bundle adjustment bends the model to the control points. If these are wrong, or less accurate than
+the shape by the photos, the bent model is worse than one placed by a similarity: both are compared
+by points that take no part in them, and the better one is used.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownPoint
 from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdict, adjust_to_ground
 from vomstudio.photogrammetry.georeferencing.mark_observations import PointMarks
 from vomstudio.photogrammetry.georeferencing.placement import MAX_ROTATION_ERROR_DEG
-from vomstudio.photogrammetry.georeferencing.world_frame import moved
+from vomstudio.photogrammetry.georeferencing.world_frame import place_in_world
 from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 from vomstudio.registration.scatter import Scatter, scatter_of
 from vomstudio.registration.similarity import (
@@ -34,18 +34,20 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
 )
 
-_PART_OF_PIXEL = 0.1
+_MIN_ERROR_PIXELS = 0.1
 _FOLDS = 3
-# A handful of points knows its own scatter to a quarter, and nothing is known to a part of a pixel.
-_CLEARLY_WORSE, _PART_OF_A_MISS = 1.25, 0.5
-_FEWEST_TO_JUDGE = 5
-"""Control points from which on the model is judged with and without bending. Check points take no
-part in it: they would tell the truth no longer."""
+# Tolerances of the comparison: the scatter of a few points has an error of a quarter, and residuals
+# have an error of a part of a pixel.
+_MAX_RATIO, _RESIDUAL_TOLERANCE = 1.25, 0.5
+_MIN_POINTS_TO_COMPARE = 5
+"""Minimum number of control points for the comparison with and without bending.
+
+Check points take no part, or they would no longer be independent."""
 
 
 @dataclass(frozen=True, eq=False)
 class ControlFit:
-    """used : rows of the control points that agree; scatter : of these"""
+    """Similarity by the agreeing control points (rows), and their scatter."""
 
     fit: Similarity
     used: list[int]
@@ -59,16 +61,26 @@ class ControlFit:
 
 @dataclass(frozen=True, eq=False)
 class GroundPoints:
-    """Control points and tie points that are marked, prepared for the registration.
+    """Marked control points and tie points, prepared for the registration.
 
-    control, seen : the points, and where they are marked
-    local : (n, 3) their places less `origin`
-    fitting : rows of those that can place the scene
-    ties : markers without coordinates that tie photos together
-    surveyed : usual error of a coordinate, as stated; 0 where none is
-    pixel : metres of a pixel on the ground
-    floor : misses below it contradict nothing
-    mark_px : error of a mark in one direction
+    Attributes
+    ----------
+    control, seen : sequence
+        The points and their marks.
+    local : (n, 3) array
+        Their places minus `origin`.
+    fitting : list of int
+        Rows of those that can place the scene.
+    ties : list of PointMarks
+        Markers without coordinates, which tie photos together.
+    surveyed : float
+        Typical stated error of a coordinate; 0 if none is stated.
+    pixel : float
+        Metres of a pixel on the ground.
+    floor : float
+        Residual up to which points are never outliers.
+    mark_px : float
+        Error of a mark in one direction.
     """
 
     control: Sequence[ControlPoint]
@@ -94,16 +106,16 @@ class GroundPoints:
         places = self.places(scene, self.fitting)
         if not np.isfinite(places).all():
             raise GeometryError(Finding("control.not-located"))
-        wanted = self.local[list(self.fitting)]
+        targets = self.local[list(self.fitting)]
         require_width(places)
-        fit, good = fit_robustly(places, wanted, floor=self.floor)
-        misses = (fit(places) - wanted)[good]
+        fit, good = fit_robustly(places, targets, floor=self.floor)
+        misses = (fit(places) - targets)[good]
         used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
         stated = self.errors(scene, fit, used) if self.surveyed else None
-        scatter = scatter_of(wanted[good], misses, stated, in_order=True)
-        # What is exact in every digit is not known better than a part of a pixel.
+        scatter = scatter_of(targets[good], misses, stated, is_ordered=True)
+        # Exact coordinates still have an error of a part of a pixel.
         if not scatter.covariance.any():
-            scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
+            scatter = scatter_of(targets[good], misses, _MIN_ERROR_PIXELS * self.pixel)
         worst = scatter.worst_rotation_deg
         if not worst <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
@@ -129,7 +141,7 @@ class GroundPoints:
         return np.array(errors)
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
-        """Root mean square distance of these points from where they are in a placed scene, m."""
+        """Return the root mean square residual of points in a placed scene, m."""
         squares = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squares, nan=np.inf).mean()))
 
@@ -162,8 +174,10 @@ class GroundPoints:
 
 
 @dataclass(frozen=True, eq=False)
-class Bent:
-    """scene : adjusted with the control points; None where the similarity alone is better
+class BendingResult:
+    """Result of the adjustment to control points.
+
+    scene : adjusted with the control points; None if the similarity alone is better
     fit : of the points in it; refusal : why it was not adjusted, None if it was
     """
 
@@ -174,14 +188,14 @@ class Bent:
     refusal: Finding | None
 
 
-def bent_to(
+def bend_to_control(
     ground: GroundPoints,
     placed: SparseScene,
     first: ControlFit,
     threads: int,
     progress: Progress | None,
-) -> Bent:
-    """The scene adjusted with the control points where that makes it better."""
+) -> BendingResult:
+    """Adjust the scene with the control points if that improves it."""
     better, lenses = ground.adjusted(placed, first, threads, progress)
     again = _fitted_or_none(ground, better)
     # A wrong lens makes good points contradict each other, and scatter: judged again without it.
@@ -193,16 +207,16 @@ def bent_to(
     # Control points that no bundle of rays can meet bend the model: the tie points tell.
     if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
         refusal = Finding("control.contradicts-photos")
-        return Bent(None, first, (), (), refusal)
+        return BendingResult(None, first, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
     if ground.ties:
         decisions.append(Finding("control.tie-points", count=len(ground.ties)))
-    misses = _misses_of_others(ground, placed, better, again, threads, progress)
+    misses = _cross_validation_residuals(ground, placed, better, again, threads, progress)
     if misses is not None:
         bent, stiff = misses
         values = {"adjusted_m": bent, "similarity_m": stiff}
-        if bent > _CLEARLY_WORSE * stiff and bent - stiff > _PART_OF_A_MISS * ground.pixel:
-            return Bent(
+        if bent > _MAX_RATIO * stiff and bent - stiff > _RESIDUAL_TOLERANCE * ground.pixel:
+            return BendingResult(
                 None,
                 first,
                 (),
@@ -210,12 +224,12 @@ def bent_to(
                 Finding("control.not-adjusted", **values),
             )
         decisions.append(Finding("control.adjusted", **values))
-    return Bent(better, again, lenses, tuple(decisions), None)
+    return BendingResult(better, again, lenses, tuple(decisions), None)
 
 
 def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
     """Fit an adjusted scene; None if the adjustment failed, or lost the control points."""
-    if not _is_sound(scene):
+    if not _has_converged(scene):
         return None
     try:
         return ground.fitted(scene)
@@ -223,8 +237,8 @@ def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | No
         return None
 
 
-def _is_sound(scene: SparseScene) -> bool:
-    """Whether an adjustment came to an end at all."""
+def _has_converged(scene: SparseScene) -> bool:
+    """Return whether an adjustment converged."""
     return bool(
         np.isfinite(scene.points).all()
         and np.isfinite(scene.centres).all()
@@ -232,7 +246,7 @@ def _is_sound(scene: SparseScene) -> bool:
     )
 
 
-def _misses_of_others(
+def _cross_validation_residuals(
     ground: GroundPoints,
     placed: SparseScene,
     better: SparseScene,
@@ -240,36 +254,40 @@ def _misses_of_others(
     threads: int,
     progress: Progress | None,
 ) -> tuple[float, float] | None:
-    """Root mean square distances in metres by which control points miss that a model is not made
-    of, each third in turn: of the one adjusted to the others, and of the one placed by them. None
-    where there are too few."""
-    if len(fit.used) < _FEWEST_TO_JUDGE:
+    """Return the cross-validation residuals of control points, leaving out each third in turn.
+
+    The root mean square distances in metres, from the scene adjusted to the others, and from that
+    placed by them. None if there are too few points.
+    """
+    if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
     bent, stiff = [], []
     for k in range(_FOLDS):
-        out = fit.used[k::_FOLDS]
-        rest = [i for i in fit.used if i not in out]
+        left_out_rows = fit.used[k::_FOLDS]
+        others = [i for i in fit.used if i not in left_out_rows]
         try:
-            require_width(ground.local[rest])
-            again = fit_similarity(ground.places(placed, rest), ground.local[rest])
+            require_width(ground.local[others])
+            again = fit_similarity(ground.places(placed, others), ground.local[others])
         except GeometryError:
             continue
-        start = moved(placed, again, ground.origin, placed.crs)
-        # With the lenses that all points have given: finding them takes most of the time.
+        start = place_in_world(placed, again, ground.origin, placed.crs)
+        # Use the lenses of the complete adjustment: estimating them takes most of the time.
         views = zip(start.views, better.views, strict=True)
-        begun = replace(start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views))
-        known = ground.known(rest, fit.sigma)
-        trial = bundle_adjust(begun, known, threads=threads, progress=progress)
-        if not _is_sound(trial):
-            return math.inf, ground.off(start, out)
-        bent += [ground.off(trial, [i]) for i in out]
-        stiff += [ground.off(start, [i]) for i in out]
+        start_with_lenses = replace(
+            start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
+        )
+        known = ground.known(others, fit.sigma)
+        trial = bundle_adjust(start_with_lenses, known, threads=threads, progress=progress)
+        if not _has_converged(trial):
+            return math.inf, ground.off(start, left_out_rows)
+        bent += [ground.off(trial, [i]) for i in left_out_rows]
+        stiff += [ground.off(start, [i]) for i in left_out_rows]
     if not bent:
         return None
     return float(np.sqrt(np.mean(np.square(bent)))), float(np.sqrt(np.mean(np.square(stiff))))
 
 
 def require_width(local: FloatArray) -> None:
-    """Raises GeometryError where points (n, 3) lie on one line."""
+    """Raise GeometryError if points (n, 3) are collinear."""
     if nearly_on_a_line(local):
         raise GeometryError(Finding("control.collinear"))

@@ -1,4 +1,4 @@
-"""Check of control points and their marks before a reconstruction: whether they can register it."""
+"""Check control points and their marks before a reconstruction."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.georeferencing.control import (
-    LEAST_PHOTOS,
-    LEAST_POINTS,
-    WANTED_PHOTOS,
-    WANTED_POINTS,
+    MIN_PHOTOS,
+    MIN_POINTS,
+    RECOMMENDED_PHOTOS,
+    RECOMMENDED_POINTS,
 )
 from vomstudio.photogrammetry.georeferencing.control_adjustment import require_width
 from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
 _FAR_M = 5000.0
-"""Points farther than this from the cameras' GPS are in another CRS than was said."""
+"""Distance of points from the cameras' GPS beyond which they are in another CRS."""
 
 
 @dataclass(frozen=True)
 class PointCheck:
-    """use : "control" or "check"; photos : of the set in which it is marked"""
+    """Check of one point. use : "control" or "check"; photos : number in which it is marked"""
 
     label: str
     use: str
@@ -39,20 +39,29 @@ class PointCheck:
 
     @property
     def usable(self) -> bool:
-        """Whether it is marked in enough photos to be located."""
-        return self.photos >= LEAST_PHOTOS
+        """Return whether it is marked in enough photos to be located."""
+        return self.photos >= MIN_PHOTOS
 
     @property
     def quality(self) -> str:
-        """ "good", "doubtful" or "poor", by the number of photos."""
-        return "good" if self.photos >= WANTED_PHOTOS else "doubtful" if self.usable else "poor"
+        """Return "good", "doubtful" or "poor", by the number of photos."""
+        return (
+            "good" if self.photos >= RECOMMENDED_PHOTOS else "doubtful" if self.usable else "poor"
+        )
 
 
 @dataclass(frozen=True)
 class ControlCheck(Result):
-    """problem : why the points cannot register a model, else None
-    crs : "EPSG:n", as asked for, stated or guessed; None for a local frame
-    crs_reason : where it is from
+    """Check of control points.
+
+    Attributes
+    ----------
+    problem : Finding or None
+        Why the points cannot register a model.
+    crs : str or None
+        "EPSG:n", as requested, stated or guessed; None for a local frame.
+    crs_reason : Finding
+        Its source.
     """
 
     points: tuple[PointCheck, ...]
@@ -66,21 +75,21 @@ class ControlCheck(Result):
 
     @property
     def summary(self) -> Finding:
-        """Number of usable points, and of the photos that show them."""
+        """Return the numbers of usable points, and of the photos that show them."""
         control, check = len(self._used("control")), len(self._used("check"))
         points = tr(
             "{control}, {check}",
             control=tr_n("{count} control point", "{count} control points", control),
             check=tr_n("{count} check point", "{count} check points", check),
         )
-        seen = [point.photos for point in self.points if point.usable]
+        photo_counts = [point.photos for point in self.points if point.usable]
         return Finding(
             "control.usable",
             points=points,
             control=control,
             check=check,
-            least=min(seen, default=0),
-            most=max(seen, default=0),
+            least=min(photo_counts, default=0),
+            most=max(photo_counts, default=0),
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,32 +104,48 @@ def check_control(
     crs: str | None = None,
     crs_reason: Finding | None = None,
 ) -> ControlCheck:
-    """Whether these points can register a model of these photos.
+    """Check whether points can register a model of these photos.
 
-    crs : of the points, where it is known; else the UTM zone of the photos' GPS is proposed where
-        the points are near it
-    crs_reason : where `crs` is from; None for chosen by the user
+    Parameters
+    ----------
+    control : sequence of ControlPoint
+    marks : sequence of Mark
+    photos : sequence of PhotoLike
+    crs : str, optional
+        Of the points, if known; else the UTM zone of the photos' GPS is proposed if the points are
+        near it.
+    crs_reason : Finding, optional
+        Source of `crs`; None if selected by the user.
     """
     find = photo_finder([photo.name for photo in photos])
-    seen: dict[str, set[int]] = {point.label: set() for point in control}
-    no_photo: dict[str, None] = {}
-    others: dict[str, set[int]] = {}
+    photos_by_label: dict[str, set[int]] = {point.label: set() for point in control}
+    unknown_photos: dict[str, None] = {}
+    photos_of_unknown_labels: dict[str, set[int]] = {}
     for mark in marks:
         number = find(mark.photo)
         if number is None:
-            no_photo.setdefault(mark.photo)
+            unknown_photos.setdefault(mark.photo)
         if number is not None:
-            (seen if mark.label in seen else others).setdefault(mark.label, set()).add(number)
+            (
+                photos_by_label if mark.label in photos_by_label else photos_of_unknown_labels
+            ).setdefault(mark.label, set()).add(number)
     points = tuple(
-        PointCheck(p.label, "check" if p.check else "control", len(seen[p.label])) for p in control
+        PointCheck(p.label, "check" if p.check else "control", len(photos_by_label[p.label]))
+        for p in control
     )
-    code, reason, strange = _crs(control, photos, crs, crs_reason or Finding("control.crs-chosen"))
+    code, reason, crs_findings = _crs(
+        control, photos, crs, crs_reason or Finding("control.crs-chosen")
+    )
     return ControlCheck(
         points,
         code,
         reason,
-        _problem(control, points, no_photo, sorted(others)),
-        (*strange, *labels_on_one_spot(marks), *_warnings(points, no_photo, others)),
+        _problem(control, points, unknown_photos, sorted(photos_of_unknown_labels)),
+        (
+            *crs_findings,
+            *labels_on_one_spot(marks),
+            *_warnings(points, unknown_photos, photos_of_unknown_labels),
+        ),
     )
 
 
@@ -135,7 +160,7 @@ def _problem(
         for p, facts in zip(control, points, strict=True)
         if facts.usable and facts.use == "control"
     ]
-    if len(places) < LEAST_POINTS:
+    if len(places) < MIN_POINTS:
         reasons = []
         if no_photo:
             reasons = [Finding("control.photos-missing", photos=sorted(no_photo))]
@@ -145,8 +170,8 @@ def _problem(
             "control.too-few",
             count=len(places),
             total=sum(facts.use == "control" for facts in points),
-            least=LEAST_POINTS,
-            photos=LEAST_PHOTOS,
+            least=MIN_POINTS,
+            photos=MIN_PHOTOS,
             reasons=" ".join(each.message for each in reasons),
             reason_codes=[each.code for each in reasons],
         )
@@ -163,16 +188,16 @@ def _warnings(
 ) -> Iterator[Finding]:
     used = [p for p in points if p.usable and p.use == "control"]
     unseen = [p.label for p in points if not p.usable]
-    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
-    if LEAST_POINTS <= len(used) < WANTED_POINTS:
-        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
+    few = [p.label for p in used if p.photos < RECOMMENDED_PHOTOS]
+    if MIN_POINTS <= len(used) < RECOMMENDED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used), least=RECOMMENDED_POINTS)
     if not any(p.usable and p.use == "check" for p in points):
         yield Finding("control.no-check-points")
     if unseen:
         yield Finding("control.few-marks", labels=sorted(unseen))
     if few:
-        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=sorted(few))
-    ties = sorted(label for label, rows in others.items() if len(rows) >= LEAST_PHOTOS)
+        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(few))
+    ties = sorted(label for label, rows in others.items() if len(rows) >= MIN_PHOTOS)
     useless = sorted(set(others) - set(ties))
     if ties:
         yield Finding("control.tie-points", labels=ties, count=len(ties))
@@ -188,7 +213,7 @@ def _crs(
     crs: str | None,
     reason: Finding,
 ) -> tuple[str | None, Finding, list[Finding]]:
-    """The CRS, where it is from, and what is strange about it."""
+    """Return the CRS, its source, and findings about it."""
     from vomstudio.photogrammetry.georeferencing.georeference import (
         crs_of,
         has_position,

@@ -17,7 +17,7 @@ from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.gps_priors import (
-    HEIGHTS_WORSE,
+    HEIGHT_ERROR_FACTOR,
     adjust_to_positions,
     known_centres,
 )
@@ -26,7 +26,7 @@ from vomstudio.photogrammetry.georeferencing.placement import (
     Placement,
     placement_errors,
 )
-from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, moved
+from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, place_in_world
 from vomstudio.registration.scatter import Scatter, drift_findings, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
@@ -38,10 +38,10 @@ if TYPE_CHECKING:
 
 
 _WARN_DEG = 2.0
-_SAME_SPOT_M = 0.5
-# Receivers state a horizontal radius of 68 %, which is so many errors of one coordinate.
-_RADIUS = 1.5
-# Radius of 68 % of an ordinary receiver's positions.
+_MIN_DISTANCE_M = 0.5
+# Ratio of the stated horizontal 68 % radius to the error of one coordinate.
+_RADIUS_PER_SIGMA = 1.5
+# 68 % radius of an ordinary receiver.
 _DEFAULT_ACCURACY_M = 3.0
 ABOVE_SEA_LEVEL, ABOVE_ELLIPSOID = "above sea level", "above the ellipsoid"
 
@@ -83,20 +83,34 @@ def place_by_gps(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsReport]:
-    """Place the scene by the positions that the photos state, and adjust it with them where they
-    are good enough (see `gps_priors`).
+    """Register the scene by the GPS positions of photos, and adjust it with them if useful.
 
-    crs : a projected CRS in metres, "EPSG:n"; None for the UTM zone (WGS 84) of the photos
-    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
-    Raises GeometryError where the positions cannot place it, with the reason; UsageError or
-    InputError for a CRS that cannot be used.
+    See `gps_priors` for the adjustment.
+
+    Parameters
+    ----------
+    scene : SparseScene
+    photos : sequence of PhotoLike
+    crs : str, optional
+        Projected CRS in metres, "EPSG:n"; default: the UTM zone (WGS 84) of the photos.
+    cameras : sequence of Calibration
+        Their errors are then part of the stated errors.
+    threads : int
+    progress : Progress, optional
+
+    Raises
+    ------
+    GeometryError
+        If the positions cannot place it.
+    UsageError, InputError
+        For an unusable CRS.
     """
     rows, placed = _photos_with_position(scene, photos)
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
     spread = world - world.mean(axis=0)
     # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
-    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
+    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _MIN_DISTANCE_M:
         raise GeometryError(
             Finding(
                 "gps-equal", "error", value=len(placed), photos=[photo.name for photo in placed]
@@ -113,7 +127,12 @@ def place_by_gps(
     scatter = _scatter(fit(centres), local, used, stated)
     each = _each_sigma(placed, stated or scatter.horizontal_sigma)
     better, entered = adjust_to_positions(
-        moved(scene, fit, origin, crs), rows, local, each, threads=threads, progress=progress
+        place_in_world(scene, fit, origin, crs),
+        rows,
+        local,
+        each,
+        threads=threads,
+        progress=progress,
     )
     residuals = fit(centres) - local
     if entered.adjusted:
@@ -151,12 +170,14 @@ def place_by_gps(
 def _photos_with_position(
     scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> tuple[list[int], list[PhotoLike]]:
-    """Rows of the views that have a GPS position, and their photos. Raises GeometryError for fewer
-    than three."""
-    by_name = {photo.name: photo for photo in photos}
+    """Return the rows of views with a GPS position, and their photos.
+
+    Raises GeometryError for fewer than three.
+    """
+    photo_by_name = {photo.name: photo for photo in photos}
     rows, placed = [], []
     for row, view in enumerate(scene.views):
-        photo = by_name.get(view.name)
+        photo = photo_by_name.get(view.name)
         if photo is not None and has_position(photo):
             rows.append(row)
             placed.append(photo)
@@ -183,8 +204,8 @@ def _scatter(
     centres, local : (n, 3) camera centres and GPS positions. Raises GeometryError if they do not
     determine it.
     """
-    each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
-    scatter = scatter_of(local[used], (centres - local)[used], each, in_order=True)
+    each = None if stated is None else np.array([stated, stated, HEIGHT_ERROR_FACTOR * stated])
+    scatter = scatter_of(local[used], (centres - local)[used], each, is_ordered=True)
     sigma = scatter.horizontal_sigma
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
@@ -197,7 +218,7 @@ def _scatter(
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
-    """The CRS asked for, checked, or the UTM zone of the photos."""
+    """Return the requested CRS, checked, or the UTM zone of the photos."""
     from vomstudio.io.gis.crs import parse_crs, utm_zone
 
     if crs is not None:
@@ -211,7 +232,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
 
 
 def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
-    """(n, 3) east, north and the stated altitude. Raises GeometryError outside of the CRS."""
+    """Return east, north and stated altitude (n, 3). Raises GeometryError outside the CRS."""
     from vomstudio.io.gis.crs import degrees_to_grid
 
     to_grid = degrees_to_grid(crs)
@@ -225,24 +246,24 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
 
 
 def has_position(photo: PhotoLike) -> bool:
-    """Whether it states latitude, longitude and altitude."""
+    """Return whether a photo states latitude, longitude and altitude."""
     values = (photo.latitude_deg, photo.longitude_deg, photo.altitude_m)
     return all(v is not None and math.isfinite(v) for v in values)
 
 
 def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
-    """Of one coordinate, of most photos."""
+    """Return the error of one coordinate, if most photos state it."""
     stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
-    return float(np.median(stated)) / _RADIUS if len(stated) > len(photos) / 2 else None
+    return float(np.median(stated)) / _RADIUS_PER_SIGMA if len(stated) > len(photos) / 2 else None
 
 
 def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> FloatArray:
-    """(n,) of one horizontal coordinate of each photo; `usual` where it states none."""
-    return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
+    """Return the error (n,) of a horizontal coordinate of each photo, `usual` if not stated."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or usual for p in photos])
 
 
 def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:
-    """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
+    """Raise GeometryError if cameras are collinear, in the scene or by GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
         raise GeometryError(Finding("collinear", "error", photos=(), value=None))
 
@@ -256,12 +277,12 @@ def _warnings(
     report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> Iterator[Finding]:
     yield from report.findings(_WARN_DEG, "gps")
-    left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
-    if left:
+    excluded = [n for n, u in zip(report.names, report.used, strict=True) if not u]
+    if excluded:
         yield Finding(
             "cameras.left-out",
-            count=len(left),
-            photos=left,
+            count=len(excluded),
+            photos=excluded,
         )
     references = {p.altitude_reference for p in photos if p.altitude_reference}
     if len(references) > 1:

@@ -1,12 +1,11 @@
-"""Camera positions as observations in the bundle adjustment, where they are accurate enough to
-improve the shape of the block.
+"""Camera positions as observations in the bundle adjustment, if they improve the block.
 
-Receivers that err by metres place and scale a model, but photos know its shape far better; the
-positions of real-time kinematic receivers, or of many photos, tell bowing and focal length. The
-rule: positions enter where their error over the root of their number is `USEFUL_PIXELS` pixels on
-the ground or less. Each weighs by its own error (heights by twice that), and less the farther off
-it is, so that a wrong one is not followed. What misses by more than it should counts as less
-accurate; positions that the tie points contradict are not used.
+Receivers with errors of metres place and scale a model, but photos determine its shape far better.
+Positions of real-time kinematic receivers, or of many photos, determine bowing and focal length.
+The rule: positions are used if their error over the root of their number is `USEFUL_PIXELS` pixels
+on the ground or less. Each is weighted by its own error (heights by twice that), and outliers are
+down-weighted. If residuals exceed the errors, these are increased; positions that the tie points
+contradict are not used.
 """
 
 from __future__ import annotations
@@ -29,19 +28,27 @@ from vomstudio.photogrammetry.georeferencing.ground_calibration import (
 )
 
 USEFUL_PIXELS = 3.0
-FEWEST_POSITIONS = 5
-_LEAST_SIGMA_M = 0.005
-# Of satellites, all above the receiver.
-HEIGHTS_WORSE = 2.0
-# Stated errors that are too small by more are not believed.
-_BELIEVED = 3.0
+MIN_POSITIONS = 5
+_MIN_SIGMA_M = 0.005
+# Ratio of errors of heights, since all satellites are above the receiver.
+HEIGHT_ERROR_FACTOR = 2.0
+# Maximum factor by which stated errors may be too small.
+_MAX_MISFIT = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class GpsAdjustment:
-    """adjusted : whether the positions entered the adjustment; reason : why or why not
-    sigma_m : error of a horizontal coordinate, as it was used, of the middle one
-    lenses : what became of the focal lengths
+    """Adjustment with GPS positions.
+
+    Attributes
+    ----------
+    adjusted : bool
+        Whether the positions were used.
+    reason : Finding
+    sigma_m : float
+        Used error of a horizontal coordinate, median.
+    lenses : tuple of LensVerdict
+        Treatment of the focal lengths.
     """
 
     adjusted: bool
@@ -59,13 +66,22 @@ def adjust_to_positions(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsAdjustment]:
-    """The scene, placed by the positions already, adjusted with them where that is of use.
+    """Adjust a scene, already placed by the positions, with them if useful.
 
-    rows : of the views; positions : (n, 3) in the frame of the scene; sigmas_m : (n,) errors
-    of their horizontal coordinates
-    Raises Cancelled.
+    Parameters
+    ----------
+    scene : SparseScene
+    rows : sequence of int
+        Of the views.
+    positions : (n, 3) array
+        In the frame of the scene.
+    sigmas_m : (n,) array
+        Errors of their horizontal coordinates.
+    threads : int
+    progress : Progress, optional
+        Raises Cancelled.
     """
-    sigmas = np.maximum(sigmas_m, _LEAST_SIGMA_M)
+    sigmas = np.maximum(sigmas_m, _MIN_SIGMA_M)
     for _ in range(2):
         middle = float(np.median(sigmas))
         if refusal := _refusal(scene, sigmas):
@@ -74,13 +90,13 @@ def adjust_to_positions(
         misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
         wide = float(np.median(misses))
         start = scene
-        if wide > _BELIEVED * middle:
+        if wide > _MAX_MISFIT * middle:
             loose = known_centres(rows, positions, np.maximum(sigmas, wide))
             start = bundle_adjust(scene, (), loose, threads=threads, progress=progress)
         centres = known_centres(rows, positions, sigmas)
         bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
         misfit = ground_misfit(bent, (), centres)
-        if misfit <= _BELIEVED:
+        if misfit <= _MAX_MISFIT:
             break
         sigmas = sigmas * misfit
     before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
@@ -95,8 +111,8 @@ def adjust_to_positions(
 
 def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
     """Return why positions with these errors (n,) cannot improve the adjustment, or None."""
-    if len(sigmas) < FEWEST_POSITIONS:
-        return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=FEWEST_POSITIONS)
+    if len(sigmas) < MIN_POSITIONS:
+        return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=MIN_POSITIONS)
     together = 1 / math.sqrt(float((sigmas**-2.0).sum()))
     pixels = together / scene.pixel_at(scene.points)
     if pixels <= USEFUL_PIXELS:
@@ -112,7 +128,6 @@ def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
 def known_centres(
     rows: Sequence[int] | IntArray, positions: FloatArray, sigmas: FloatArray
 ) -> list[KnownCentre]:
-    """Positions (n, 3) of cameras, with errors (n,) of a horizontal coordinate, as an adjustment
-    wants them."""
-    each = sigmas[:, None] * [1.0, 1.0, HEIGHTS_WORSE]
+    """Return positions (n, 3) with horizontal errors (n,) as input of an adjustment."""
+    each = sigmas[:, None] * [1.0, 1.0, HEIGHT_ERROR_FACTOR]
     return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, each, strict=True)]

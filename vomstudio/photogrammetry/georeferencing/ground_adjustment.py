@@ -16,32 +16,39 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.photogrammetry.align.adjustment import (
     LOSS_PX,
-    adjuster_of,
-    covariances_of,
+    create_adjuster,
+    estimate_covariances,
     owned_by_colmap,
 )
 from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
-from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom, correlated_factor
+from vomstudio.photogrammetry.align.priors import MIN_PHOTOS_DISTORTION, Freedom, correlated_factor
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 
-_LEAST_NOISE_PX = 0.05
-# Positions of cameras that miss by more count as wrong.
-_WRONG_SIGMAS = 2.0
-# The weights come from the residuals: once more where these have changed by a fifth.
-_ROUNDS = 3
-_SETTLED = 0.2
+_MIN_NOISE_PX = 0.05
+# Residual in sigmas from which positions of cameras are down-weighted.
+_OUTLIER_SIGMAS = 2.0
+# Weights depend on residuals: iterate while these change by a fifth.
+_MAX_ROUNDS = 3
+_WEIGHT_TOLERANCE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class KnownPoint:
-    """A point of the ground in the frame of the scene.
+    """Point of the ground in the frame of the scene.
 
-    position : (3,) or None for a point that only ties photos together
-    sigma : of each of its coordinates
-    views : (k,) rows of the views in which it is marked; pixels : (k, 2)
-    mark_px : error of a mark in one direction
+    Attributes
+    ----------
+    position : (3,) array or None
+        None for a point that only ties photos together.
+    sigma : float
+        Of each of its coordinates.
+    views : (k,) array
+        Rows of the views in which it is marked.
+    pixels : (k, 2) array
+    mark_px : float
+        Error of a mark in one direction.
     """
 
     position: FloatArray | None
@@ -53,7 +60,7 @@ class KnownPoint:
 
 @dataclass(frozen=True, eq=False)
 class KnownCentre:
-    """A camera position in the frame of the scene: row of the view, (3,), (3,) sigma."""
+    """Camera position in the frame of the scene: row of the view, (3,) position, (3,) sigma."""
 
     view: int
     position: FloatArray
@@ -69,21 +76,29 @@ def bundle_adjust(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> SparseScene:
-    """The scene with poses and tie points refined so that marks, control points and GPS fit, each
-    by its own error; tie points and positions of cameras count less the farther off they are
-    (Cauchy).
+    """Adjust poses and tie points to marks, control points and GPS, each with its error.
 
-    free : lenses whose focal length is refined too; k1 always is, all else of the lenses is held
+    Outliers among tie points and camera positions are down-weighted (Cauchy). Tie points have the
+    weight of correlated neighbours (see `noise_px`).
 
-    Tie points weigh as neighbours that err together do (see `noise_px`). Raises Cancelled.
+    Parameters
+    ----------
+    scene : SparseScene
+    points : sequence of KnownPoint
+    centres : sequence of KnownCentre
+    free : collection of Intrinsics
+        Lenses whose focal length is refined; k1 always is, all other parameters are fixed.
+    threads : int
+    progress : Progress, optional
+        Raises Cancelled.
     """
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         noise = noise_px(scene)
         problem = _Problem(scene, points, centres, free, noise, threads, LOSS_PX)
         cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or Silent())  # type: ignore[misc]
         scene, lenses = _updated(scene, problem.reconstruction)
         free = [lenses[lens] for lens in free]
-        if abs(math.log(noise_px(scene) / noise)) < _SETTLED:
+        if abs(math.log(noise_px(scene) / noise)) < _WEIGHT_TOLERANCE:
             break
     return scene
 
@@ -96,15 +111,16 @@ def focal_sigmas(
     free: Collection[Intrinsics],
     threads: int = -1,
 ) -> dict[Intrinsics, float]:
-    """Relative errors, one sigma, of the focal lengths of the lenses in `free` where they are
-    estimated from the tie points, control points and GPS positions; infinite where these do not
-    determine them."""
+    """Return the relative errors of the focal lengths of the lenses in `free`, one sigma.
+
+    By tie points, control points and GPS positions; infinite if undetermined.
+    """
     noise = noise_px(scene)
     problem = _Problem(scene, points, centres, free, noise, threads)
-    found = covariances_of(problem.reconstruction, problem.adjuster, problem.freedoms)
+    covariances = estimate_covariances(problem.reconstruction, problem.adjuster, problem.freedoms)
     sigmas = {}
     for lens in free:
-        covariance = found.get(problem.numbers[lens])
+        covariance = covariances.get(problem.numbers[lens])
         variance = float("inf") if covariance is None else float(covariance[0, 0])
         known = math.isfinite(variance) and variance > 0
         sigmas[lens] = noise * math.sqrt(variance) / lens.focal[0] if known else float("inf")
@@ -112,21 +128,22 @@ def focal_sigmas(
 
 
 def noise_px(scene: SparseScene) -> float:
-    """By how much an observation of a tie point errs in each direction, where neighbours that err
-    together are counted as one; pixels."""
+    """Return the error of a correlated tie point observation in one direction, pixels."""
     misses = residuals(scene)
     good = np.isfinite(misses).all(axis=1)
     if not good.any():
         return 1.0
     # As of a Gaussian in the plane, whose mean length few outliers move.
     rms = float(np.linalg.norm(misses[good], axis=1).mean()) / math.sqrt(math.pi / 2)
-    return max(_LEAST_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
+    return max(_MIN_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
 
 
 class _Problem:
-    """adjuster : of `reconstruction`; numbers : of the lenses' cameras; freedoms : of cameras
+    """Bundle adjustment problem, in which residuals of tie points have unit weight.
 
-    Residuals of tie points have unit weight, so everything else is counted in their `noise`.
+    Others are in units of their `noise`.
+
+    adjuster : of `reconstruction`; numbers : cameras of the lenses; freedoms : of cameras
     """
 
     def __init__(
@@ -147,11 +164,11 @@ class _Problem:
         self.reconstruction, self.numbers = reconstruction_of(scene)
         count = Counter(view.intrinsics for view in scene.views)
         self.freedoms = {
-            number: Freedom(lens in free, count[lens] >= FEWEST_FOR_DISTORTION)
+            number: Freedom(lens in free, count[lens] >= MIN_PHOTOS_DISTORTION)
             for lens, number in self.numbers.items()
         }
         grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
-        self.adjuster = adjuster_of(
+        self.adjuster = create_adjuster(
             self.reconstruction, self.freedoms, threads, gauge=not grounded, loss_px=loss_px
         )
         add = self.adjuster.problem.add_residual_block
@@ -177,13 +194,13 @@ class _Problem:
             frame = self.reconstruction.image(centre.view + 1).frame
             covariance = np.diag((centre.sigma / noise) ** 2)
             near = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
-            loss = pyceres.CauchyLoss(_WRONG_SIGMAS * noise)
+            loss = pyceres.CauchyLoss(_OUTLIER_SIGMAS * noise)
             # Residuals are in units of sigma / noise.
             add(owned_by_colmap(near), owned_by_colmap(loss), [frame.rig_from_world.params])
 
 
 def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
-    """(COLMAP's reconstruction of a scene, numbers of its cameras by their lenses).
+    """Return COLMAP's reconstruction of a scene, and the cameras of its lenses.
 
     View i is image i + 1, tie point i is number i + 1.
     """
@@ -221,7 +238,7 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
 def _updated(
     scene: SparseScene, reconstruction: Any
 ) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
-    """(the scene as it was adjusted, what became of its lenses)."""
+    """Return the adjusted scene, and the new lens of each lens."""
     lenses = {number: intrinsics_of(camera) for number, camera in reconstruction.cameras.items()}
     views, became = [], {}
     for row, view in enumerate(scene.views):

@@ -1,13 +1,12 @@
-"""A registered scene adjusted to ground control, its focal lengths held or estimated by a rule.
+"""Adjust a registered scene to ground control, with focal lengths fixed or estimated by a rule.
 
-Control points, and positions of cameras that are good to centimetres, can tell a longer lens from
-rock farther away where the photos alone cannot. How well they do so is what they add to the
-information that the tie points have: of a focal length that the tie points know to a and both
-together to b, the ground alone knows it to 1 / sqrt(1 / b² - 1 / a²), and worse by as much as the
-ground misses its stated errors. Where that is `LARGEST_SIGMA` or less, well within what focal
-lengths from EXIF are wrong by (2 to 5 %), the focal length is estimated; otherwise it stays as it
-was, since a value pulled between a guess and the tie points' own preference (the misfit of the
-lens's model) is no better.
+Control points, and accurate camera positions, can distinguish a longer lens from rock farther away
+if the photos alone cannot. Their information on a focal length is the total minus that of the tie
+points: if the tie points determine it to a and both together to b, ground control alone determines
+it to 1 / sqrt(1 / b² - 1 / a²), times the ratio of its residuals to their errors. If that is
+`MAX_SIGMA` or less, well within the errors of focal lengths from EXIF (2 to 5 %), the focal length
+is estimated; otherwise it is unchanged, since a compromise between a guess and the misfit of the
+lens model is no better.
 """
 
 from __future__ import annotations
@@ -29,19 +28,23 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     focal_sigmas,
 )
 
-LARGEST_SIGMA = 0.015
-# Estimates made before the lens is right miss what they become by no more.
-_WORTH_A_TRIAL = 3.0
+MAX_SIGMA = 0.015
+# Factor by which sigmas before the lens is estimated may be too large.
+_TRIAL_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
 class LensVerdict:
     """Whether ground control determines a focal length.
 
-    photos : names
-    before_px, focal_px : the focal length before and after
-    sigma_px : of the latter, 0 where held
-    reason : why
+    Attributes
+    ----------
+    photos : tuple of str
+    before_px, focal_px : float
+        Focal length before and after.
+    sigma_px : float
+        Of the latter, 0 if fixed.
+    reason : Finding
     """
 
     photos: tuple[str, ...]
@@ -60,37 +63,38 @@ def adjust_to_ground(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-    """The scene adjusted (see `bundle_adjust`), and what became of each lens. Raises
-    Cancelled."""
-    held = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
-    order = list(dict.fromkeys(view.intrinsics for view in held.views))
-    alone, _ = _sigmas_by_ground(held, points, centres, order, threads)
-    free = [lens for lens in order if alone[lens] <= _WORTH_A_TRIAL * LARGEST_SIGMA]
-    result, sigma = held, dict.fromkeys(order, 0.0)
+    """Adjust the scene (see `bundle_adjust`), and report each lens. Raises Cancelled."""
+    fixed_result = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
+    order = list(dict.fromkeys(view.intrinsics for view in fixed_result.views))
+    alone, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
+    free = [lens for lens in order if alone[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
+    result, sigma = fixed_result, dict.fromkeys(order, 0.0)
     while free:
-        trial = bundle_adjust(held, points, centres, free=free, threads=threads, progress=progress)
-        became = _adjusted_lenses(held, trial)
-        now = [became[lens] for lens in free]
+        trial = bundle_adjust(
+            fixed_result, points, centres, free=free, threads=threads, progress=progress
+        )
+        new_lenses = _adjusted_lenses(fixed_result, trial)
+        trial_lenses = [new_lenses[lens] for lens in free]
         excess = ground_misfit(trial, points, centres)
-        told, both = _sigmas_by_ground(trial, points, centres, now, threads)
-        alone |= {lens: told[became[lens]] * excess for lens in free}
-        good = [lens for lens in free if alone[lens] <= LARGEST_SIGMA]
-        if good == free:
-            sigma |= {lens: both[became[lens]] * excess for lens in free}
+        sigmas_by_ground, both = _sigmas_by_ground(trial, points, centres, trial_lenses, threads)
+        alone |= {lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free}
+        determined = [lens for lens in free if alone[lens] <= MAX_SIGMA]
+        if determined == free:
+            sigma |= {lens: both[new_lenses[lens]] * excess for lens in free}
             result = trial
             break
-        free = good
-    became = _adjusted_lenses(held, result)
+        free = determined
+    new_lenses = _adjusted_lenses(fixed_result, result)
     return result, tuple(
-        _verdict(held, lens, became[lens], alone[lens], sigma[lens], lens in free) for lens in order
+        _verdict(fixed_result, lens, new_lenses[lens], alone[lens], sigma[lens], lens in free)
+        for lens in order
     )
 
 
 def ground_misfit(
     scene: SparseScene, points: Sequence[KnownPoint], centres: Sequence[KnownCentre] = ()
 ) -> float:
-    """By what factor the scene misses control points and positions of cameras by more than they
-    should err; 1 where it does not."""
+    """Return the ratio of residuals of points and cameras to their errors, at least 1."""
     squares: list[float] = []
     for point in points:
         if point.position is None:
@@ -120,15 +124,17 @@ def _sigmas_by_ground(
     lenses: Sequence[Intrinsics],
     threads: int,
 ) -> tuple[dict[Intrinsics, float], dict[Intrinsics, float]]:
-    """Relative sigma of each focal length by ground control alone, infinite where undetermined; and
-    by ground control and tie points together, as `focal_sigmas` gives it."""
+    """Return relative errors of focal lengths by ground control alone, and with tie points.
+
+    Infinite if undetermined.
+    """
     both = focal_sigmas(scene, points, centres, free=lenses, threads=threads)
     ties = focal_sigmas(scene, (), (), free=lenses, threads=threads)
-    told = {}
+    ground_sigmas = {}
     for lens in lenses:
         added = both[lens] ** -2 - ties[lens] ** -2
-        told[lens] = added**-0.5 if added > 0 else float("inf")
-    return told, both
+        ground_sigmas[lens] = added**-0.5 if added > 0 else float("inf")
+    return ground_sigmas, both
 
 
 def _adjusted_lenses(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
@@ -149,7 +155,7 @@ def _verdict(
     before, focal = lens.focal[0], became.focal[0]
     values = {
         "focal_px": focal,
-        "required_percent": 100 * LARGEST_SIGMA,
+        "required_percent": 100 * MAX_SIGMA,
         "ground_percent": 100 * alone,
         "sigma_px": sigma * focal,
         "change_percent": 100 * (focal / before - 1),

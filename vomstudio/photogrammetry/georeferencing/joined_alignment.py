@@ -1,4 +1,4 @@
-"""The stage in which disconnected components of an alignment are joined by markers."""
+"""Stage in which disconnected components of an alignment are joined by markers."""
 
 from __future__ import annotations
 
@@ -30,9 +30,11 @@ def join_alignment(
     threads: int | None,
     progress: Progress,
 ) -> tuple[Alignment, Stage | None, tuple[Finding, ...]]:
-    """(the alignment with joined parts, the stage in which it was done, what was done).
+    """Join the components of an alignment.
 
-    stage : makes the stage; it is asked only where there is something to join
+    Returns the alignment with joined parts, the stage in which it was done, and findings.
+
+    stage : creates the stage; called only if there are parts to join
     Raises Cancelled.
     """
     if not marks or len(alignment.parts) < 2:
@@ -51,10 +53,10 @@ def join_alignment(
         )
     facts = work.facts
     parts = tuple(SparseScene.load(work.folder / f"part{k}") for k in range(facts["parts"]))
-    return _with_parts(alignment, parts), work, tuple(map(Finding.from_dict, facts["findings"]))
+    return _replace_parts(alignment, parts), work, tuple(map(Finding.from_dict, facts["findings"]))
 
 
-def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:
+def _replace_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     return replace(
         alignment,
@@ -66,12 +68,12 @@ def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignme
 
 def _report_findings(report: JoinReport) -> Iterator[Finding]:
     for junction in report.joined:
-        yield _joined(junction)
+        yield _junction_finding(junction)
         yield from junction.warnings
     yield from report.not_joined
 
 
-def _joined(junction: Junction) -> Finding:
+def _junction_finding(junction: Junction) -> Finding:
     one, other = junction.photos
     if junction.rotation_error_deg is None or junction.rms_px is None:
         return Finding("join.by-control", one=one, other=other)

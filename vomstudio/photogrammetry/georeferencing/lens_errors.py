@@ -1,15 +1,15 @@
-"""What the errors of the lenses do to a placed model: how far it may bow, stretch, turn and grow.
+"""Effect of lens errors on a placed model: bowing, stretch, rotation and scale.
 
 A block of photos with a wrong lens bends (James & Robson 2014, Earth Surface Processes and
-Landforms 39, 1413-1420), and no residual shows it where nothing but the photos knows the shape. So
-each lens is moved by what it may be wrong, poses and points are adjusted to that (`lens_response`),
-the scene is registered again as it was, and what becomes of its tie points is told as a turn, a
-growth, a bowing and a stretch of depths.
+Landforms 39, 1413-1420), and residuals do not show it if only the photos determine the shape. So
+each lens is changed by its possible error, poses and points are adjusted to that (`lens_response`),
+the scene is registered again, and the change of its tie points is expressed as a rotation, a
+change of scale, a bowing and a stretch of depths.
 
-What a lens may be wrong: a focal length that is held is known as well as EXIF gives it, or as a
-usual lens is; all else as well as the photos and the ground determine it, neighbouring tie points
-counted as one, and no worse than lenses differ by. So much for what was held at nought: it may
-still be there, too small for these photos to show.
+Lens errors: a fixed focal length has the error of EXIF, or of a usual lens; the other parameters
+have the error by the photos and the ground, with neighbouring tie points counted as one, and at
+most that of differences between lenses. The same applies to parameters fixed at zero, which may
+exist but be too small for these photos.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.bowing import LensBend, model_shape, shape_change
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.photogrammetry.align.priors import FAR_FROM_EXIF, LOOSEST_SIGMA, Calibration
+from vomstudio.photogrammetry.align.priors import FAR_FROM_EXIF, UNKNOWN_FOCAL_SIGMA, Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     KnownCentre,
@@ -35,24 +35,29 @@ from vomstudio.photogrammetry.georeferencing.lens_response import Response, resp
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
-# Tie points for each photo, of which a few dozen know a lens as well as thousands that err alike.
-_PER_PHOTO = 60
-# Of lenses of the same model from the factory, one sigma, before photos tell: the radial terms of
-# undistorted and of plain lenses, and of the diagonal, the middle (see `align.priors`).
+# Tie points per photo: a few dozen determine a lens as well as thousands of correlated ones.
+_POINTS_PER_PHOTO = 60
+# Priors of lenses of the same model, one sigma: radial terms, and the principal point as a share of
+# the diagonal (see `align.priors`).
 _K1, _K2, _CENTRE = 0.1, 0.05, 0.005 / np.sqrt(2.0)
-# EXIF is wrong by no more in nineteen cameras of twenty; what is more shows (see `align.priors`).
-_EXIF = FAR_FROM_EXIF / _Z95
-_MOST_LENSES = 20
-_MOST_VIEWS = 1500
-_FEWEST_POINTS = 20
+# Error of EXIF in 95 % of cameras; larger ones are detected (see `align.priors`).
+_EXIF_SIGMA = FAR_FROM_EXIF / _Z95
+_MAX_LENSES = 20
+_MAX_VIEWS = 1500
+_MIN_POINTS = 20
 
 
 @dataclass(frozen=True, eq=False)
 class LensEffect:
-    """covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
-    shift about a place, as in `Scatter`; planes anywhere on the model counted in the mean, which
-    bowing and stretch turn too
-    bend : by the 95 % errors
+    """Effect of lens errors on a model.
+
+    Attributes
+    ----------
+    covariance : (7, 7) array
+        Of turns about east, north and up (rad), a relative change of scale and a shift about a
+        place, as in `Scatter`; includes the mean rotation of planes by bowing and stretch.
+    bend : LensBend
+        By the 95 % errors.
     """
 
     covariance: FloatArray
@@ -68,39 +73,53 @@ def lens_effect(
     centres: Sequence[KnownCentre] = (),
     lenses: Sequence[LensVerdict] = (),
 ) -> LensEffect | None:
-    """None where the cameras are not known, or there is too little to tell.
+    """Compute the effect of lens errors; None without cameras, or with too few data.
 
-    scene : registered; about : (3,) in its frame; placed_again : the registration of a scene like
-    it, None where its own points hold it; points, centres : that it was adjusted to; lenses : what
-    became of them then
+    Parameters
+    ----------
+    scene : SparseScene
+        Registered.
+    cameras : sequence of Calibration
+    about : (3,) array
+        In the frame of the scene.
+    placed_again : callable, optional
+        Registration of a similar scene; default: by its own points.
+    points, centres : sequence
+        Inputs of its adjustment.
+    lenses : sequence of LensVerdict
+        Their treatment in it.
     """
-    if not cameras or len(scene.points) < _FEWEST_POINTS or len(scene.views) > _MOST_VIEWS:
+    if not cameras or len(scene.points) < _MIN_POINTS or len(scene.views) > _MAX_VIEWS:
         return None
-    free = dict(_freed(scene, cameras, lenses))
+    free = dict(_focal_errors(scene, cameras, lenses))
     if not free:
         return None
-    some = _thinned(scene)
-    wide = _with_second(some, free)
-    response = response_of(wide, noise_px(wide), points, centres)
+    thin_scene = _thin_points(scene)
+    wide_scene = _add_second_radial(thin_scene, free)
+    response = response_of(wide_scene, noise_px(wide_scene), points, centres)
     middle, axes, reach = model_shape(scene.points)
-    found = []
+    changes = []
     try:
-        for change in _changes(response, [free.get(lens) for lens in _lenses(some)]):
-            there = response.moved(change)
-            fit = _own(wide, there) if placed_again is None else placed_again(there)
-            moves = fit(there.points) - wide.points
-            found.append(shape_change(wide.points, moves))
+        for change in _changes(response, [free.get(lens) for lens in _lenses(thin_scene)]):
+            changed_scene = response.moved(change)
+            fit = (
+                _fit_by_tie_points(wide_scene, changed_scene)
+                if placed_again is None
+                else placed_again(changed_scene)
+            )
+            moves = fit(changed_scene.points) - wide_scene.points
+            changes.append(shape_change(wide_scene.points, moves))
     except (GeometryError, np.linalg.LinAlgError):
         return None
-    own, _, _ = model_shape(wide.points)
-    rows = np.zeros((len(found), 7))
-    for row, one in zip(rows, found, strict=True):
-        away = about - own
-        row[:3], row[3] = one.turn, one.growth
-        row[4:] = one.shift + np.cross(one.turn, away) + one.growth * away
+    shape_centre, _, _ = model_shape(wide_scene.points)
+    rows = np.zeros((len(changes), 7))
+    for row, change_ in zip(rows, changes, strict=True):
+        away = about - shape_centre
+        row[:3], row[3] = change_.turn, change_.growth
+        row[4:] = change_.shift + np.cross(change_.turn, away) + change_.growth * away
     covariance = rows.T @ rows
-    curvature = float(np.sqrt(sum(one.curvature_per_m**2 for one in found)))
-    stretch = float(np.sqrt(sum(one.stretch**2 for one in found)))
+    curvature = float(np.sqrt(sum(change_.curvature_per_m**2 for change_ in changes)))
+    stretch = float(np.sqrt(sum(change_.stretch**2 for change_ in changes)))
     if not np.isfinite([*covariance.ravel(), curvature, stretch]).all():
         return None
     away2 = float(
@@ -112,13 +131,13 @@ def lens_effect(
 
 
 def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:
-    """Of a scene that nothing outside of the photos holds, in its own unit of length."""
-    found = lens_effect(scene, cameras, scene.points.mean(axis=0))
-    return None if found is None else found.bend
+    """Return the bend of a scene that only photos determine, in its unit of length."""
+    effect = lens_effect(scene, cameras, scene.points.mean(axis=0))
+    return None if effect is None else effect.bend
 
 
-def same(_scene: SparseScene) -> Similarity:
-    """Of a scene that its adjustment holds where it is."""
+def identity(_scene: SparseScene) -> Similarity:
+    """Return the identity, for a scene that its adjustment fixes."""
     return Similarity(1.0, np.eye(3), np.zeros(3))
 
 
@@ -126,31 +145,33 @@ def _lenses(scene: SparseScene) -> list[Intrinsics]:
     return list(dict.fromkeys(view.intrinsics for view in scene.views))
 
 
-def _freed(
+def _focal_errors(
     scene: SparseScene, cameras: Sequence[Calibration], lenses: Sequence[LensVerdict]
 ) -> list[tuple[Intrinsics, float]]:
-    """(lens, one sigma of its focal length as a share where that is held, else 0) of the lenses
-    with most photos."""
-    by_photo = {photo: camera for camera in cameras for photo in camera.photos}
-    by_ground = {photo for lens in lenses if lens.freed for photo in lens.photos}
+    """Return the lenses with most photos, and the relative error of each fixed focal length.
+
+    The error is 0 for an estimated focal length.
+    """
+    camera_by_photo = {photo: camera for camera in cameras for photo in camera.photos}
+    freed_photos = {photo for lens in lenses if lens.freed for photo in lens.photos}
     count: dict[Intrinsics, int] = {}
-    held: dict[Intrinsics, float] = {}
+    focal_errors: dict[Intrinsics, float] = {}
     for view in scene.views:
-        camera = by_photo.get(view.name)
+        camera = camera_by_photo.get(view.name)
         if camera is None:
             continue
         count[view.intrinsics] = count.get(view.intrinsics, 0) + 1
-        known = _EXIF if camera.exif_px is not None else LOOSEST_SIGMA
-        freed = camera.focal == "freed" or view.name in by_ground
-        held[view.intrinsics] = 0.0 if freed else known
-    most = sorted(count, key=lambda lens: -count[lens])[:_MOST_LENSES]
-    return [(lens, held[lens]) for lens in most]
+        known = _EXIF_SIGMA if camera.exif_px is not None else UNKNOWN_FOCAL_SIGMA
+        freed = camera.focal == "freed" or view.name in freed_photos
+        focal_errors[view.intrinsics] = 0.0 if freed else known
+    most = sorted(count, key=lambda lens: -count[lens])[:_MAX_LENSES]
+    return [(lens, focal_errors[lens]) for lens in most]
 
 
-def _thinned(scene: SparseScene) -> SparseScene:
-    """With some of the tie points, those in most photos first, so that each photo has enough."""
-    wanted = np.full(len(scene.views), _PER_PHOTO)
-    if len(scene.track_views) <= wanted.sum():
+def _thin_points(scene: SparseScene) -> SparseScene:
+    """Select some tie points, those in most photos first, with enough in each photo."""
+    remaining_counts = np.full(len(scene.views), _POINTS_PER_PHOTO)
+    if len(scene.track_views) <= remaining_counts.sum():
         return scene
     rng = np.random.default_rng(0)
     order = rng.permutation(len(scene.points))
@@ -159,25 +180,25 @@ def _thinned(scene: SparseScene) -> SparseScene:
     offsets = scene.track_offsets
     for point in order:
         mine = scene.track_views[offsets[point] : offsets[point + 1]]
-        if (wanted[mine] > 0).any():
+        if (remaining_counts[mine] > 0).any():
             keep[point] = True
-            wanted[mine] -= 1
-        if not (wanted > 0).any():
+            remaining_counts[mine] -= 1
+        if not (remaining_counts > 0).any():
             break
-    seen = np.repeat(keep, scene.track_lengths)
+    is_observed = np.repeat(keep, scene.track_lengths)
     return replace(
         scene,
         points=scene.points[keep],
         colors=scene.colors[keep],
         errors_px=scene.errors_px[keep],
         track_offsets=np.concatenate([[0], np.cumsum(scene.track_lengths[keep])]).astype(np.int64),
-        track_views=scene.track_views[seen],
-        track_pixels=scene.track_pixels[seen],
+        track_views=scene.track_views[is_observed],
+        track_pixels=scene.track_pixels[is_observed],
     )
 
 
-def _with_second(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseScene:
-    """With a place for k2, which bends a block most, in lenses that have none."""
+def _add_second_radial(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseScene:
+    """Add k2, which bends a block most, to lenses without it."""
 
     def wider(view: View) -> View:
         lens = view.intrinsics
@@ -188,41 +209,42 @@ def _with_second(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseSc
     return replace(scene, views=tuple(wider(view) for view in scene.views))
 
 
-def _changes(response: Response, held: Sequence[float | None]) -> list[FloatArray]:
-    """One-sigma changes of all lenses, (l,) each, independent of each other. held : of each lens
-    one sigma of its focal length as a share, 0 where that was estimated, None for a lens that is
-    taken as right."""
-    prior, fixed, wrong = [], [], []
-    for lens, share in zip(response.lenses, held, strict=True):
+def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[FloatArray]:
+    """Return independent one-sigma changes (l,) of all lenses.
+
+    held : relative error of each lens's focal length, 0 if it was estimated; None for a fixed lens
+    """
+    prior, fixed, focal_changes = [], [], []
+    for lens, share in zip(response.lenses, focal_errors, strict=True):
         diagonal = float(np.hypot(lens.width, lens.height))
         for name in MODELS[lens.model]:
             spread = {"c": _CENTRE * diagonal, "k": _K2, "p": 0.1 * _K2}.get(name[0], np.inf)
             prior.append(_K1 if name == "k1" else spread)
             focal = name[0] == "f"
             fixed.append(share is None or (focal and share > 0.0))
-            wrong.append((share or 0.0) * lens.focal[0] if focal else 0.0)
-    loose = ~np.array(fixed)
+            focal_changes.append((share or 0.0) * lens.focal[0] if focal else 0.0)
+    is_free = ~np.array(fixed)
     information = response.information + np.diag(np.array(prior) ** -2.0)
-    inner = information[np.ix_(loose, loose)]
+    inner = information[np.ix_(is_free, is_free)]
     values, axes = np.linalg.eigh(inner)
     values = np.maximum(values, 1e-12 * values[-1])
     changes = []
     for value, axis in zip(values, axes.T, strict=True):
-        change = np.zeros(len(loose))
-        change[loose] = axis / np.sqrt(value)
+        change = np.zeros(len(is_free))
+        change[is_free] = axis / np.sqrt(value)
         changes.append(change)
-    # The rest of a lens answers to a wrong focal length.
-    for k in np.flatnonzero(wrong):
-        change = np.zeros(len(loose))
-        change[k] = wrong[k]
-        pull = response.information[np.ix_(loose, [k])][:, 0] * wrong[k]
-        change[loose] = -(axes / values) @ (axes.T @ pull)
+    # The other parameters respond to a wrong focal length.
+    for k in np.flatnonzero(focal_changes):
+        change = np.zeros(len(is_free))
+        change[k] = focal_changes[k]
+        pull = response.information[np.ix_(is_free, [k])][:, 0] * focal_changes[k]
+        change[is_free] = -(axes / values) @ (axes.T @ pull)
         changes.append(change)
     return changes
 
 
-def _own(before: SparseScene, after: SparseScene) -> Similarity:
-    """By the tie points themselves."""
+def _fit_by_tie_points(before: SparseScene, after: SparseScene) -> Similarity:
+    """Fit the similarity by the tie points themselves."""
     from vomstudio.registration.similarity import fit_similarity
 
     return fit_similarity(after.points, before.points)

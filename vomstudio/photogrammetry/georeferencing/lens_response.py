@@ -1,9 +1,9 @@
-"""How poses and tie points answer to other lenses: the bundle adjustment, linearised.
+"""Response of poses and tie points to lens changes: the linearised bundle adjustment.
 
 With the normal equations of a bundle adjustment (Triggs et al. 2000, Bundle adjustment: a modern
-synthesis, section 6), points eliminated, a change of the lenses by d moves the poses by
--S_pp^-1 S_pl d, and each point by what its rays then ask for; what the observations tell of the
-lenses is S_ll - S_lp S_pp^-1 S_pl.
+synthesis, section 6), points eliminated, a change of the lenses by d changes the poses by
+-S_pp^-1 S_pl d, and each point by its rays. The information of the observations on the lenses is
+S_ll - S_lp S_pp^-1 S_pl.
 """
 
 from __future__ import annotations
@@ -18,16 +18,22 @@ from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
 
-# Beside what photos tell: poses are known to a radian, and to the size of the scene. Nothing else
-# holds the frame of a scene that rests on nothing.
-_LOOSE = 1.0
+# Weak prior of poses: a radian, and the size of the scene. It fixes the frame of a scene without
+# external observations.
+_POSE_SIGMA = 1.0
 _STEP_PX, _STEP_K = 0.5, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """lenses : of the scene, in whose order the unknowns are, each as many as it has parameters
-    information : (l, l) of the lenses' parameters, for observations in their own errors
+    """Response of a scene to lens changes.
+
+    Attributes
+    ----------
+    lenses : tuple of Intrinsics
+        Of the scene, in the order of the unknowns, each with its parameters.
+    information : (l, l) array
+        Of the lenses' parameters.
     """
 
     scene: SparseScene
@@ -41,35 +47,37 @@ class Response:
 
     @property
     def starts(self) -> IntArray:
-        """(lenses,) where the unknowns of each lens begin."""
+        """Return the first unknown (lenses,) of each lens."""
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 
     def moved(self, change: FloatArray) -> SparseScene:
-        """The scene once the lenses have changed by (l,) and all else was adjusted."""
+        """Return the adjusted scene after a change (l,) of the lenses."""
         poses = self._poses_by_lens @ change
         views, points, lens_of = self._rows
         each = poses.reshape(-1, 6)
-        became = []
+        new_lenses = []
         for lens, start in zip(self.lenses, self.starts, strict=True):
             params = np.array(lens.params) + change[start : start + len(lens.params)]
-            became.append(replace(lens, params=tuple(params.tolist())))
+            new_lenses.append(replace(lens, params=tuple(params.tolist())))
         right = np.einsum("mij,mj->mi", self._to_pose, each[views])
-        wide = self._to_lens.shape[2]
-        own = np.zeros((len(self.lenses), wide))
+        parameter_count = self._to_lens.shape[2]
+        lens_changes = np.zeros((len(self.lenses), parameter_count))
         for k, (lens, start) in enumerate(zip(self.lenses, self.starts, strict=True)):
-            own[k, : len(lens.params)] = change[start : start + len(lens.params)]
-        right += np.einsum("mij,mj->mi", self._to_lens, own[lens_of])
+            lens_changes[k, : len(lens.params)] = change[start : start + len(lens.params)]
+        right += np.einsum("mij,mj->mi", self._to_lens, lens_changes[lens_of])
         count = len(self._point_inverse)
         pull = np.stack([np.bincount(points, right[:, k], count) for k in range(3)], axis=1)
         shifts = -np.einsum("nij,nj->ni", self._point_inverse, pull)
         number = {lens: k for k, lens in enumerate(self.lenses)}
-        there = [
-            _turned(view, move, became[number[view.intrinsics]])
+        new_views = [
+            _turned(view, move, new_lenses[number[view.intrinsics]])
             for view, move in zip(self.scene.views, each, strict=True)
         ]
-        kept = len(self.scene.points)
-        return replace(self.scene, views=tuple(there), points=self.scene.points + shifts[:kept])
+        point_count = len(self.scene.points)
+        return replace(
+            self.scene, views=tuple(new_views), points=self.scene.points + shifts[:point_count]
+        )
 
 
 def response_of(
@@ -78,46 +86,56 @@ def response_of(
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
 ) -> Response:
-    """noise_px : of the tie points; points, centres : that are in the adjustment too, as in
-    `ground_adjustment.bundle_adjust`"""
+    """Compute the response of a scene.
+
+    Parameters
+    ----------
+    scene : SparseScene
+    noise_px : float
+        Of the tie points.
+    points, centres : sequence
+        In the adjustment, as of `ground_adjustment.bundle_adjust`.
+    """
     lenses = tuple(dict.fromkeys(view.intrinsics for view in scene.views))
     number = {lens: k for k, lens in enumerate(lenses)}
     rows = np.array([number[view.intrinsics] for view in scene.views], np.int64)
     starts = np.concatenate([[0], np.cumsum([len(lens.params) for lens in lenses])])
-    places, seen = _observations(scene, noise_px, points)
+    places, observations = _observations(scene, noise_px, points)
     wide = max(len(lens.params) for lens in lenses)
-    by_pose, by_point, by_lens = _derivatives(scene.views, places, seen, wide)
-    views, which = seen.views, seen.points
+    pose_derivatives, point_derivatives, lens_derivatives = _derivatives(
+        scene.views, places, observations, wide
+    )
+    views, which = observations.views, observations.points
     count = len(places)
 
     inner = np.zeros((count, 3, 3))
-    np.add.at(inner, which, np.einsum("mki,mkj->mij", by_point, by_point))
-    inner += seen.prior[:, None, None] * np.eye(3)
-    # A point that two almost parallel rays see is known to the size of the scene.
+    np.add.at(inner, which, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives))
+    inner += observations.prior[:, None, None] * np.eye(3)
+    # Points of two almost parallel rays have a prior of the size of the scene.
     scale = float(np.trace(inner, axis1=1, axis2=2).mean()) if count else 1.0
     inverse: FloatArray = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
-    to_pose: FloatArray = np.einsum("mki,mkj->mij", by_point, by_pose)
-    to_lens: FloatArray = np.einsum("mki,mkj->mij", by_point, by_lens)
+    to_pose: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, pose_derivatives)
+    to_lens: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, lens_derivatives)
 
     size = 6 * len(scene.views)
     total = size + int(starts[-1])
     normal = np.zeros((total, total))
     lens_of = rows[views]
-    columns = np.concatenate([by_pose, by_lens], axis=2)
+    columns = np.concatenate([pose_derivatives, lens_derivatives], axis=2)
     pull = np.concatenate([to_pose, to_lens], axis=2)
     places_of = np.full((len(views), 6 + wide), total, np.int64)
     places_of[:, :6] = 6 * views[:, None] + np.arange(6)
     for k, lens in enumerate(lenses):
-        mine = lens_of == k
-        places_of[np.ix_(mine, 6 + np.arange(len(lens.params)))] = (
+        is_of_lens = lens_of == k
+        places_of[np.ix_(is_of_lens, 6 + np.arange(len(lens.params)))] = (
             size + starts[k] + np.arange(len(lens.params))
         )
     padded = np.zeros((total + 1, total + 1))
-    own = np.einsum("mki,mkj->mij", columns, columns)
-    np.add.at(padded, (places_of[:, :, None], places_of[:, None, :]), own)
+    products = np.einsum("mki,mkj->mij", columns, columns)
+    np.add.at(padded, (places_of[:, :, None], places_of[:, None, :]), products)
     _eliminate(padded, which, places_of, pull, inverse)
     normal = padded[:total, :total]
-    _hold(normal, scene, centres)
+    _add_priors(normal, scene, centres)
     poses = normal[:size, :size]
     mixed = normal[:size, size:]
     answer = np.asarray(-np.linalg.solve(poses, mixed), np.float64)
@@ -129,9 +147,12 @@ def response_of(
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
-    """views, points : (m,) rows; weight : (m,) one over the error of a pixel; prior : (n,) one over
-    the variance of a coordinate of each point"""
+class _Observed:
+    """Observations.
+
+    views, points : (m,) rows; weight : (m,) inverse error of a pixel; prior : (n,) inverse variance
+    of a coordinate of each point
+    """
 
     views: IntArray
     points: IntArray
@@ -141,7 +162,7 @@ class _Seen:
 
 def _observations(
     scene: SparseScene, noise_px: float, points: Sequence[KnownPoint]
-) -> tuple[FloatArray, _Seen]:
+) -> tuple[FloatArray, _Observed]:
     views, which = [scene.track_views.astype(np.int64)], [scene.track_points]
     weight = [np.full(len(scene.track_views), 1.0 / noise_px)]
     places, prior = [scene.points], [np.zeros(len(scene.points))]
@@ -155,40 +176,44 @@ def _observations(
         places.append(np.asarray(point.position, np.float64)[None])
         prior.append(np.array([point.sigma**-2.0]))
         count += 1
-    seen = _Seen(*(np.concatenate(each) for each in (views, which, weight, prior)))
-    return np.concatenate(places), seen
+    observations = _Observed(*(np.concatenate(each) for each in (views, which, weight, prior)))
+    return np.concatenate(places), observations
 
 
 def _derivatives(
-    views: Sequence[View], places: FloatArray, seen: _Seen, wide: int
+    views: Sequence[View], places: FloatArray, observations: _Observed, wide: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of each observation in its own error, (m, 2, k): by the pose (a turn and a shift in the
-    camera's frame), by the point, by the lens; 0 where it cannot be had."""
-    count = len(seen.views)
-    by_pose, by_point = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
-    by_lens = np.zeros((count, 2, wide))
+    """Return the weighted derivatives (m, 2, k) of observations by pose, point and lens.
+
+    The pose is a turn and a shift in the camera's frame; 0 if undefined.
+    """
+    count = len(observations.views)
+    pose_derivatives, point_derivatives = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
+    lens_derivatives = np.zeros((count, 2, wide))
     for row, view in enumerate(views):
-        mine = np.flatnonzero(seen.views == row)
-        if not len(mine):
+        rows_of_view = np.flatnonzero(observations.views == row)
+        if not len(rows_of_view):
             continue
-        there = places[seen.points[mine]] @ view.rotation.T + view.translation
-        step = 1e-5 * np.abs(there[:, 2:3])
-        slopes = np.zeros((len(mine), 2, 3))
+        camera_points = (
+            places[observations.points[rows_of_view]] @ view.rotation.T + view.translation
+        )
+        step = 1e-5 * np.abs(camera_points[:, 2:3])
+        slopes = np.zeros((len(rows_of_view), 2, 3))
         for k in range(3):
             move = step * np.eye(3)[k]
             ahead, back = (
-                view.intrinsics.project(there + move),
-                view.intrinsics.project(there - move),
+                view.intrinsics.project(camera_points + move),
+                view.intrinsics.project(camera_points - move),
             )
             slopes[:, :, k] = (ahead - back) / (2.0 * step)
-        turns = np.zeros((len(mine), 3, 6))
-        x, y, z = there.T
+        turns = np.zeros((len(rows_of_view), 3, 6))
+        x, y, z = camera_points.T
         turns[:, 0, 1], turns[:, 0, 2] = z, -y
         turns[:, 1, 0], turns[:, 1, 2] = -z, x
         turns[:, 2, 0], turns[:, 2, 1] = y, -x
         turns[:, :, 3:] = np.eye(3)
-        by_pose[mine] = slopes @ turns
-        by_point[mine] = slopes @ view.rotation
+        pose_derivatives[rows_of_view] = slopes @ turns
+        point_derivatives[rows_of_view] = slopes @ view.rotation
         params = np.array(view.intrinsics.params)
         for k, name in enumerate(MODELS[view.intrinsics.model]):
             move = np.zeros(len(params))
@@ -197,37 +222,39 @@ def _derivatives(
                 replace(view.intrinsics, params=tuple((params + sign * move).tolist()))
                 for sign in (1.0, -1.0)
             ]
-            pixels = [lens.project(there) for lens in two]
-            by_lens[mine, :, k] = (pixels[0] - pixels[1]) / (2.0 * move[k])
-    weight = seen.weight[:, None, None]
-    made = by_pose * weight, by_point * weight, by_lens * weight
-    lost = ~np.isfinite(np.concatenate(made, axis=2)).all(axis=(1, 2))
-    for each in made:
-        each[lost] = 0.0
-    return made
+            pixels = [lens.project(camera_points) for lens in two]
+            lens_derivatives[rows_of_view, :, k] = (pixels[0] - pixels[1]) / (2.0 * move[k])
+    weight = observations.weight[:, None, None]
+    weighted = pose_derivatives * weight, point_derivatives * weight, lens_derivatives * weight
+    is_undefined = ~np.isfinite(np.concatenate(weighted, axis=2)).all(axis=(1, 2))
+    for each in weighted:
+        each[is_undefined] = 0.0
+    return weighted
 
 
 def _eliminate(
     normal: FloatArray, which: IntArray, places: IntArray, pull: FloatArray, inverse: FloatArray
 ) -> None:
-    """Take out of the normal equations, in place, what the points take up. which : (m,) point of
-    each observation; places : (m, k) its unknowns; pull : (m, 3, k)"""
+    """Eliminate the points from the normal equations, in place.
+
+    which : (m,) point of each observation; places : (m, k) its unknowns; pull : (m, 3, k)
+    """
     order = np.argsort(which, kind="stable")
     ends = np.concatenate([np.flatnonzero(np.diff(which[order])) + 1, [len(order)]])
     start = 0
     for end in ends:
-        mine = order[start:end]
+        rows_of_point = order[start:end]
         start = end
-        cross = np.concatenate(list(pull[mine]), axis=1)
-        at = places[mine].ravel()
-        taken = cross.T @ inverse[which[mine[0]]] @ cross
-        np.subtract.at(normal, (at[:, None], at[None, :]), taken)
+        cross = np.concatenate(list(pull[rows_of_point]), axis=1)
+        unknowns = places[rows_of_point].ravel()
+        correction = cross.T @ inverse[which[rows_of_point[0]]] @ cross
+        np.subtract.at(normal, (unknowns[:, None], unknowns[None, :]), correction)
 
 
-def _hold(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
-    """Known places of cameras, and what keeps the rest from drifting, in place."""
+def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
+    """Add known camera positions and a weak prior of poses, in place."""
     reach = float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
-    loose = np.array([_LOOSE, _LOOSE, _LOOSE, *(3 * [_LOOSE / reach**2])])
+    loose = np.array([_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / reach**2])])
     for row in range(len(scene.views)):
         at = np.arange(6 * row, 6 * row + 6)
         normal[at, at] += loose

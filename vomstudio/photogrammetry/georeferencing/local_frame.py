@@ -1,4 +1,4 @@
-"""A local frame for photos without position and scale."""
+"""Local frame for photos without position and scale."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
-# Towards the sky in the camera frame (x right, y down) by the EXIF orientation tag: where the
-# stored picture's upper edge lies once it is turned upright.
+# Up direction in the camera frame (x right, y down) by the EXIF orientation tag.
 _UP = {
     1: (0.0, -1.0),
     2: (0.0, -1.0),
@@ -27,16 +26,16 @@ _UP = {
     7: (1.0, 0.0),
     8: (1.0, 0.0),
 }
-# Photos that look this steeply down tell nothing about the vertical by their upper edge.
-_LEVEL = 0.3
+# Mean length of up vectors below which the upper edges do not determine the vertical.
+_MIN_UP_LENGTH = 0.3
 
 
 def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
-    """Turn the scene so that z is up as the photos were held, x is to the right as seen from the
-    mean camera, and the median distance from a camera to what it sees is 10.
+    """Rotate the scene upright by its photos, and scale it for display.
 
-    The vertical is that of people who hold a camera, within some degrees: good to look at, not to
-    measure with. `scaled` stays False.
+    z is up, x is to the right as seen from the mean camera, and the median distance from a camera
+    to its points is 10. The vertical is accurate to some degrees, as cameras are held, and not for
+    measuring. `scaled` is False.
     """
     orientation = {photo.name: photo.orientation for photo in photos}
     ups = np.array(
@@ -47,7 +46,7 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     )
     forward = np.array([view.direction for view in scene.views]).mean(axis=0)
     up = ups.mean(axis=0)
-    if np.linalg.norm(up) < _LEVEL:
+    if np.linalg.norm(up) < _MIN_UP_LENGTH:
         # Held in all directions, as from a drone that looks down and turns.
         up = -forward
     up = up / np.linalg.norm(up)
@@ -58,20 +57,20 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     right = right / np.linalg.norm(right)
     turn = np.array([right, np.cross(up, right), up])
     depths = [
-        float(np.median(view.depths(scene.points[seen])))
+        float(np.median(view.depths(scene.points[point_rows])))
         for number, view in enumerate(scene.views)
-        if len(seen := scene.seen_by(number))
+        if len(point_rows := scene.seen_by(number))
     ]
     scale = 10.0 / float(np.median(depths)) if depths else 1.0
     middle = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)
     shift = -scale * turn @ middle
-    return moved(scene, scale, turn, shift)
+    return transform_scene(scene, scale, turn, shift)
 
 
-def moved(
+def transform_scene(
     scene: SparseScene, scale: float, rotation: FloatArray, translation: FloatArray
 ) -> SparseScene:
-    """The scene after x' = scale * rotation @ x + translation."""
+    """Transform the scene by x' = scale * rotation @ x + translation."""
     return replace(
         scene,
         views=tuple(view.moved(scale, rotation, translation) for view in scene.views),

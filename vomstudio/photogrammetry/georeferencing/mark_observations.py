@@ -20,25 +20,25 @@ SAME_SPOT_PX = 3.0
 
 @dataclass(frozen=True, eq=False)
 class PointMarks:
-    """views : (k,) rows of the views in which a point is marked; pixels : (k, 2)"""
+    """Marks of a point. views : (k,) rows of the views; pixels : (k, 2)"""
 
     views: IntArray
     pixels: FloatArray
 
-    def in_views(self, scene: SparseScene) -> Marks:
+    def match_views(self, scene: SparseScene) -> Marks:
         """Return the marks with the views of a scene."""
         return Marks([scene.views[int(row)] for row in self.views], self.pixels)
 
     def place(self, scene: SparseScene) -> FloatArray:
-        """(3,) in the frame of the scene; NaN where its rays do not determine it."""
-        return triangulate(*self.in_views(scene))
+        """Return the place (3,) in the frame of the scene; NaN if undetermined."""
+        return triangulate(*self.match_views(scene))
 
     def covariance(self, scene: SparseScene, mark_px: float) -> FloatArray:
         """Return the covariance (3, 3) of the place, in the frame of the scene.
 
         mark_px : error of a mark in one direction, one sigma
         """
-        return place_covariance(self.in_views(scene), self.place(scene), mark_px)
+        return place_covariance(self.match_views(scene), self.place(scene), mark_px)
 
     def select(self, rows: IntArray) -> PointMarks:
         """Return some of the marks."""

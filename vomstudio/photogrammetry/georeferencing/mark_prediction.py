@@ -1,5 +1,7 @@
-"""Control, check and tie points marked in photos: their predicted places in the other photos, their
-residuals, and what is still missing for a registration."""
+"""Predict the places of control, check and tie points in photos.
+
+Also their residuals, and what a registration still needs.
+"""
 
 from __future__ import annotations
 
@@ -21,22 +23,30 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances
-from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.marks.wrong_marks import find_agreeing
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 
 Pixel = tuple[float, float]
 
-FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
+MIN_POINTS, MIN_PHOTOS = 3, 2
 BAD_PX = 2.0
-"""A mark that misses by more is pointed at."""
-_FEWEST_TO_SUSPECT = 4
+"""Residual above which a mark is highlighted."""
+_MIN_MARKS_TO_SUSPECT = 4
 CONTROL, CHECK, TIE = "control", "check", "tie"
 
 
 @dataclass(frozen=True)
 class Marking:
-    """control : points with coordinates; marks : of these and, under other labels, of tie points
-    begun : labels that have neither coordinates nor marks yet
+    """Points and their marks.
+
+    Attributes
+    ----------
+    control : tuple of ControlPoint
+        Points with coordinates.
+    marks : tuple of Mark
+        Of these and, with other labels, of tie points.
+    begun : tuple of str
+        Labels that have neither coordinates nor marks yet.
     """
 
     control: tuple[ControlPoint, ...] = ()
@@ -45,30 +55,30 @@ class Marking:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """Points with coordinates as in their table, then the others as they were made."""
+        """Return points with coordinates in table order, then others in order of creation."""
         named = [p.label for p in self.control]
         others = [*(m.label for m in self.marks), *self.begun]
         return tuple(dict.fromkeys([*named, *others]))
 
     def point(self, label: str) -> ControlPoint | None:
-        """The point with coordinates of this label, if there is one."""
+        """Return the point with coordinates of a label, if any."""
         return next((p for p in self.control if p.label == label), None)
 
     def role(self, label: str) -> str:
-        """CONTROL, CHECK or TIE."""
+        """Return CONTROL, CHECK or TIE."""
         point = self.point(label)
         return TIE if point is None else CHECK if point.check else CONTROL
 
     def of(self, label: str) -> dict[str, Pixel]:
-        """Marks of a point, by photo."""
+        """Return the marks of a point, by photo."""
         return {m.photo: (m.x, m.y) for m in self.marks if m.label == label}
 
     def within(self, photo: str) -> dict[str, Pixel]:
-        """Marks in a photo, by point."""
+        """Return the marks in a photo, by point."""
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
     def free_label(self, prefix: str = "tie") -> str:
-        """The first of prefix1, prefix2 ... that is not in use."""
+        """Return the first unused label of prefix1, prefix2 ..."""
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1
@@ -76,49 +86,49 @@ class Marking:
 
     # --- changed ------------------------------------------------------------------------------
     def marked(self, label: str, photo: str, pixel: Pixel) -> Marking:
-        """With this mark in place of the point's earlier one in the photo."""
-        made = Mark(label, photo, float(pixel[0]), float(pixel[1]))
-        there = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
+        """Set the mark of a point in a photo."""
+        mark = Mark(label, photo, float(pixel[0]), float(pixel[1]))
+        rows = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
         marks = list(self.marks)
-        if there:
-            marks[there[0]] = made
+        if rows:
+            marks[rows[0]] = mark
         else:
-            marks.append(made)
-        return replace(self, marks=tuple(marks), begun=_without(self.begun, label))
+            marks.append(mark)
+        return replace(self, marks=tuple(marks), begun=_remove_label(self.begun, label))
 
     def unmarked(self, label: str, photo: str) -> Marking:
-        """Without the mark of a point in a photo; the point stays."""
-        kept = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
+        """Remove the mark of a point in a photo; the point remains."""
+        marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
         begun = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, marks=kept, begun=begun)
+        return replace(self, marks=marks, begun=begun)
 
     def begun_with(self, label: str) -> Marking:
-        """With a new label that has neither coordinates nor marks yet."""
+        """Add a label that has neither coordinates nor marks yet."""
         return self if label in self.labels else replace(self, begun=(*self.begun, label))
 
     def placed(self, point: ControlPoint) -> Marking:
-        """With these coordinates of a point."""
+        """Set the coordinates of a point."""
         points = tuple(point if p.label == point.label else p for p in self.control)
         if point not in points:
             points = (*points, point)
-        return replace(self, control=points, begun=_without(self.begun, point.label))
+        return replace(self, control=points, begun=_remove_label(self.begun, point.label))
 
     def unplaced(self, label: str) -> Marking:
-        """The point without its coordinates: a tie point."""
-        kept = tuple(p for p in self.control if p.label != label)
+        """Remove the coordinates of a point, which becomes a tie point."""
+        control = tuple(p for p in self.control if p.label != label)
         begun = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, control=kept, begun=begun)
+        return replace(self, control=control, begun=begun)
 
     def removed(self, label: str) -> Marking:
-        """Without a point and its marks."""
+        """Remove a point and its marks."""
         return Marking(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
-            _without(self.begun, label),
+            _remove_label(self.begun, label),
         )
 
     def renamed(self, old: str, new: str) -> Marking:
-        """Raises GeometryError where another point has that label, or it cannot be one."""
+        """Rename a point. Raises GeometryError if the label is used or invalid."""
         if new == old:
             return self
         check_label(new)
@@ -130,40 +140,46 @@ class Marking:
             tuple(new if label == old else label for label in self.begun),
         )
 
-    def with_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
-        """With marks from elsewhere, which replace those of the same point and photo; and the names
-        of photos that are not there, whose marks are kept."""
-        find, made, strangers = photo_finder(photos), self, []
+    def add_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
+        """Add marks, which replace those of the same point and photo.
+
+        Returns the marking, and the names of unknown photos, whose marks are added too.
+        """
+        find, marking, unknown_photos = photo_finder(photos), self, []
         for mark in marks:
             number = find(mark.photo)
             if number is None:
-                strangers.append(mark.photo)
+                unknown_photos.append(mark.photo)
             name = mark.photo if number is None else photos[number]
-            made = made.marked(mark.label, name, (mark.x, mark.y))
-        return made, list(dict.fromkeys(strangers))
+            marking = marking.marked(mark.label, name, (mark.x, mark.y))
+        return marking, list(dict.fromkeys(unknown_photos))
 
 
 def check_label(label: str) -> None:
-    """Raises GeometryError for what a table cannot hold as a label."""
+    """Raise GeometryError for an invalid label."""
     if not label or label != label.strip() or not label.isprintable():
         raise GeometryError(Finding("label.invalid"))
 
 
-def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
+def _remove_label(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
     return tuple(each for each in labels if each != label)
 
 
 # --- with cameras ---------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class MarkPrediction:
-    """Where the cameras predict a point in the photos, and residuals of its marks.
+    """Predicted places of a point in photos, and residuals of its marks.
 
-    expected : where it must be in photos that do not have a mark of it, and show that place
-    residuals_px : distance of each mark from where all marks of its part of the photos put it;
-        a part in which there is one mark only has none
-    pixel : size of a pixel at the point, in units of the part, in each photo of both
-    suspect : of marks that do not fit, the one without which the others fit best; None where there
-        are too few to tell, or all fit
+    Attributes
+    ----------
+    expected : dict
+        Pixel in each photo that shows the place and does not have a mark.
+    residuals_px : dict
+        Distance of each mark from the place by all marks of its component, which has at least two.
+    pixel : dict
+        Size of a pixel at the point, in units of the component, in each photo of both.
+    suspect : str or None
+        Photo of the mark without which the others fit best; None if all fit, or there are too few.
     """
 
     expected: dict[str, Pixel]
@@ -173,15 +189,15 @@ class MarkPrediction:
 
     @property
     def worst(self) -> tuple[str, float] | None:
-        """Photo and residual of the mark that fits least."""
+        """Return photo and residual of the mark with the largest residual."""
         if not self.residuals_px:
             return None
         name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
         return name, self.residuals_px[name]
 
     @property
-    def by_use(self) -> list[str]:
-        """Photos that show the point and have no mark of it, the closest first."""
+    def unmarked_photos(self) -> list[str]:
+        """Return photos without a mark of the point, the closest first."""
         return sorted(self.expected, key=lambda name: self.pixel[name])
 
 
@@ -190,7 +206,7 @@ NO_PREDICTION = MarkPrediction({}, {}, {})
 
 @dataclass(frozen=True, eq=False)
 class PlacedPhotos:
-    """parts : the cameras of every connected part of the photos, the model's first."""
+    """Cameras of every connected component of the photos, the model's first."""
 
     parts: tuple[Cameras, ...]
 
@@ -229,15 +245,15 @@ class PlacedPhotos:
                 distances = mark_distances(part_marks, place[0])
                 names = [view.name for view in part_marks.views]
                 residuals |= dict(zip(names, distances.tolist(), strict=True))
-                wrong = agreeing(label, part_marks, BAD_PX)[1]
+                wrong = find_agreeing(label, part_marks, BAD_PX)[1]
                 if (
-                    len(distances) >= _FEWEST_TO_SUSPECT
+                    len(distances) >= _MIN_MARKS_TO_SUSPECT
                     and wrong
                     and distances.max() == max(residuals.values())
                 ):
                     suspect = max(wrong, key=lambda mark: residuals[mark.photo]).photo
             else:
-                place = self._by_coordinates(marking, label, number)
+                place = self._place_by_coordinates(marking, label, number)
             if place is None:
                 continue
             for name, view in views.items():
@@ -250,8 +266,10 @@ class PlacedPhotos:
         return MarkPrediction(expected, residuals, sizes, suspect)
 
     def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
-        """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
-        of its part; none where two marks tell more."""
+        """Return pixels (k, 2) of the epipolar line of a point that is marked in one other photo.
+
+        Empty if two marks determine the place.
+        """
         number = self.part_of(photo)
         if number is None or photo in marking.of(label):
             return np.zeros((0, 2))
@@ -276,12 +294,12 @@ class PlacedPhotos:
 
     @staticmethod
     def _place(marks: Marks) -> FloatArray | None:
-        """(1, 3) in the part's frame, where two marks or more tell."""
+        """Return the place (1, 3) in the frame of the component, if there are two marks."""
         place = triangulate(*marks)
         return place[None] if np.isfinite(place).all() else None
 
-    def _by_coordinates(self, marking: Marking, label: str, number: int) -> FloatArray | None:
-        """The place (1, 3) of a point with coordinates in the frame of a part."""
+    def _place_by_coordinates(self, marking: Marking, label: str, number: int) -> FloatArray | None:
+        """Return the place (1, 3) of a point with coordinates in the frame of a component."""
         point = marking.point(label)
         if point is None:
             return None
@@ -293,14 +311,14 @@ class PlacedPhotos:
         return (np.array(point.position) - part.origin)[None]
 
     def _frame(self, marking: Marking, number: int) -> Similarity | None:
-        """From coordinates to the frame of a part, by the points that are marked in it."""
+        """Return the similarity from World to a component, by its marked points."""
         known, places = [], []
         for point in marking.control:
             place = self._place(self._marks(number, marking.of(point.label)))
             if place is not None:
                 known.append(point.position)
                 places.append(place[0])
-        if len(known) < FEWEST_POINTS:
+        if len(known) < MIN_POINTS:
             return None
         try:
             return fit_robustly(np.array(known), np.array(places))[0]
@@ -312,9 +330,11 @@ class PlacedPhotos:
 def usable_tables(
     control: Path | None, marks: Path | None, photos: Sequence[str]
 ) -> tuple[Path | None, Path | None, list[Finding]]:
-    """Of tables that were found and not asked for, those with which a model of these photos can be
-    made: without the control points where their marks do not suffice, and why. Raises
-    InputError."""
+    """Return the tables, found beside the photos, with which a model can be registered.
+
+    Without the control points if their marks are not sufficient, with the reasons. Raises
+    InputError.
+    """
     if control is None or marks is None:
         return None, marks, []
     find = photo_finder(photos)
@@ -322,19 +342,19 @@ def usable_tables(
     here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = Marking(tuple(read_control(control)), here)
     good = ready(marking)
-    if len(good) < FEWEST_POINTS or _on_a_line(marking, good):
+    if len(good) < MIN_POINTS or _is_collinear(marking, good):
         return None, marks, missing(marking)
     return control, marks, []
 
 
 # --- what is missing ------------------------------------------------------------------------------
 def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
-    """Control points that can place the model: those marked in two photos (of these)."""
+    """Return the control points that can place the model: those marked in two (of these) photos."""
     allowed = None if photos is None else set(photos)
     return [
         p.label
         for p in marking.control
-        if not p.check and len(_counted(marking, p.label, allowed)) >= FEWEST_PHOTOS
+        if not p.check and len(_counted(marking, p.label, allowed)) >= MIN_PHOTOS
     ]
 
 
@@ -344,7 +364,7 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Findin
     allowed = None if placed is None else {v.name for v in placed.parts[0].views}
     control = [p.label for p in marking.control if not p.check]
     good = ready(marking, allowed)
-    if control and len(good) < FEWEST_POINTS:
+    if control and len(good) < MIN_POINTS:
         lacking = [label for label in control if label not in good]
         findings.append(
             Finding(
@@ -352,20 +372,20 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Findin
                 "info",
                 count=len(good),
                 total=len(control),
-                least=FEWEST_POINTS,
-                photos=FEWEST_PHOTOS,
+                least=MIN_POINTS,
+                photos=MIN_PHOTOS,
                 reasons=_too_few_marks(
                     _marks(label, len(_counted(marking, label, allowed))) for label in lacking
                 ),
                 labels=lacking,
             )
         )
-    elif control and _on_a_line(marking, good):
+    elif control and _is_collinear(marking, good):
         findings.append(Finding("control.collinear", "info"))
     unseen = [
         p.label
         for p in marking.control
-        if p.check and len(_counted(marking, p.label, allowed)) < FEWEST_PHOTOS
+        if p.check and len(_counted(marking, p.label, allowed)) < MIN_PHOTOS
     ]
     if unseen:
         findings.append(Finding("control.few-marks", "info", labels=unseen))
@@ -386,15 +406,15 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
             )
             for label in marking.labels
         }
-        joined = [label for label, both in counts.items() if min(both) >= FEWEST_PHOTOS]
-        if len(joined) < FEWEST_POINTS:
+        joined = [label for label, both in counts.items() if min(both) >= MIN_PHOTOS]
+        if len(joined) < MIN_POINTS:
             findings.append(
                 Finding(
                     "join.few-markers",
                     "info",
                     size=len(other),
                     common=len(joined),
-                    least=FEWEST_POINTS,
+                    least=MIN_POINTS,
                     markers=joined,
                     not_located=[
                         label for label, (_, b) in counts.items() if label not in joined and b
@@ -418,7 +438,7 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
 
 
 def _too_few_marks(points: Iterable[str]) -> str:
-    """Name points and how many marks they have; empty without points."""
+    """Describe points and their numbers of marks; empty without points."""
     names = ", ".join(points)
     return names and tr("Too few marks: {points}.", points=names)
 
@@ -427,11 +447,11 @@ def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]
     return [name for name in marking.of(label) if photos is None or name in photos]
 
 
-def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
+def _is_collinear(marking: Marking, labels: Sequence[str]) -> bool:
     points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
     return nearly_on_a_line(points)
 
 
 def _marks(label: str, count: int) -> str:
-    """A point and how many marks it has."""
+    """Describe a point and its number of marks."""
     return tr_n("{point} ({count} mark)", "{point} ({count} marks)", count, point=label)

@@ -16,7 +16,7 @@ from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
 from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdict
-from vomstudio.photogrammetry.georeferencing.lens_errors import lens_effect, same
+from vomstudio.photogrammetry.georeferencing.lens_errors import identity, lens_effect
 from vomstudio.registration.scatter import Scatter, scale_findings
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.registration.warnings import bowing_findings, lens_findings
@@ -138,7 +138,7 @@ def placement_errors(
     if lenses is None:
         effect = lens_effect(scene, cameras, about, place_again)
     else:
-        effect = lens_effect(scene, cameras, about, same, points, centres, lenses)
+        effect = lens_effect(scene, cameras, about, identity, points, centres, lenses)
     covariance = scatter.covariance + (0.0 if effect is None else effect.covariance)
     east, north, up = (float(turn) for turn in np.degrees(np.sqrt(np.diag(covariance)[:3])))
     x, y, z = (float(value) for value in about + np.array(scene.origin))

@@ -1,4 +1,4 @@
-"""The scene in World: in metres, relative to an integer origin near it."""
+"""The scene in World: metres, relative to a nearby integer origin."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.similarity import Similarity
 
 
-def moved(
+def place_in_world(
     scene: SparseScene, fit: Similarity, origin: tuple[int, int, int], crs: str | None
 ) -> SparseScene:
-    """The scene after a similarity into World minus `origin`, in metres."""
+    """Transform the scene by a similarity into World minus `origin`, in metres."""
     return replace(
         scene,
         views=tuple(v.moved(fit.scale, fit.rotation, fit.translation) for v in scene.views),
@@ -27,6 +27,6 @@ def moved(
 
 
 def integer_origin(positions: FloatArray) -> tuple[int, int, int]:
-    """Whole hundreds of metres near the positions."""
+    """Return a place near the positions in whole hundreds of metres."""
     x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
     return x, y, z

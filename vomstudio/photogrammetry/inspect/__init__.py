@@ -1,1 +1,1 @@
-"""Results of a finished reconstruction, read back for inspection."""
+"""Results of a finished reconstruction, for inspection."""

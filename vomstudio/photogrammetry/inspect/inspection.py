@@ -1,7 +1,7 @@
-"""Data of a finished reconstruction for inspection: pairs, cameras, residuals, depth maps.
+"""Read data of a finished reconstruction for inspection: pairs, cameras, residuals, depth maps.
 
-All functions read the folder that a reconstruction has left, change nothing in it, and raise
-InputError where a stage is not finished or damaged. Pixels are those of the photos as stored.
+All functions read the folder of a reconstruction without changes, and raise InputError if a stage
+is unfinished or damaged. Pixels are those of the photos as stored.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
 WEAK_BELOW = 50
-"""Pairs with fewer agreeing matches hold photos together badly."""
+"""Number of agreeing matches below which pairs are weak."""
 
 _ALIGNMENT = to_translate("aligned photos")
 _POSES = to_translate("poses")
@@ -36,7 +36,7 @@ NO_DEPTH = (58, 60, 64)
 
 
 def _stage(out: Path, name: str, results: str) -> Path:
-    """The folder of a finished stage; results : what is in it, a string noted for translators."""
+    """Return the folder of a finished stage. results : its content, for the message"""
     folder = stage_folder(out, name)
     if folder is None:
         raise InputError(Finding("reconstruct.not-yet", results=tr(results)), file=out)
@@ -44,7 +44,7 @@ def _stage(out: Path, name: str, results: str) -> Path:
 
 
 def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
-    """(name, width, height) of the photos in the order in which they were aligned."""
+    """Return name, width and height of the photos in the order of the alignment."""
     try:
         rows = read_json(folder / "database.json")
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
@@ -56,8 +56,11 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
 
 
 def overview(out: Path) -> dict[str, Any]:
-    """JSON values: `photos` in the order of the alignment, `pairs` of rows of them with the number
-    of matches and of those that agree with one geometry, `cameras`, and how it was registered."""
+    """Return the overview of an alignment as JSON values.
+
+    `photos` in the order of the alignment, `pairs` of their rows with the numbers of matches and of
+    verified ones, `cameras`, and the registration.
+    """
     folder = _stage(out, "alignment", _ALIGNMENT)
     alignment = Alignment.load(folder)
     framed = _stage(out, "frame", _POSES)
@@ -109,16 +112,16 @@ def overview(out: Path) -> dict[str, Any]:
 
 def _facts(folder: Path) -> dict[str, Any]:
     try:
-        found = read_json(folder / "stage.json")
+        content = read_json(folder / "stage.json")
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return content if isinstance(content, dict) else {}
 
 
 def _photo_folder(out: Path) -> str | None:
     try:
-        asked = read_json(out / "request.json")
-        return str(asked["photos"])
+        request = read_json(out / "request.json")
+        return str(request["photos"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -146,9 +149,11 @@ def _camera(camera: Any) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class PairOfPhotos:
-    """left, right : (n, 2) all features of either photo
-    matches : (m, 2) rows of `left` and `right` that look alike and agree with one geometry
-    refused : (k, 2) rows that look alike and do not
+    """Matches of two photos.
+
+    left, right : (n, 2) all features of either photo
+    matches : (m, 2) rows of `left` and `right` of verified matches
+    refused : (k, 2) rows of rejected matches
     """
 
     left: Float32Array
@@ -158,23 +163,25 @@ class PairOfPhotos:
 
 
 def pair(out: Path, a: str, b: str) -> PairOfPhotos:
-    """What two photos have in common."""
+    """Return the features and matches of two photos."""
     folder = _stage(out, "alignment", _ALIGNMENT)
     names = [name for name, _, _ in _aligned_names(folder)]
     for name in (a, b):
         if name not in names:
             raise InputError(Finding("reconstruct.photo-not-aligned", photo=name), file=out)
-    left, right, tried, kept = match_database.matches_of_pair(
+    left, right, all_rows, verified_rows = match_database.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
-    known = {(int(i), int(j)) for i, j in kept}
-    refused = np.array([row for row in tried.tolist() if tuple(row) not in known], np.int64)
-    return PairOfPhotos(left, right, kept, refused.reshape(-1, 2))
+    known = {(int(i), int(j)) for i, j in verified_rows}
+    refused = np.array([row for row in all_rows.tolist() if tuple(row) not in known], np.int64)
+    return PairOfPhotos(left, right, verified_rows, refused.reshape(-1, 2))
 
 
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
-    """(n, 2) pixels at which a photo shows tie points, and (n, 2) by how much these miss where the
-    adjusted model puts them: observed less projected."""
+    """Return pixels (n, 2) of tie points in a photo, and their residuals (n, 2).
+
+    Observed minus projected.
+    """
     scene = SparseScene.load(_stage(out, "frame", _POSES))
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
     if row is None:
@@ -189,13 +196,20 @@ def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
 # ------------------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class DepthPictures:
-    """Of one photo, all of the same size (h, w).
+    """Depth map of a photo as pictures, all of the same size (h, w).
 
-    photo : (h, w, 3) without the lens's distortion
-    depth : float32, 0 = none; low, high : depths of the first and last colour
-    colors, confidence, normals : (h, w, 3) uint8 pictures; normals by the direction that the
-        surface faces in the model's frame, see `facing_colors`
-    coverage : share of the photo's usable pixels that have a depth
+    Attributes
+    ----------
+    photo : (h, w, 3) array
+        Undistorted.
+    depth : float32 array
+        0 = none.
+    low, high : float
+        Depths of the first and last colour.
+    colors, confidence, normals : (h, w, 3) uint8 array
+        Normals by direction in the model's frame, see `facing_colors`.
+    coverage : float
+        Share of the photo's usable pixels that have a depth.
     """
 
     photo: ByteArray
@@ -213,34 +227,34 @@ def _depth_path(folder: Path, name: str) -> Path:
 
 
 def depth_pictures(out: Path, name: str) -> DepthPictures:
-    """The depth map of a photo, ready to be looked at."""
+    """Return the depth map of a photo as pictures."""
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     path = _depth_path(_stage(out, "depths", _DEPTHS), name)
     if not path.exists():
         raise InputError(Finding("dense.no-neighbour", photo=name))
-    made = DepthMap.load(path)
-    photo = np.zeros((*made.depth.shape, 3), np.uint8)
-    usable = np.ones(made.depth.shape, bool)
+    depth_map = DepthMap.load(path)
+    photo = np.zeros((*depth_map.depth.shape, 3), np.uint8)
+    usable = np.ones(depth_map.depth.shape, bool)
     straight = stage_folder(out, "straight")
     if straight is not None and _depth_path(straight, name).exists():
-        taken = load_undistorted(_depth_path(straight, name))
-        if taken.pixels().shape == photo.shape:
-            photo, usable = taken.pixels(), taken.valid
-    has = made.depth > 0
-    low, high = depth_range(made.depth)
+        undistorted = load_undistorted(_depth_path(straight, name))
+        if undistorted.pixels().shape == photo.shape:
+            photo, usable = undistorted.pixels(), undistorted.valid
+    has = depth_map.depth > 0
+    low, high = depth_range(depth_map.depth)
     table = color_table()
-    normals = facing_colors(made.normals @ made.view.rotation)
-    confidence = table[made.confidence]
+    normals = facing_colors(depth_map.normals @ depth_map.view.rotation)
+    confidence = table[depth_map.confidence]
     for picture in (normals, confidence):
         picture[~has] = NO_DEPTH
     return DepthPictures(
         photo,
-        made.depth,
+        depth_map.depth,
         low,
         high,
-        depth_colors(made.depth, low, high, table),
+        depth_colors(depth_map.depth, low, high, table),
         confidence,
         normals,
         float((has & usable).sum() / max(1, usable.sum())),
@@ -248,7 +262,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
 
 def coverage(out: Path, name: str) -> float | None:
-    """Share of a photo's usable pixels that have a depth; None where it has no depth map."""
+    """Return the share of a photo's usable pixels that have a depth; None without a depth map."""
     from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     folder = stage_folder(out, "depths")
@@ -268,7 +282,7 @@ def coverage(out: Path, name: str) -> float | None:
 
 
 def depth_range(depth: Float32Array) -> tuple[float, float]:
-    """Between which depths nearly all lie: 1 % are nearer, 1 % farther. (0, 1) where none is."""
+    """Return the 1 % and 99 % quantiles of the depths; (0, 1) without any."""
     known = depth[depth > 0]
     if not len(known):
         return 0.0, 1.0
@@ -277,7 +291,7 @@ def depth_range(depth: Float32Array) -> tuple[float, float]:
 
 
 def color_table() -> ByteArray:
-    """(256, 3) viridis."""
+    """Return the viridis table (256, 3)."""
     from matplotlib import colormaps
 
     table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)
@@ -285,7 +299,7 @@ def color_table() -> ByteArray:
 
 
 def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray) -> ByteArray:
-    """(h, w, 3); pixels without a depth are NO_DEPTH."""
+    """Return colours (h, w, 3) of depths; pixels without a depth are NO_DEPTH."""
     place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
     picture = np.asarray(table[place])
     picture[depth <= 0] = NO_DEPTH
@@ -293,8 +307,10 @@ def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray)
 
 
 def facing_colors(normals: FloatingArray) -> ByteArray:
-    """(..., 3) of unit normals (..., 3) in the model's frame: the hue says toward which side the
-    surface faces (0 to the north, clockwise), paler the flatter it lies, darker where it overhangs.
+    """Return colours (..., 3) of unit normals (..., 3) in the model's frame.
+
+    The hue is the direction of dip (0 to the north, clockwise), paler for gentle dips, darker for
+    overhangs.
     """
     x, y, z = np.moveaxis(np.asarray(normals, np.float32), -1, 0)
     hue = (np.degrees(np.arctan2(x, y)) % 360.0) / 60.0

@@ -1,8 +1,7 @@
-"""The photos of a model and what they see of it, both ways: which photos show a point, where and
-how well, and which point of the model lies under a pixel.
+"""Relate the photos of a model to its surface: photos that show a point, and points under pixels.
 
-Lines of sight are followed with the lens's distortion (the collinearity equations), and end at the
-first surface they meet.
+Lines of sight include the distortion of the lens (the collinearity equations), and end at the first
+surface.
 """
 
 from __future__ import annotations
@@ -22,23 +21,30 @@ if TYPE_CHECKING:
     from vomstudio.geometry.rays.raytree import RayTree
 
 
-# A line between two points picked on a rough face runs through the rock here and there: it is
-# hidden only where the rock covers it by more than this part of its length.
-_SAGITTA = 0.12
-_MOST_ON_A_LINE = 4000
-_FOR_OBLIQUITY = 12
+# Depth below the rock, as a share of its length, up to which a line between points on a rough face
+# is visible.
+_MAX_SAG_SHARE = 0.12
+_MAX_LINE_POINTS = 4000
+_OBLIQUITY_POINTS = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """A photo that shows a place.
+    """Photo that shows a place.
 
-    view : its row in `PhotoViews.views`
-    pixel : (2,) where, COLMAP's pixels of the stored photo
-    gsd_m : size of a pixel there at right angles to the line of sight, in the model's unit
-    obliquity_deg : between the line of sight and the surface's normal; None where unknown. Of
-        several places, like gsd_m, the median
-    share : of the places asked for that the photo shows, 0 to 1
+    Attributes
+    ----------
+    view : int
+        Row in `PhotoViews.views`.
+    pixel : (2,) array
+        COLMAP's pixels of the stored photo.
+    gsd_m : float
+        Size of a pixel at right angles to the line of sight, in the model's unit; median of several
+        places.
+    obliquity_deg : float or None
+        Angle between the line of sight and the surface's normal, median; None if unknown.
+    share : float
+        Visible share of the places, 0 to 1.
     """
 
     view: int
@@ -50,17 +56,22 @@ class Sighting:
 
     @property
     def effective_gsd_m(self) -> float:
-        """Size of a pixel on the surface, along its foreshortened direction; at most ten times its
-        `gsd_m`, beyond which nothing can be told."""
+        """Return the size of a pixel along its foreshortened direction on the surface.
+
+        At most ten times `gsd_m`.
+        """
         if self.obliquity_deg is None:
             return self.gsd_m
         return self.gsd_m / max(float(np.cos(np.radians(self.obliquity_deg))), 0.1)
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """What lies under a pixel: the row of the face or point, its place (3,) float64 in the model's
-    own frame, and the barycentric weights of the face's corners (None for a point)."""
+class PickedSurface:
+    """Surface under a pixel.
+
+    Row of the face or point, its place (3,) float64 in the model's frame, and the barycentric
+    weights of the face's corners (None for a point).
+    """
 
     index: int
     position: FloatArray
@@ -68,14 +79,20 @@ class Seen:
 
 
 class PhotoViews:
-    """A model with its photos.
+    """Model with its photos.
 
-    cameras : views in the frame of the model's file minus their origin
-    tree : the model itself, in the frame of its file
-    to_world : (4, 4) from that frame to World, a similarity
+    World points are float64 and moved to the cameras' origin first, so that UTM coordinates keep
+    their digits.
 
-    World points are float64; they are brought near the cameras' origin before anything is
-    multiplied, so that UTM coordinates lose nothing.
+    Parameters
+    ----------
+    cameras : Cameras
+        Views in the frame of the model's file minus their origin.
+    tree : RayTree
+        The model, in the frame of its file.
+    to_world : (4, 4) array, optional
+        Similarity from that frame to World.
+    resolution_m : float
     """
 
     def __init__(
@@ -99,37 +116,39 @@ class PhotoViews:
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def row(self, name: str) -> int:
-        """Raises KeyError for a photo that has no camera."""
+        """Return the row of a photo. Raises KeyError without a camera."""
         for number, view in enumerate(self.views):
             if view.name == name:
                 return number
         raise KeyError(name)
 
     def has(self, name: str) -> bool:
-        """Whether a photo has a camera."""
+        """Return whether a photo has a camera."""
         return any(view.name == name for view in self.views)
 
     def direction(self, view: int) -> FloatArray:
-        """(3,) unit vector in World along a photo's axis."""
+        """Return the unit vector (3,) of a photo's axis in World."""
         way = np.linalg.solve(self._back, self.views[view].direction)
         return np.asarray(way / np.linalg.norm(way))
 
     def local(self, world: npt.ArrayLike) -> FloatArray:
-        """World points (n, 3) in the cameras' frame."""
+        """Transform World points (n, 3) to the cameras' frame."""
         points = np.asarray(world, np.float64).reshape(-1, 3)
         return np.asarray((points - self._anchor) @ self._back.T)
 
     # --- from the model to the photos --------------------------------------------------------
     def pixels(self, view: int, world: npt.ArrayLike) -> FloatArray:
-        """(n, 2) of World points; NaN where the lens shows nothing, whatever hides them, inside the
-        photo or not."""
+        """Project World points to pixels (n, 2); NaN outside the lens.
+
+        Hidden points and pixels outside the photo are included.
+        """
         return self.views[view].project(self.local(world))
 
     def shows(self, view: int, world: npt.ArrayLike, slack_m: float | None = None) -> BoolArray:
-        """(n,) World points that are on the photo and not hidden.
+        """Return a mask (n,) of World points on the photo that are not hidden.
 
-        slack_m : how far behind the first surface a point may lie, in the model's unit; without
-            it twice the model's resolution
+        slack_m : maximum distance behind the first surface, in the model's unit; default: twice the
+        model's resolution
         """
         local = self.local(world)
         return self._shows(view, local, self.views[view].project(local), slack_m)
@@ -137,11 +156,11 @@ class PhotoViews:
     def _shows(
         self, view: int, local: FloatArray, pixels: FloatArray, slack_m: float | None
     ) -> BoolArray:
-        seen = self.views[view].contains(pixels)
-        rows = np.flatnonzero(seen)
+        visible = self.views[view].contains(pixels)
+        rows = np.flatnonzero(visible)
         if len(rows):
-            seen[rows] = ~self._hidden(self._centres[view], local[rows], slack_m)
-        return seen
+            visible[rows] = ~self._hidden(self._centres[view], local[rows], slack_m)
+        return visible
 
     def _hidden(
         self, centre: FloatArray, local: FloatArray, slack_m: float | FloatArray | None
@@ -156,52 +175,62 @@ class PhotoViews:
         return np.asarray(hits.index >= 0)
 
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
-        """The photos that show World points (n, 3): those that show most of them first, and of
-        these the one with the finest pixels on the surface."""
+        """Return the photos that show World points (n, 3).
+
+        Those that show most of them first, among these the one with the finest pixels on the
+        surface.
+        """
         local = self.local(world)
         if not len(local) or not self.views:
             return []
-        found = []
+        sightings = []
         for number, view in enumerate(self.views):
             pixels = view.project(local)
-            seen = self._shows(number, local, pixels, slack_m)
-            if seen.any():
-                rows = np.flatnonzero(seen)
-                some = local[rows[:: max(1, len(rows) // _FOR_OBLIQUITY)]]
-                found.append(
+            visible = self._shows(number, local, pixels, slack_m)
+            if visible.any():
+                rows = np.flatnonzero(visible)
+                subset = local[rows[:: max(1, len(rows) // _OBLIQUITY_POINTS)]]
+                sightings.append(
                     Sighting(
                         number,
                         view.name,
                         pixels[rows[len(rows) // 2]],
-                        float(np.median(view.depths(some))) / self._focal(number),
-                        self._obliquity(number, some),
-                        float(seen.mean()),
+                        float(np.median(view.depths(subset))) / self._focal(number),
+                        self._obliquity(number, subset),
+                        float(visible.mean()),
                     )
                 )
-        # Shares in fifths: a little more of the feature is no reason for much coarser pixels.
-        return sorted(found, key=lambda s: (-int(5 * s.share + 1e-9), s.effective_gsd_m, s.name))
+        # Compare shares in fifths: a slightly larger share does not justify much coarser pixels.
+        return sorted(
+            sightings, key=lambda s: (-int(5 * s.share + 1e-9), s.effective_gsd_m, s.name)
+        )
 
     def _focal(self, view: int) -> float:
         return float(np.sqrt(np.prod(self.views[view].intrinsics.focal)))
 
     def _obliquity(self, view: int, local: FloatArray) -> float | None:
-        ways = local - self._centres[view]
-        hits = self.tree.cast(self._centres[view] + self._origin, ways)
-        found = []
-        for way, index in zip(ways, hits.index.tolist(), strict=True):
+        directions = local - self._centres[view]
+        hits = self.tree.cast(self._centres[view] + self._origin, directions)
+        cosines = []
+        for direction, index in zip(directions, hits.index.tolist(), strict=True):
             normal = self.tree.normal(index) if index >= 0 else None
             if normal is not None:
-                found.append(abs(float(normal @ way)) / max(float(np.linalg.norm(way)), 1e-300))
-        if not found:
+                cosines.append(
+                    abs(float(normal @ direction)) / max(float(np.linalg.norm(direction)), 1e-300)
+                )
+        if not cosines:
             return None
-        return float(np.degrees(np.arccos(min(float(np.median(found)), 1.0))))
+        return float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0))))
 
     def course(
         self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
     ) -> tuple[FloatArray, BoolArray]:
-        """Pixels (k, 2) along a World polyline (n, 3), some `step_px` apart, and which of them are
-        on the photo and not hidden (as `shows`; between its corners a line may run below the
-        surface by a part of its length)."""
+        """Return pixels (k, 2) along a World polyline (n, 3), and which of them are visible.
+
+        As `shows`; between its corners a line may be below the surface by a part of its length.
+
+        step_px : approximate distance of the pixels
+        """
         local = self.local(line)
         if len(local) < 2:
             return np.zeros((0, 2)), np.zeros(0, np.bool_)
@@ -211,8 +240,8 @@ class PhotoViews:
         for a, b, count in zip(local[:-1], local[1:], steps, strict=True):
             t = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
             pieces.append(a + t * (b - a))
-            # Nothing at the corners, most half way between them.
-            sag = 4.0 * (t * (1.0 - t)).ravel() * _SAGITTA * float(np.linalg.norm(b - a))
+            # 0 at the corners, the maximum half way between them.
+            sag = 4.0 * (t * (1.0 - t)).ravel() * _MAX_SAG_SHARE * float(np.linalg.norm(b - a))
             slacks.append(sag + 2.0 * self.resolution)
         points = np.concatenate([*pieces, local[-1:]])
         slack = np.append(np.concatenate(slacks), 2.0 * self.resolution)
@@ -220,40 +249,44 @@ class PhotoViews:
             slack[:] = slack_m
         photo = self.views[view]
         pixels = photo.project(points)
-        seen = photo.contains(pixels)
-        rows = np.flatnonzero(seen)
+        visible = photo.contains(pixels)
+        rows = np.flatnonzero(visible)
         if len(rows):
-            seen[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
-        return pixels, seen
+            visible[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
+        return pixels, visible
 
     def _steps(self, view: int, local: FloatArray, step_px: float) -> list[int]:
         pixels = self.views[view].project(local)
         lengths = np.hypot(*np.diff(pixels, axis=0).T)
         size = float(np.hypot(*(self.views[view].intrinsics.width,) * 2))
-        # Ends that the lens does not show say nothing of the length between.
+        # The length is unknown if the lens does not show the ends.
         lengths = np.minimum(np.nan_to_num(lengths, nan=size, posinf=size), 3 * size)
-        step = max(step_px, float(lengths.sum()) / _MOST_ON_A_LINE)
+        step = max(step_px, float(lengths.sum()) / _MAX_LINE_POINTS)
         return [max(1, int(np.ceil(length / step))) for length in lengths]
 
     # --- from a photo to the model -----------------------------------------------------------
     def places_under(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
-        """(n, 3) where the lines of sight through pixels (n, 2) of a photo first meet the model,
-        World; NaN where nowhere. In a cloud as far along the line as the point that is met."""
-        photo = self.views[view]
-        given = np.asarray(pixels, np.float64).reshape(-1, 2)
-        ways = photo.rays(given)
-        hits = self.tree.cast(self._centres[view] + self._origin, ways)
-        met = (hits.index >= 0) & photo.contains(given)
-        found = np.full((len(given), 3), np.nan)
-        own = self.tree.positions(hits.index[met], hits.weights[met])
-        if not isinstance(self.tree.data, Mesh):
-            start, along = self._centres[view] + self._origin, ways[met]
-            own = start + ((own - start) * along).sum(axis=1, keepdims=True) * along
-        found[met] = (own - self._origin) @ self._forth.T + self._anchor
-        return found
+        """Return the World places (n, 3) where lines of sight first meet the model, else NaN.
 
-    def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> Seen | None:
-        """What a photo shows at a pixel; None beside the model or off the photo."""
+        For a cloud: at the distance of the point on the line.
+
+        pixels : (n, 2) of the photo
+        """
+        photo = self.views[view]
+        queried = np.asarray(pixels, np.float64).reshape(-1, 2)
+        directions = photo.rays(queried)
+        hits = self.tree.cast(self._centres[view] + self._origin, directions)
+        is_hit = (hits.index >= 0) & photo.contains(queried)
+        places = np.full((len(queried), 3), np.nan)
+        hit_places = self.tree.positions(hits.index[is_hit], hits.weights[is_hit])
+        if not isinstance(self.tree.data, Mesh):
+            start, along = self._centres[view] + self._origin, directions[is_hit]
+            hit_places = start + ((hit_places - start) * along).sum(axis=1, keepdims=True) * along
+        places[is_hit] = (hit_places - self._origin) @ self._forth.T + self._anchor
+        return places
+
+    def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:
+        """Return the surface at a pixel of a photo; None outside the model or the photo."""
         photo = self.views[view]
         if not photo.contains(pixel)[0]:
             return None
@@ -264,6 +297,6 @@ class PhotoViews:
             return None
         position = self.tree.position(index, hits.weights[0])
         if not isinstance(self.tree.data, Mesh):
-            return Seen(index, position, None)
+            return PickedSurface(index, position, None)
         a, b, c = hits.weights[0].tolist()
-        return Seen(index, position, (a, b, c))
+        return PickedSurface(index, position, (a, b, c))

@@ -1,1 +1,1 @@
-"""The stages one after the other, resumed where they stopped, and what is told of them."""
+"""Resumable stages of a reconstruction, and their reports."""

@@ -1,4 +1,4 @@
-"""Depth maps on a GPU, where the installed COLMAP can use one."""
+"""Depth maps on a GPU, if the installed COLMAP supports it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 def device_of(settings: Settings) -> str:
-    """ "cpu" or "cuda", on which the depth maps are to be computed.
+    """Return the device of depth maps, "cpu" or "cuda".
 
-    Raises GeometryError where "cuda" is asked for and the installed COLMAP cannot use a GPU.
+    Raises GeometryError if "cuda" is requested and not supported.
     """
     if settings.device == "cpu":
         return "cpu"
@@ -46,16 +46,18 @@ def put_depths_of_gpu(
     settings: Settings,
     log: StageLog,
 ) -> bool:
-    """Give `put` the map of each plan. False, with a note, where the GPU failed and the settings
-    leave the choice of the device to the program.
+    """Compute the map of each plan on the GPU and pass it to `put`.
 
-    Raises GeometryError where the GPU failed and was asked for, and Cancelled.
+    Returns False, with a note, if the GPU failed and the device is "auto". Raises GeometryError if
+    the GPU failed and was requested, and Cancelled.
     """
     log.stage(tr("Computing depth maps on the GPU"), len(pairs.plans))
     try:
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
-            for number, made in enumerate(cuda_depth_maps(scene, pairs, photos, Path(folder), log)):
-                put(number, made)
+            for number, depth_map in enumerate(
+                cuda_depth_maps(scene, pairs, photos, Path(folder), log)
+            ):
+                put(number, depth_map)
     # COLMAP raises these for a GPU without driver or memory.
     except (RuntimeError, ValueError) as error:
         reason = (str(error).strip() or type(error).__name__).splitlines()[-1]

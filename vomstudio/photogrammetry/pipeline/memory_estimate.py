@@ -1,4 +1,4 @@
-"""Memory that a reconstruction will need."""
+"""Memory requirement of a reconstruction."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ from vomstudio.photogrammetry.base.settings import Settings
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Of depths and their cloud, which take the most memory.
+    """Memory requirement of depths and their cloud, which is the largest.
 
-    wanted_px : long side of the photos that the quality asks for; size_px : that fits into memory
-    needed_bytes : at size_px; free_bytes : now
+    Attributes
+    ----------
+    wanted_px, size_px : int
+        Long side of the photos by the quality, and the one that fits into memory.
+    needed_bytes : int
+        At `size_px`.
+    free_bytes : int
+        Available now.
     """
 
     wanted_px: int
@@ -23,10 +29,10 @@ class MemoryNeed:
 
 
 def memory_need(settings: Settings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
-    """As the reconstruction itself decides it; sizes : width and height of the photos."""
+    """Return the memory requirement. sizes : width and height of the photos"""
     from vomstudio.photogrammetry.base.memory import available_bytes
     from vomstudio.photogrammetry.dense.memory_limits import fitting_size, memory_of_all
 
-    wanted = settings.steps.dense_px
-    size = fitting_size(wanted, sizes)
-    return MemoryNeed(wanted, size, memory_of_all(size, sizes), available_bytes())
+    requested_px = settings.steps.dense_px
+    size = fitting_size(requested_px, sizes)
+    return MemoryNeed(requested_px, size, memory_of_all(size, sizes), available_bytes())

@@ -1,4 +1,4 @@
-"""The folder of a reconstruction: its files, one run at a time, and a disk that may be full."""
+"""Folder of a reconstruction: its files, a lock for one run at a time, and disk errors."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
 
-# A worker whose window was killed may still be in native code that nothing interrupts.
+# Time to wait for a worker of a killed window, which may be in native code.
 _PATIENCE_S = 5.0
-# What a library could not write was no larger than this, as a rule.
+# Free space below which a failed write of a library is a full disk.
 _FULL_BELOW = 1_000_000
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """The files of a reconstruction below `folder`."""
+    """Files of a reconstruction in `folder`."""
 
     folder: Path
 
@@ -79,9 +79,9 @@ class Outputs:
 
 
 def claim_folder(out: Path) -> Outputs:
-    """The folder `out` for a reconstruction: a new one, an empty one, or one that was begun before.
+    """Prepare the folder of a reconstruction: new, empty, or of an earlier run.
 
-    Raises TargetError where something else is in it, or it cannot be made.
+    Raises TargetError if it has other content, or cannot be created.
     """
     check_in_project(out)
     try:
@@ -108,8 +108,8 @@ def claim_folder(out: Path) -> Outputs:
 
 
 @contextlib.contextmanager
-def folder_locked(outputs: Outputs) -> Iterator[None]:
-    """No other run works in the folder, and what a killed one has left half written is removed."""
+def lock_folder(outputs: Outputs) -> Iterator[None]:
+    """Lock the folder for this run, and remove partial files of a killed one."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
         busy="output.folder-in-use",
@@ -125,9 +125,8 @@ def folder_locked(outputs: Outputs) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def disk_trouble_reported(folder: Path) -> Iterator[None]:
-    """Say what is wrong with the disk where libraries say it in words of their own, or fail over
-    it."""
+def report_disk_errors(folder: Path) -> Iterator[None]:
+    """Report disk errors that libraries hide or fail over."""
     try:
         yield
     except (VomError, MemoryError):
@@ -144,7 +143,7 @@ def disk_trouble_reported(folder: Path) -> Iterator[None]:
 
 
 def _free_bytes(folder: Path) -> float:
-    """Bytes that are free; infinite where the system does not tell."""
+    """Return the free bytes; infinite if unknown."""
     try:
         return shutil.disk_usage(folder).free
     except OSError:

@@ -1,4 +1,4 @@
-"""The photos that a reconstruction begins with: which are used, and what makes them the same."""
+"""Input photos of a reconstruction: selection, checks and hashes."""
 
 from __future__ import annotations
 
@@ -25,11 +25,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ControlTables:
-    """Contents of the tables of control points and marks, read before the work begins.
+    """Tables of control points and marks, read before the reconstruction.
 
-    points, marks : empty without such a table
-    crs : of the points, "EPSG:n" (or WKT); None for a local frame in metres
-    hashes : of the files of points and of marks; None without such a file
+    Attributes
+    ----------
+    points, marks : tuple
+        Empty without such a table.
+    crs : str or None
+        Of the points, "EPSG:n" (or WKT); None for a local frame in metres.
+    hashes : tuple
+        Of the files of points and of marks; None without such a file.
     """
 
     points: tuple[ControlPoint, ...]
@@ -61,8 +66,9 @@ def usable_photos(
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
 ) -> PhotoFolder:
-    """The photos; what can be known to fail after hours is refused here. masks: by photo, in place
-    of those beside the photos; None for those.
+    """Return the usable photos, and refuse input that would fail after hours.
+
+    masks : by photo, instead of those beside the photos; None to use those
 
     Raises InputError.
     """
@@ -75,39 +81,39 @@ def usable_photos(
     )
     from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
-    found = read_photos(folder, progress).with_masks(masks)
-    if len(found.photos) < 2:
+    photo_folder = read_photos(folder, progress).with_masks(masks)
+    if len(photo_folder.photos) < 2:
         reasons = [
             tr("{photo} was left out: {reason}", photo=name, reason=reason)
-            for name, reason in found.skipped[:1]
+            for name, reason in photo_folder.skipped[:1]
         ]
         raise InputError(Finding("alignment.too-few-photos", reasons=reasons), file=folder)
     if settings.control is not None:
-        checked = check_control(tables.points, tables.marks, found.photos, settings.crs)
+        checked = check_control(tables.points, tables.marks, photo_folder.photos, settings.crs)
         if checked.problem is not None:
             raise InputError(checked.problem, file=settings.marks)
-    found.warnings.extend(labels_on_one_spot(tables.marks))
+    photo_folder.warnings.extend(labels_on_one_spot(tables.marks))
     if settings.crs is not None and settings.control is None:
-        placed = [photo for photo in found.photos if has_position(photo)]
+        placed = [photo for photo in photo_folder.photos if has_position(photo)]
         if len(placed) < 3:
             raise InputError(
                 Finding(
                     "gps-few",
                     "error",
                     value=len(placed),
-                    total=len(found.photos),
+                    total=len(photo_folder.photos),
                     crs=settings.crs,
                     photos=[photo.name for photo in placed],
                 ),
                 file=folder,
             )
         world_positions(placed, crs_of(placed, settings.crs))
-    return found
+    return photo_folder
 
 
 @dataclass(frozen=True)
 class TakenPhoto:
-    """A photo as it was taken, for the texture; read when it is asked for."""
+    """Original photo for the texture, read on access."""
 
     taken: Photo
     view: View
@@ -122,12 +128,12 @@ class TakenPhoto:
 
 
 def photo_hash(photo: Photo) -> str:
-    """Of the file and its mask."""
+    """Return the hash of a photo and its mask."""
     return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
 
 
 def bytes_of(path: Path) -> bytes:
-    """Of a file. Raises InputError where it is gone."""
+    """Read a file. Raises InputError if it is missing."""
     try:
         with open_regular(path) as stream:
             return stream.read()
@@ -139,7 +145,7 @@ def bytes_of(path: Path) -> bytes:
 
 
 def hash_file(path: Path) -> str:
-    """SHA-256 of a file, hexadecimal. Raises InputError."""
+    """Return the SHA-256 of a file, hexadecimal. Raises InputError."""
     try:
         with open_regular(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -148,5 +154,5 @@ def hash_file(path: Path) -> str:
 
 
 def alignment_facts(photos: Sequence[Photo]) -> list[Any]:
-    """What the alignment takes from the photos besides their pixels."""
+    """Return the properties of photos that the alignment uses besides their pixels."""
     return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]

@@ -1,4 +1,4 @@
-"""Results of single photos on the disk: each one whole, read when it is needed."""
+"""Results of single photos on the disk, written atomically and read on access."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
-from vomstudio.photogrammetry.base.checkpoints import file_name, write_whole
+from vomstudio.photogrammetry.base.checkpoints import file_name, write_atomically
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 
 class PhotoResults(Sequence[Result], Generic[Result]):
-    """Results of a stage: one file for each photo in `folder`, read when it is asked for."""
+    """Results of a stage: one file per photo in `folder`, read on access."""
 
     def __init__(
         self,
@@ -37,24 +37,24 @@ class PhotoResults(Sequence[Result], Generic[Result]):
         self._save, self._load = save, load
 
     def at(self, folder: Path) -> PhotoResults[Result]:
-        """The same results once their folder has its final name."""
+        """Return the same results in their final folder."""
         return PhotoResults(folder, self.names, self._save, self._load)
 
-    def chosen(self, numbers: Sequence[int]) -> PhotoResults[Result]:
-        """Some of them, in this order."""
+    def select(self, numbers: Sequence[int]) -> PhotoResults[Result]:
+        """Return a selection, in this order."""
         return PhotoResults(self._folder, [self.names[n] for n in numbers], self._save, self._load)
 
     def path(self, number: int) -> Path:
-        """The file of a photo, by its row."""
+        """Return the file of a photo, by its row."""
         return self._folder / f"{file_name(self.names[number])}.npz"
 
     def has(self, number: int) -> bool:
-        """Whether the result of a photo, by its row, is there."""
+        """Return whether the result of a photo, by its row, exists."""
         return self.path(number).exists()
 
     def put(self, number: int, result: Result) -> None:
-        """Raises TargetError where the disk is full."""
-        write_whole(self.path(number), lambda path: self._save(path, result))
+        """Write a result. Raises TargetError if the disk is full."""
+        write_atomically(self.path(number), lambda path: self._save(path, result))
 
     def __len__(self) -> int:
         return len(self.names)
@@ -73,7 +73,7 @@ class PhotoResults(Sequence[Result], Generic[Result]):
 
 
 def load_result(load: Callable[[Path], Result], path: Path) -> Result:
-    """What is in a file. Raises InputError where a failing disk has damaged it."""
+    """Load a file. Raises InputError if it is damaged."""
     try:
         return load(path)
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
@@ -92,7 +92,7 @@ def save_undistorted(path: Path, straight: Undistorted) -> None:
 
 
 def load_undistorted(path: Path) -> Undistorted:
-    """As `save_undistorted` wrote it."""
+    """Load an undistorted photo of `save_undistorted`."""
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
     with open_arrays(path) as arrays:
@@ -117,7 +117,7 @@ def save_cloud(path: Path, cloud: PointCloud) -> None:
 
 
 def load_cloud(path: Path) -> PointCloud:
-    """As `save_cloud` wrote it."""
+    """Load a cloud of `save_cloud`."""
     with open_arrays(path) as arrays:
         return PointCloud(
             arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)
@@ -125,7 +125,7 @@ def load_cloud(path: Path) -> PointCloud:
 
 
 def save_mesh(path: Path, mesh: Mesh) -> None:
-    """Materials by their names: their pictures are kept beside, see `load_mesh`."""
+    """Write a mesh with the names of its materials, see `load_mesh` for their pictures."""
     arrays: dict[str, Any] = {
         "vertices": mesh.vertices,
         "faces": mesh.faces,
@@ -140,7 +140,7 @@ def save_mesh(path: Path, mesh: Mesh) -> None:
 
 
 def load_mesh(path: Path) -> Mesh:
-    """A material NAME wears NAME.jpg in the same folder."""
+    """Load a mesh; the picture of a material NAME is NAME.jpg in the same folder."""
     with open_arrays(path) as arrays:
         return Mesh(
             arrays["vertices"],
@@ -162,6 +162,6 @@ def _fields(arrays: Any) -> dict[str, Any]:
 
 
 def _save(path: Path, arrays: dict[str, Any]) -> None:
-    # A stream, since numpy adds an ending to names.
+    # Use a stream, since NumPy adds an extension to names.
     with path.open("wb") as stream:
         np.savez(stream, **arrays)

@@ -1,4 +1,4 @@
-"""From a folder of photos to a textured model: the stages, in their order, each one resumable."""
+"""Reconstruct a textured model from a folder of photos in resumable stages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
-from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
+from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_atomically
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
@@ -26,8 +26,8 @@ from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_o
 from vomstudio.photogrammetry.pipeline.outputs import (
     Outputs,
     claim_folder,
-    disk_trouble_reported,
-    folder_locked,
+    lock_folder,
+    report_disk_errors,
 )
 from vomstudio.photogrammetry.pipeline.photo_input import (
     ControlTables,
@@ -68,7 +68,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _CLOUD, _MESH = "cloud.npz", "mesh.npz"
-# Not work, but a choice that a run which goes on keeps.
+# Stage that stores a decision for resumed runs.
 _SIZE = "size"
 
 
@@ -80,17 +80,35 @@ def reconstruct(
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
 ) -> dict[str, Any]:
-    """Make a model of the photos in `folder`; what an earlier run finished is not done again.
-    masks: by photo, in place of those beside the photos; None for those.
+    """Reconstruct a model of the photos in `folder`, resuming an earlier run.
 
-    Returns the object that CLI.md promises for `reconstruct`, with more for the report; it is also
-    written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
-    TargetError for a disk that cannot hold it, and Cancelled.
+    Parameters
+    ----------
+    folder, out : Path
+    settings : Settings
+    executor : Executor
+    progress : Progress
+    masks : mapping, optional
+        By photo, instead of those beside the photos; None to use those.
+
+    Returns
+    -------
+    dict
+        Object that CLI.md specifies for `reconstruct`, with more data for the report; also written
+        to `reconstruction.json`.
+
+    Raises
+    ------
+    InputError
+        For unusable photos.
+    TargetError
+        If the disk cannot store it.
+    Cancelled
     """
     tables = read_tables(settings)
     photos = usable_photos(folder, settings, tables, progress, masks)
     outputs = claim_folder(out)
-    with folder_locked(outputs), disk_trouble_reported(outputs.folder):
+    with lock_folder(outputs), report_disk_errors(outputs.folder):
         run = _Run(photos, tables, outputs, settings, executor, StageLog(outputs.log, progress))
         try:
             return run.all()
@@ -151,17 +169,17 @@ class _Run:
 
     # ------------------------------------------------------------------------------------------
     def _checked(self) -> PhotoFolder:
-        found = self.photos
-        for name, reason in found.skipped:
+        photo_folder = self.photos
+        for name, reason in photo_folder.skipped:
             self.log.note(Finding("photo.left-out", photo=name, reason=reason))
-        for warning in found.warnings:
+        for warning in photo_folder.warnings:
             self.log.note(warning)
         self.hashes: dict[str, str] = {}
-        self.log.stage(tr("Checking photos"), len(found.photos))
-        for number, photo in enumerate(found.photos):
+        self.log.stage(tr("Checking photos"), len(photo_folder.photos))
+        for number, photo in enumerate(photo_folder.photos):
             self.log.step(number)
             self.hashes[photo.name] = photo_hash(photo)
-        return found
+        return photo_folder
 
     def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
         from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
@@ -202,7 +220,7 @@ class _Run:
         return alignment, stage or aligned
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
-        """The largest part in World where control or GPS allow it, else upright and local."""
+        """Register the largest part by control or GPS, else place it upright in a local frame."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
         settings, tables = self.settings, self.tables
@@ -222,7 +240,7 @@ class _Run:
     def _undistort(
         self, placed: _Registered, photos: PhotoFolder
     ) -> tuple[PhotoResults[Undistorted], Stage]:
-        """Photos without distortion, of the size in which every pixel gets a depth."""
+        """Undistort the photos in the size of the depth maps."""
         from vomstudio.photogrammetry.dense import undistortion
 
         views = placed.scene.views
@@ -231,56 +249,59 @@ class _Run:
         stage = self.checkpoints.stage(
             "straight", placed.stage.key, report_data.versions("cv2"), size
         )
-        by_name = {photo.name: photo for photo in photos.photos}
+        photo_by_name = {photo.name: photo for photo in photos.photos}
 
         def task(number: int) -> undistortion.UndistortTask:
-            photo = by_name[views[number].name]
+            photo = photo_by_name[views[number].name]
             mask = None if photo.mask is None else bytes_of(photo.mask)
             return undistortion.UndistortTask(bytes_of(photo.path), mask, views[number], size)
 
-        kept = PhotoResults(
+        results = PhotoResults(
             stage.folder, [view.name for view in views], save_undistorted, load_undistorted
         )
         lenses = [view.intrinsics for view in views]
         need = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
-        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, need)
-        return kept.at(stage.folder), stage
+        self._each(tr("Undistorting photos"), stage, results, undistortion.undistort, task, need)
+        return results.at(stage.folder), stage
 
     def _dense_size(self, placed: _Registered) -> int:
-        """What was chosen once is kept where it still fits, so that a run goes on with it."""
+        """Return the size of depth maps: that of an earlier run if it still fits."""
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
-        wanted, lenses = self.settings.steps.dense_px, [v.intrinsics for v in placed.scene.views]
-        size = fitting_size(wanted, [(lens.width, lens.height) for lens in lenses])
-        stage = self.checkpoints.stage(_SIZE, placed.stage.key, wanted)
+        requested_px, lenses = (
+            self.settings.steps.dense_px,
+            [v.intrinsics for v in placed.scene.views],
+        )
+        size = fitting_size(requested_px, [(lens.width, lens.height) for lens in lenses])
+        stage = self.checkpoints.stage(_SIZE, placed.stage.key, requested_px)
         if not stage.done:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
-        if size < wanted:
-            self.log.note(Finding("dense.reduced", size_px=size, wanted_px=wanted))
+        if size < requested_px:
+            self.log.note(Finding("dense.reduced", size_px=size, wanted_px=requested_px))
         return size
 
     def _depths(
         self, scene: SparseScene, straight: PhotoResults[Undistorted], flat: Stage
     ) -> tuple[Pairs, PhotoResults[DepthMap], Stage]:
         from vomstudio.photogrammetry.dense import depthmaps
-        from vomstudio.photogrammetry.dense.pairs import choose_pairs
+        from vomstudio.photogrammetry.dense.pairs import select_pairs
 
-        pairs = choose_pairs(scene)
+        pairs = select_pairs(scene)
         if self.region is not None:
-            pairs = pairs.of_views(self.region.views_of(scene))
+            pairs = pairs.select_views(self.region.views_of(scene))
         for text in pairs.left_out:
             self.log.note(text)
         names = [scene.views[plan.view].name for plan in pairs.plans]
         if self.device == "cuda":
             versions = report_data.versions("pycolmap")
             stage = self.checkpoints.stage("depths", flat.key, versions, "cuda", *self.only)
-            kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+            results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
             if stage.done:
-                return pairs, kept.at(stage.folder), stage
-            if put_depths_of_gpu(scene, pairs, straight, kept.put, self.settings, self.log):
+                return pairs, results.at(stage.folder), stage
+            if put_depths_of_gpu(scene, pairs, straight, results.put, self.settings, self.log):
                 stage.finish()
-                return pairs, kept.at(stage.folder), stage
+                return pairs, results.at(stage.folder), stage
             self.device = "cpu"
         versions = report_data.versions("cv2", "numba")
         stage = self.checkpoints.stage("depths", flat.key, versions, *self.only)
@@ -288,33 +309,33 @@ class _Run:
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
 
-        kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+        results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
         needed = max(
             depthmaps.memory_needed(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
-        self._each(tr("Computing depth maps"), stage, kept, depthmaps.depth_map, task, needed)
-        return pairs, kept.at(stage.folder), stage
+        self._each(tr("Computing depth maps"), stage, results, depthmaps.depth_map, task, needed)
+        return pairs, results.at(stage.folder), stage
 
     def _each(
         self,
         title: str,
         stage: Stage,
-        kept: PhotoResults[Result],
+        results: PhotoResults[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
         needed: int,
     ) -> None:
-        """Do what is not done yet of a stage whose results are one for each photo."""
+        """Compute the missing results of a stage with one result per photo."""
         if stage.done:
             return
-        left = [number for number in range(len(kept)) if not kept.has(number)]
-        self.log.stage(title, len(kept))
-        progress = ResumedProgress(self.log, len(kept) - len(left))
-        for done, result in self.executor.map(work, map(task, left), progress, needed):
-            kept.put(left[done], result)
+        missing = [number for number in range(len(results)) if not results.has(number)]
+        self.log.stage(title, len(results))
+        progress = ResumedProgress(self.log, len(results) - len(missing))
+        for done, result in self.executor.map(work, map(task, missing), progress, needed):
+            results.put(missing[done], result)
         stage.finish()
 
     def _fuse(
@@ -329,12 +350,12 @@ class _Run:
 
         stage = self.checkpoints.stage("cloud", deep.key)
         if not stage.done:
-            photos = straight.chosen([plan.view for plan in pairs.plans])
+            photos = straight.select([plan.view for plan in pairs.plans])
             near = neighbours_by_name(scene, pairs)
             cloud = fuse(maps.names, maps, photos, near, progress=self.log)
             if self.region is not None:
                 cloud = cloud.of_rows(self.region.inside(cloud.points, scene.origin))
-            write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
+            write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
@@ -350,9 +371,9 @@ class _Run:
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
-            made = build_surface(cloud, options, self.log)
-            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
-            stage.finish(facts=made.facts, warnings=list(made.warnings))
+            surface = build_surface(cloud, options, self.log)
+            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, surface.mesh))
+            stage.finish(facts=surface.facts, warnings=list(surface.warnings))
         for warning in stage.facts["warnings"]:
             self.log.note(Finding.from_dict(warning))
         return load_result(load_mesh, stage.folder / _MESH), stage
@@ -360,32 +381,32 @@ class _Run:
     def _texture(
         self, mesh: Mesh, placed: _Registered, photos: PhotoFolder, surfaced: Stage
     ) -> tuple[Mesh, Stage]:
-        """From the photos as they were taken: nothing is resampled twice."""
+        """Compute the texture from original photos, so that nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
         from vomstudio.photogrammetry.surface.texture import TextureOptions, jpeg, make_texture
 
         steps = self.settings.steps
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
         if not stage.done:
-            by_name = {photo.name: photo for photo in photos.photos}
-            sources = [TakenPhoto(by_name[view.name], view) for view in placed.scene.views]
+            photo_by_name = {photo.name: photo for photo in photos.photos}
+            sources = [TakenPhoto(photo_by_name[view.name], view) for view in placed.scene.views]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
-            made = make_texture(mesh, sources, options, self.executor, self.log)
-            for material, page in zip(made.mesh.materials, made.pages, strict=True):
+            textured = make_texture(mesh, sources, options, self.executor, self.log)
+            for material, page in zip(textured.mesh.materials, textured.pages, strict=True):
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
-                write_whole(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
-            write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
-            stage.finish(report=asdict(made.report))
+                write_atomically(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
+            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, textured.mesh))
+            stage.finish(report=asdict(textured.report))
         for warning in stage.facts["report"]["warnings"]:
             self.log.note(Finding.from_dict(warning))
         return load_result(load_mesh, stage.folder / _MESH), stage
 
     # ------------------------------------------------------------------------------------------
     def _remember(self) -> None:
-        """What was asked for, so that an unfinished run can be offered again."""
+        """Store the request, so that an unfinished run can be offered again."""
         request = {"photos": str(self.folder), **self.settings.to_dict()}
-        write_whole(self.outputs.request, lambda path: write_json(path, request))
+        write_atomically(self.outputs.request, lambda path: write_json(path, request))
 
     def _finish(
         self,
@@ -411,10 +432,12 @@ class _Run:
         for part in alignment.parts[1:]:
             names = [view.name for view in part.views]
             self.log.note(Finding("alignment.separate-component", photos=names))
-        registration = report_data.at_the_edge(placed.registration, scene, textured, self.log.note)
+        registration = report_data.add_edge_bowing(
+            placed.registration, scene, textured, self.log.note
+        )
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
-        cameras = report_data.as_placed(alignment.cameras, scene, registration)
+        cameras = report_data.cameras_after_placement(alignment.cameras, scene, registration)
         survey = check_scene(
             scene,
             # Photos of other parts have a pose, and are counted there.
@@ -466,10 +489,10 @@ class _Run:
         }
         self.checkpoints.sweep()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
-        write_whole(outputs.result, lambda path: write_json(path, result))
+        write_atomically(outputs.result, lambda path: write_json(path, result))
         write_registrations(outputs, result)
         return result
 
 
-def _save_map(path: Path, made: DepthMap) -> None:
-    made.save(path)
+def _save_map(path: Path, depth_map: DepthMap) -> None:
+    depth_map.save(path)

@@ -1,4 +1,4 @@
-"""Data of the reconstruction report: rows of photos, registration, calibration and a drawing."""
+"""Data of the reconstruction report: photos, registration, calibration and a drawing."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.georeferencing.georeference import GpsReport
     from vomstudio.photogrammetry.georeferencing.placement import Placement
 
-_DRAWN = 4000
+_MAX_DRAWN_POINTS = 4000
 
 
 def tie_points(scene: SparseScene) -> PointCloud:
-    """In World, with their mean reprojection error and the number of photos that see them."""
+    """Return the tie points in World, with mean reprojection errors and numbers of photos."""
     return PointCloud(
         scene.points + scene.origin,
         scene.colors,
@@ -43,9 +43,11 @@ def tie_points(scene: SparseScene) -> PointCloud:
 def photo_rows(
     photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
-    """For each photo: its tie points, their median reprojection error and ground sampling
-    distance (`gsd_m`, or `gsd` in the unit of a scene without scale), and by how much it misses
-    its GPS position."""
+    """Return the figures of each photo.
+
+    Tie points, their median reprojection error, ground sampling distance (`gsd_m`, or `gsd` in the
+    unit of a scene without scale), and the residual of its GPS position.
+    """
     numbers = {view.name: number for number, view in enumerate(scene.views)}
     residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     rows = []
@@ -63,14 +65,16 @@ def photo_rows(
             "residual_m": residuals.get(photo.name),
         }
         if photo.name in numbers:
-            row |= _of_view(scene, numbers[photo.name])
+            row |= _view_figures(scene, numbers[photo.name])
         rows.append(row)
     return rows
 
 
 def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, float | None]:
-    """Median size on the rock of a pixel of the depth maps, whose long side has `dense_px`: in
-    metres, and in the unit of a scene without scale."""
+    """Return the median pixel size of depth maps on the rock.
+
+    In metres, and in the unit of a scene without scale. dense_px : long side of the depth maps
+    """
     return {f"dense_{name}": _dense(rows, name, dense_px) for name in ("gsd_m", "gsd")}
 
 
@@ -83,24 +87,24 @@ def _dense(rows: Sequence[Mapping[str, Any]], name: str, dense_px: int) -> float
     return float(np.median(sizes)) if sizes else None
 
 
-def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
+def _view_figures(scene: SparseScene, number: int) -> dict[str, Any]:
     view = scene.views[number]
-    mine = scene.track_views == number
-    seen = scene.track_points[mine]
-    if not len(seen):
+    is_of_view = scene.track_views == number
+    point_rows = scene.track_points[is_of_view]
+    if not len(point_rows):
         return {}
-    points = scene.points[seen]
-    misses = np.linalg.norm(view.project(points) - scene.track_pixels[mine], axis=1)
+    points = scene.points[point_rows]
+    misses = np.linalg.norm(view.project(points) - scene.track_pixels[is_of_view], axis=1)
     depth = float(np.median(view.depths(points)))
     return {
-        "tie_points": len(seen),
+        "tie_points": len(point_rows),
         "error_px": float(np.nanmedian(misses)),
         "gsd_m" if scene.scaled else "gsd": depth / float(np.mean(view.intrinsics.focal)),
     }
 
 
 def gps_registration(report: GpsReport) -> dict[str, Any]:
-    """What a registration by camera positions says, as plain values."""
+    """Return a registration by camera positions as plain values."""
     residuals = [
         {
             "name": name,
@@ -179,26 +183,29 @@ def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
     }
 
 
-def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
-    """By the 95 % errors of the lenses, with degrees of dip."""
-    if found is None:
+def lens_bowing(bend: LensBend | None) -> dict[str, Any] | None:
+    """Return the bowing by the 95 % errors of the lenses, with degrees of dip."""
+    if bend is None:
         return None
     return {
-        **asdict(found),
-        "edge_from_middle95_deg": found.side_deg,
-        "edge_to_edge95_deg": found.across_deg,
-        "stretch95_deg": found.stretch_deg,
+        **asdict(bend),
+        "edge_from_middle95_deg": bend.side_deg,
+        "edge_to_edge95_deg": bend.across_deg,
+        "stretch95_deg": bend.stretch_deg,
     }
 
 
-def at_the_edge(
+def add_edge_bowing(
     registration: Mapping[str, Any],
     scene: SparseScene,
     mesh: Mesh,
     note: Callable[[Finding], object],
 ) -> dict[str, Any]:
-    """What a registration says, with the bowing at the edge of the finished model: tie points, from
-    which it was found, do not reach as far. note : called with each finding"""
+    """Return a registration with the bowing at the edge of the finished model.
+
+    Tie points, by which it was estimated, do not extend to the edge. note : called with each
+    finding
+    """
     from vomstudio.geology.bowing import LensBend, model_shape
     from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.project.registration_errors import bowing_of_registration
@@ -217,11 +224,11 @@ def at_the_edge(
     return facts | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
 
 
-def as_placed(
+def cameras_after_placement(
     cameras: Sequence[Calibration], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[Calibration]:
-    """The cameras as the adjustment to the ground has left them, where there was one."""
-    found = []
+    """Return the cameras after the adjustment to the ground, if any."""
+    adjusted = []
     for camera in cameras:
         photos = set(camera.photos)
         for view in scene.views:
@@ -235,17 +242,17 @@ def as_placed(
                 if lens["freed"]:
                     sigma = (lens["sigma_px"], *camera.sigma[1:])
                     camera = replace(camera, focal="freed", sigma=sigma)
-        found.append(camera)
-    return found
+        adjusted.append(camera)
+    return adjusted
 
 
 def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
-    """Each camera's parameters with their errors, and what was held."""
-    by_name = {photo.name: photo for photo in photos}
+    """Return the parameters of each camera with their errors, and the fixed ones."""
+    photo_by_name = {photo.name: photo for photo in photos}
     rows = []
     for camera in cameras:
-        first = by_name[camera.photos[0]]
-        # What the ground freed has an error, but no correlations with what the photos freed.
+        first = photo_by_name[camera.photos[0]]
+        # Parameters freed by the ground have an error, but no correlations with others.
         alone = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
         free = [i for i, value in enumerate(camera.sigma) if value != 0 and not alone[i]]
         rows.append(
@@ -270,7 +277,7 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
 
 
 def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str, Any]:
-    """Cloud, mesh and texture in numbers."""
+    """Return the figures of cloud, mesh and texture."""
     return {
         "points": len(cloud.points),
         "faces": len(mesh.faces),
@@ -281,8 +288,10 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
 
 
 def rotation95_deg(registration: Mapping[str, Any]) -> float:
-    """95 % half-angle by which the registration can turn a plane's normal, about its worst axis;
-    0 where the model was not registered, and directions on it mean nothing outside of it."""
+    """Return the 95 % rotation error of normals by the registration, about its weakest axis.
+
+    0 for a model without registration, whose directions are arbitrary.
+    """
     errors = registration.get("rotation_error_deg")
     if not errors:
         return 0.0
@@ -293,8 +302,10 @@ def rotation95_deg(registration: Mapping[str, Any]) -> float:
 def planes_of_model(
     cloud: PointCloud, mesh: Mesh, registration: Mapping[str, Any]
 ) -> PlaneSizes | None:
-    """How well planes are known on the finished model: its resolution is the largest of its
-    points' spacing, their noise, and the edges of its mesh."""
+    """Return the accuracy of planes on the finished model.
+
+    Its resolution is the maximum of point spacing, noise, and edge length of the mesh.
+    """
     from vomstudio.io.models.opening import resolution
 
     known = [value for value in (resolution(cloud), resolution(mesh)) if math.isfinite(value)]
@@ -304,7 +315,7 @@ def planes_of_model(
 
 
 def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
-    """Sizes on the rock, medians, in the unit of the model, and the share that no photo sees."""
+    """Return median sizes on the rock in the model's unit, and the share that no photo shows."""
     return {
         "unit": "m" if scene.scaled else "unknown",
         "unseen_share": float(texture["unseen_share"]),
@@ -314,8 +325,8 @@ def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def drawing(scene: SparseScene) -> dict[str, Any]:
-    """Some tie points, the cameras and their directions, less the origin."""
-    step = max(1, len(scene.points) // _DRAWN)
+    """Return some tie points, the cameras and their directions, minus the origin."""
+    step = max(1, len(scene.points) // _MAX_DRAWN_POINTS)
     return {
         "points": np.round(scene.points[::step], 3).tolist(),
         "at": np.round(scene.centres, 3).tolist(),
@@ -324,10 +335,10 @@ def drawing(scene: SparseScene) -> dict[str, Any]:
 
 
 def versions(*packages: str) -> dict[str, str]:
-    """Of this program and of what its results rest on."""
+    """Return the versions of this program and of packages that affect results."""
     import importlib
 
-    found = {"vomstudio": __version__}
+    numbers = {"vomstudio": __version__}
     for name in packages:
-        found[name] = str(importlib.import_module(name).__version__)
-    return found
+        numbers[name] = str(importlib.import_module(name).__version__)
+    return numbers

@@ -11,8 +11,7 @@ from vomstudio.core.progress import Progress
 
 
 class StageLog:
-    """Writes `log.txt`, line by line, and passes progress on. `notes` are what the user is told at
-    the end."""
+    """Write `log.txt` and forward progress. `notes` are reported to the user at the end."""
 
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path, self._progress = path, progress
@@ -32,7 +31,7 @@ class StageLog:
             with self._path.open("a", encoding="utf-8") as stream:
                 stream.write(line)
         except OSError:
-            # A full disk is told by whoever writes results.
+            # A full disk is reported when results are written.
             pass
 
     def stage(self, name: str, total: int | None = None) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def write_cameras_of(
     outputs: Outputs, photos: Path, alignment: Alignment, scene: SparseScene
 ) -> None:
-    """Cameras and tie points are there before the hours of dense work."""
+    """Write cameras and tie points, before the hours of dense work."""
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 
@@ -55,7 +55,7 @@ def write_cameras_of(
 def write_models(
     outputs: Outputs, scene: SparseScene, cloud: PointCloud, textured: Mesh, progress: Progress
 ) -> None:
-    """The cloud and the textured mesh, in World."""
+    """Write the cloud and the textured mesh, in World."""
     from vomstudio.io.models.writing import write_model
 
     progress.stage(tr("Writing the model"), 2 + len(outputs.others))
@@ -73,15 +73,14 @@ def write_models(
 
 
 def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
-    """Write the registration that `reconstruction.json` states beside mesh and cloud.
+    """Write the registration of `reconstruction.json` beside mesh and cloud.
 
-    Models that nothing outside of the photos has placed have none; those of an earlier run are
-    removed.
+    Models without external observations do not have one; those of an earlier run are removed.
     """
     from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.io.models.registration_file import registration_path, write_registration
 
-    # As whoever reads the file finds it.
+    # Convert as readers of the file do.
     names = ("registration", "frame", "scaled")
     text = json.dumps({name: result[name] for name in names}, default=_plain)
     registration = result_registration(json.loads(text), outputs.folder.name)

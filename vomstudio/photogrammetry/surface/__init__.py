@@ -1,1 +1,1 @@
-"""A mesh of the cloud, its texture atlas and its texture."""
+"""Mesh of the cloud, its texture atlas and its texture."""

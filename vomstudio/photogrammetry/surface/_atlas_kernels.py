@@ -1,4 +1,4 @@
-"""Compiled parts of texture atlases."""
+"""Compiled kernels of texture atlases."""
 
 from __future__ import annotations
 
@@ -9,32 +9,34 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8, f8, i8, i4[::1])")
-def settle_labels(smooth, exact, across, directions, least, joining, sweeps, labels):  # type: ignore[no-untyped-def]
-    """Give each face the direction that suits it and its neighbours (iterated conditional modes).
+def settle_labels(smooth, exact, across, directions, min_cosine, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+    """Assign each face the direction that suits it and its neighbours.
 
-    smooth, exact : normals (m, 3), averaged over a neighbourhood and as they are
-    least : cosine below which a face cannot be drawn along a direction. joining : gain of an equal
-    label across an edge
+    By iterated conditional modes.
+
+    smooth, exact : normals (m, 3), averaged over a neighbourhood and exact
+    least : minimum cosine between a face and its direction
+    joining : gain of an equal label across an edge
     """
     count = len(directions)
     for _ in range(sweeps):
         changed = 0
         for f in range(len(labels)):
-            best, chosen = -1e9, labels[f]
+            best, best_label = -1e9, labels[f]
             for d in range(count):
                 ex, ey, ez = directions[d, 0], directions[d, 1], directions[d, 2]
                 value = smooth[f, 0] * ex + smooth[f, 1] * ey + smooth[f, 2] * ez
                 facing = exact[f, 0] * ex + exact[f, 1] * ey + exact[f, 2] * ez
-                if facing < least:
-                    value -= 4.0 * (least - facing) + 0.5
+                if facing < min_cosine:
+                    value -= 4.0 * (min_cosine - facing) + 0.5
                 for side in range(3):
                     g = across[f, side]
                     if g >= 0 and labels[g] == d:
                         value += joining
                 if value > best + 1e-12:
-                    best, chosen = value, d
-            if chosen != labels[f]:
-                labels[f] = chosen
+                    best, best_label = value, d
+            if best_label != labels[f]:
+                labels[f] = best_label
                 changed += 1
         if changed == 0:
             break
@@ -42,9 +44,9 @@ def settle_labels(smooth, exact, across, directions, least, joining, sweeps, lab
 
 @kernel("void(f8[:,:,::1], i4[::1], i4[:,::1], b1[::1])")
 def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-def]
-    """Draw faces into a grid of texels (-1 where free); mark those that fall onto another.
+    """Draw faces into a grid of texels (-1 = free), and mark those that overlap another.
 
-    corners : (m, 3, 2) of all faces, x right and y down in texels. members : the faces to draw
+    corners : (m, 3, 2) of all faces, x right and y down in texels; members : the faces to draw
     """
     h, w = grid.shape
     for at in range(len(members)):
@@ -73,8 +75,10 @@ def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-d
 
 @kernel("void(f8[:,:,::1], i4[::1], f8, f8, f8, b1[:,::1])")
 def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[no-untyped-def]
-    """Mark the cells, `side` texels wide, that faces and a gutter about them touch. `shift` is
-    added to the corners, texels."""
+    """Mark the cells, `side` texels wide, that faces and their gutter touch.
+
+    shift : added to the corners, texels
+    """
     h, w = cells.shape
     for at in range(len(members)):
         f = members[at]
@@ -113,8 +117,7 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
 
 @kernel("i8(b1[:,::1], b1[:,::1], i8, i8)")
 def place_chart(page, chart, first_row, last_row):  # type: ignore[no-untyped-def]
-    """First free place of a chart on a page, row by row: row * width + column, or -1. The page is
-    not changed."""
+    """Return the first free place of a chart on a page: row * width + column, or -1."""
     h, w = chart.shape
     columns = page.shape[1]
     for j in range(first_row, min(last_row, page.shape[0] - h) + 1):

@@ -1,4 +1,4 @@
-"""Compiled parts of surfaces from clouds."""
+"""Compiled kernels of surfaces from clouds."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from vomstudio.geometry.kernels.jit import kernel
 
 ROUNDS = 3
 NORMAL_WIDTH = 0.5
-"""Neighbours whose normals differ by more than this (about 30 degrees) belong to another facet."""
+"""Difference of normals (about 30 degrees) from which neighbours belong to another facet."""
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i8[:,::1], f8[:,::1], f4[:,::1], f8, f8)")
 def pull_to_points(vertices, normals, near, points, point_normals, width, farthest):  # type: ignore[no-untyped-def]
     """Move each vertex along the normal of its facet onto the points near it.
 
-    An implicit moving least squares surface whose weights fall with the distance, with the residual
-    and with the difference of the normals, so that edges between facets stay edges (Oztireli,
+    An implicit moving least squares surface whose weights decrease with the distance, the residual
+    and the difference of the normals, so that edges between facets remain sharp (Oztireli,
     Guennebaud and Gross 2009, Feature preserving point set surfaces).
 
-    near : rows of `points`, by distance. width : of the weights. Vertices that would move farther
-    than `farthest` stay.
+    near : rows of `points`, by distance; width : of the weights; farthest : maximum shift, vertices
+    beyond it are unchanged
     """
     k = near.shape[1]
     spread = 0.5 * width
@@ -28,7 +28,7 @@ def pull_to_points(vertices, normals, near, points, point_normals, width, farthe
         x0, y0, z0 = vertices[v, 0], vertices[v, 1], vertices[v, 2]
         x, y, z = x0, y0, z0
         gx, gy, gz = normals[v, 0], normals[v, 1], normals[v, 2]
-        sound = True
+        is_valid = True
         for outer in range(ROUNDS):
             value = 0.0
             for inner in range(2):
@@ -50,17 +50,17 @@ def pull_to_points(vertices, normals, near, points, point_normals, width, farthe
                     ny += w * ay
                     nz += w * az
                 if total < 1e-9:
-                    sound = False
+                    is_valid = False
                     break
                 value = f / total
                 length = math.sqrt(nx * nx + ny * ny + nz * nz)
                 if length < 1e-12:
-                    sound = False
+                    is_valid = False
                     break
                 gx, gy, gz = nx / length, ny / length, nz / length
-            if not sound:
+            if not is_valid:
                 break
             x, y, z = x - value * gx, y - value * gy, z - value * gz
-        moved = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
-        if sound and moved <= farthest:
+        shift = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
+        if is_valid and shift <= farthest:
             vertices[v, 0], vertices[v, 1], vertices[v, 2] = x, y, z

@@ -1,4 +1,4 @@
-"""Compiled parts of textures."""
+"""Compiled kernels of textures."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], i8, f4[::1])")
 def smooth_quality(starts, views, quality, across, rounds, spare):  # type: ignore[no-untyped-def]
-    """Average the qualities of each view over neighbouring faces that it sees. Entries of face f
-    are starts[f] to starts[f + 1], sorted by view; `spare` is as long as `quality`."""
+    """Average the qualities of each view over neighbouring faces that it sees.
+
+    Entries of face f are starts[f] to starts[f + 1], sorted by view; `spare` is as long as
+    `quality`.
+    """
     for _ in range(rounds):
         for f in range(len(across)):
             for e in range(starts[f], starts[f + 1]):
@@ -30,9 +33,11 @@ def smooth_quality(starts, views, quality, across, rounds, spare):  # type: igno
 
 @kernel("void(i4[::1], i4[::1], f4[::1], i4[:,::1], f8, i8, i4[::1])")
 def choose_views(starts, views, quality, across, joining, sweeps, labels):  # type: ignore[no-untyped-def]
-    """The view from which each face is drawn, -1 where there is none: its quality relative to the
-    face's best, and `joining` for each neighbour that is drawn from it too (iterated conditional
-    modes)."""
+    """Select the view from which each face is drawn, -1 if there is none.
+
+    Its quality relative to the face's best, plus `joining` for each neighbour with the same view
+    (iterated conditional modes).
+    """
     for sweep in range(sweeps):
         changed = 0
         for f in range(len(labels)):
@@ -43,7 +48,7 @@ def choose_views(starts, views, quality, across, joining, sweeps, labels):  # ty
             top = 1e-20
             for e in range(first, last):
                 top = max(top, quality[e])
-            best, chosen = -1.0, labels[f]
+            best, best_view = -1.0, labels[f]
             for e in range(first, last):
                 value = quality[e] / top
                 if sweep > 0:
@@ -52,9 +57,9 @@ def choose_views(starts, views, quality, across, joining, sweeps, labels):  # ty
                         if g >= 0 and labels[g] == views[e]:
                             value += joining
                 if value > best + 1e-9:
-                    best, chosen = value, views[e]
-            if chosen != labels[f]:
-                labels[f] = chosen
+                    best, best_view = value, views[e]
+            if best_view != labels[f]:
+                labels[f] = best_view
                 changed += 1
         if changed == 0:
             break
@@ -62,8 +67,10 @@ def choose_views(starts, views, quality, across, joining, sweeps, labels):  # ty
 
 @kernel("void(i4[::1], i4[::1], i4[::1], b1[::1], f4[:,::1], f4[:,::1], i8)")
 def diffuse(starts, links, some, counts, values, spare, rounds):  # type: ignore[no-untyped-def]
-    """Average the values of `some` vertices over themselves and those linked to them that count;
-    the others stay. `spare` (len(some), c)"""
+    """Average the values of `some` vertices over themselves and linked ones that count.
+
+    The others are unchanged; `spare` (len(some), c).
+    """
     channels = values.shape[1]
     for _ in range(rounds):
         for k in range(len(some)):
@@ -86,7 +93,7 @@ def diffuse(starts, links, some, counts, values, spare, rounds):  # type: ignore
 
 @kernel("void(i4[::1], i4[::1], b1[::1], f4[:,::1], i4[::1])")
 def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untyped-def]
-    """Give unknown vertices the mean of their known neighbours, ring by ring. `queue` holds n."""
+    """Assign unknown vertices the mean of known neighbours, ring by ring (`queue` of n)."""
     n = len(known)
     count = 0
     for v in range(n):
@@ -119,8 +126,10 @@ def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untype
 
 @kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1])")
 def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
-    """How far the colour of each entry lies from the median of its vertex's entries, and how far
-    the nearer half of them does, each in the worst channel; 0 with fewer than three entries."""
+    """Compute distances of colours from the median of their vertex.
+
+    Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.
+    """
     for v in range(len(starts) - 1):
         first, last = starts[v], starts[v + 1]
         n = last - first
@@ -136,7 +145,7 @@ def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-de
             for k in range(n):
                 values[k] = abs(values[k] - middle)
             values.sort()
-            # Of the nearer half: an outlier must not widen what it is measured by.
+            # Use the nearer half, so that outliers do not widen the spread.
             usual = values[(n - 1) // 2]
             for e in range(first, last):
                 distance[e] = max(distance[e], abs(colors[e, c] - middle))
@@ -145,7 +154,7 @@ def from_median(starts, colors, distance, spread):  # type: ignore[no-untyped-de
 
 @kernel("void(f8[:,:,::1], f8, f8, i4[:,::1])")
 def draw_faces(corners, left, top, owner):  # type: ignore[no-untyped-def]
-    """Number of the face at each texel's centre; `owner` comes full of -1."""
+    """Draw the face number at each texel's centre; `owner` is initialised with -1."""
     h, w = owner.shape
     for f in range(len(corners)):
         ax, ay = corners[f, 0, 0] - left, corners[f, 0, 1] - top
@@ -163,20 +172,20 @@ def draw_faces(corners, left, top, owner):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i4[:,::1], i8)")
 def grow_faces(owner, spare, rounds):  # type: ignore[no-untyped-def]
-    """Let faces own the texels about them, for the gutter."""
+    """Extend faces to the texels around them, for the gutter."""
     h, w = owner.shape
     for _ in range(rounds):
         for j in range(h):
             for i in range(w):
-                found = owner[j, i]
-                if found < 0:
+                face = owner[j, i]
+                if face < 0:
                     for q in range(8):
                         k = q if q < 4 else q + 1
                         y, x = j + k // 3 - 1, i + k % 3 - 1
                         if 0 <= y < h and 0 <= x < w and owner[y, x] >= 0:
-                            found = owner[y, x]
+                            face = owner[y, x]
                             break
-                spare[j, i] = found
+                spare[j, i] = face
         for j in range(h):
             for i in range(w):
                 owner[j, i] = spare[j, i]
@@ -184,7 +193,7 @@ def grow_faces(owner, spare, rounds):  # type: ignore[no-untyped-def]
 
 @part
 def _weight(t):  # type: ignore[no-untyped-def]
-    """Of a sample at distance t from a cubic convolution (Keys 1981, a = -1/2)."""
+    """Return the weight of a sample at distance t of a cubic convolution (Keys 1981, a = -1/2)."""
     t = abs(t)
     if t < 1.0:
         return 1.0 + t * t * (1.5 * t - 2.5)
@@ -208,7 +217,7 @@ def add_view(  # type: ignore[no-untyped-def]
     weights,
     offsets,
     level,
-    wanted,
+    drawn_level,
     picture,
     gain,
     sharpening,
@@ -216,21 +225,22 @@ def add_view(  # type: ignore[no-untyped-def]
 ):
     """Add one view's colours to the texels whose faces are drawn from it.
 
-    owner (h, w) : face of each texel; corners : (m, 3, 2) on the page. entry (m,) : row of the face
-    in what follows, -1 where this view does not draw it. pixels (e, 3, 2), depths, weights (e, 3),
-    offsets (e, 3, 3) : at the corners. level (e,) : of the pyramid; only `wanted` ones are drawn,
-    from `picture` (BGR). total (h, w, 4) : sums of RGB and of weights
+    owner : (h, w) face of each texel; corners : (m, 3, 2) on the page
+    entry : (m,) row of the face in the arrays below, -1 if this view does not draw it
+    pixels (e, 3, 2), depths, weights (e, 3), offsets (e, 3, 3) : at the corners
+    level : (e,) of the pyramid; only those equal to `drawn_level` are drawn, from `picture` (BGR)
+    total : (h, w, 4) sums of RGB and of weights
     """
     h, w = owner.shape
     height, width = picture.shape[0], picture.shape[1]
-    scale = 1.0 / 2.0**wanted
+    scale = 1.0 / 2.0**drawn_level
     for j in range(h):
         for i in range(w):
             f = owner[j, i]
             if f < 0:
                 continue
             e = entry[f]
-            if e < 0 or level[e] != wanted:
+            if e < 0 or level[e] != drawn_level:
                 continue
             ax, ay = corners[f, 0, 0], corners[f, 0, 1]
             ex, ey = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay
@@ -240,7 +250,7 @@ def add_view(  # type: ignore[no-untyped-def]
             u = (x * fy - y * fx) / det
             v = (ex * y - ey * x) / det
             t = 1.0 - u - v
-            # Beyond the face, in the gutter, weights stay those of its border.
+            # In the gutter beyond the face, use the weights of its border.
             cu, cv = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
             ct = min(max(t, 0.0), 1.0)
             near = ct + cu + cv
@@ -269,16 +279,18 @@ def add_view(  # type: ignore[no-untyped-def]
                     g += wx * picture[jj, ii, 1]
                     r += wx * picture[jj, ii, 2]
             for c in range(3):
-                seen = r if c == 0 else (g if c == 1 else b)
+                value = r if c == 0 else (g if c == 1 else b)
                 shift = ct * offsets[e, 0, c] + cu * offsets[e, 1, c] + cv * offsets[e, 2, c]
-                total[j, i, c] += weight * (gain[c] * seen + shift)
+                total[j, i, c] += weight * (gain[c] * value + shift)
             total[j, i, 3] += weight
 
 
 @kernel("void(i4[:,::1], f8[:,:,::1], f8, f8, f4[:,:,::1], f4[:,:,::1], u1[:,:,::1])")
 def finish(owner, corners, left, top, fallback, total, rgb):  # type: ignore[no-untyped-def]
-    """Colours of the texels: from the views, or where no view sees the face between the colours
-    of its corners, fallback (m, 3, 3)."""
+    """Compute the colours of texels: from the views, or interpolated without a view.
+
+    fallback : (m, 3, 3) colours of the corners
+    """
     h, w = owner.shape
     for j in range(h):
         for i in range(w):

@@ -1,4 +1,4 @@
-"""Pieces of kernels that draw triangles into pictures, whose first pixel has its centre at 0.5."""
+"""Parts of kernels that rasterise triangles; the first pixel has its centre at 0.5."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from vomstudio.geometry.kernels.jit import part
 
 @part
 def frame_of(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
-    """Edges (ex, ey) and (fx, fy) from the first corner, one over their determinant (0 for a
-    triangle without area), and the pixels (i0 to i1, j0 to j1) whose centres it may hold."""
+    """Return the frame of a triangle.
+
+    Edges (ex, ey) and (fx, fy) from the first corner, the inverse of their determinant (0 for a
+    degenerate triangle), and the range of pixels (i0 to i1, j0 to j1).
+    """
     ex, ey, fx, fy = bx - ax, by - ay, cx - ax, cy - ay
     det = ex * fy - ey * fx
     inverse = 0.0 if abs(det) < 1e-12 else 1.0 / det
@@ -23,6 +26,6 @@ def frame_of(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
 
 @part
 def weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse):  # type: ignore[no-untyped-def]
-    """Weights of the second and third corner at the centre of a pixel."""
+    """Return the weights of the second and third corner at the centre of a pixel."""
     x, y = i + 0.5 - ax, j + 0.5 - ay
     return (x * fy - y * fx) * inverse, (ex * y - ey * x) * inverse

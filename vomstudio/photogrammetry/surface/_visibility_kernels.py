@@ -1,4 +1,4 @@
-"""Compiled parts of what a photo sees of a mesh."""
+"""Compiled kernels of the visibility of a mesh in a photo."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_a
 
 
 @kernel("void(f8[:,::1], f8[::1], i4[:,::1], i4[::1], f4[:,::1])")
-def draw_depths(pixels, depths, faces, chosen, buffer):  # type: ignore[no-untyped-def]
-    """Nearest depth at the centre of each pixel; `buffer` (h, w) comes full of infinity.
+def draw_depths(pixels, depths, faces, selection, buffer):  # type: ignore[no-untyped-def]
+    """Draw the nearest depth at each pixel's centre; `buffer` (h, w) starts with infinity.
 
-    pixels (n, 2) : x right, y down, the first pixel's centre at 0.5. depths (n,) : along the axis;
-    their inverse is linear over a triangle's picture
+    pixels (n, 2) : x right, y down, the first pixel's centre at 0.5
+    depths (n,) : along the axis; their inverse is linear in a triangle's picture
+    selection : rows of the faces to draw
     """
     h, w = buffer.shape
-    for at in range(len(chosen)):
-        f = chosen[at]
+    for row in range(len(selection)):
+        f = selection[row]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay = pixels[a, 0], pixels[a, 1]
         ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
@@ -41,17 +42,18 @@ def draw_depths(pixels, depths, faces, chosen, buffer):  # type: ignore[no-untyp
     " f4[::1], f4[::1])"
 )
 def count_seen(  # type: ignore[no-untyped-def]
-    pixels, depths, faces, chosen, buffer, nearest, usable, pixel, radius, slack, seen, clear
+    pixels, depths, faces, selection, buffer, nearest, usable, pixel, radius, slack, visible, clear
 ):
-    """Which share of each chosen face's pixels is in sight, `seen`, and by a margin, `clear`.
+    """Compute the visible share of each selected face's pixels, and that with a margin.
 
-    buffer : of `draw_depths`. nearest : its least value within `radius` pixels. usable : 0 where
-    the photo is masked. pixel : size of a pixel at depth 1. slack : pixels by which a surface may
-    lie behind the nearest one and still be it
+    buffer : of `draw_depths`; nearest : its minimum within `radius` pixels
+    usable : 0 for masked pixels; pixel : size of a pixel at depth 1
+    slack : pixels by which a surface may be behind the nearest one
+    visible, clear : results
     """
     h, w = buffer.shape
-    for at in range(len(chosen)):
-        f = chosen[at]
+    for row in range(len(selection)):
+        f = selection[row]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay = pixels[a, 0], pixels[a, 1]
         ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(
@@ -64,12 +66,12 @@ def count_seen(  # type: ignore[no-untyped-def]
         gx = ((zb - za) * fy - (zc - za) * ey) * inverse
         gy = ((zc - za) * ex - (zb - za) * fx) * inverse
         slope = abs(gx) + abs(gy)
-        total, good, free = 0, 0, 0
+        total, visible_count, clear_count = 0, 0, 0
         for attempt in range(2):
             if attempt == 1:
                 if total > 0:
                     break
-                # No pixel's centre lies in the face: ask the one below its middle.
+                # The face does not contain a pixel's centre: use the pixel below its middle.
                 i0 = i1 = math.floor(ax + (ex + fx) / 3.0)
                 j0 = j1 = math.floor(ay + (ey + fy) / 3.0)
                 if i0 < 0 or j0 < 0 or i0 >= w or j0 >= h:
@@ -88,20 +90,19 @@ def count_seen(  # type: ignore[no-untyped-def]
                     z = 1.0 / near
                     # The depth that this face's own slope allows nearby.
                     steep = slope * z * z
-                    here = slack * pixel * z + (steep if attempt == 1 else 0.0)
-                    if z <= buffer[j, i] + here:
-                        good += 1
-                        if z <= nearest[j, i] + here + radius * steep:
-                            free += 1
+                    tolerance = slack * pixel * z + (steep if attempt == 1 else 0.0)
+                    if z <= buffer[j, i] + tolerance:
+                        visible_count += 1
+                        if z <= nearest[j, i] + tolerance + radius * steep:
+                            clear_count += 1
         if total > 0:
-            seen[at] = good / total
-            clear[at] = free / total
+            visible[row] = visible_count / total
+            clear[row] = clear_count / total
 
 
 @kernel("void(u1[:,:,::1], f8[:,::1], f4[:,::1])")
 def look_up(picture, places, values):  # type: ignore[no-untyped-def]
-    """Bilinear values (n, c) of a picture (h, w, c) at pixels (n, 2), the first one's centre at
-    0.5; clamped to the picture."""
+    """Interpolate a picture (h, w, c) at pixels (n, 2), with the first centre at 0.5; clamped."""
     h, w, channels = picture.shape
     for k in range(len(places)):
         x = min(max(places[k, 0] - 0.5, 0.0), w - 1.0)

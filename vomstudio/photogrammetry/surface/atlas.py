@@ -1,10 +1,10 @@
-"""Texture atlas: charts of the surface, and their places on the pages.
+"""Texture atlas: charts of the surface, and their places on pages.
 
-Rock faces are made of few facets seen from a few sides, so that parallel projections along some
-directions serve: faces take the direction that suits them and their neighbours, connected ones make
-a chart, faces that would lie on others of their chart leave it, and charts are packed by their true
-outlines. General parametrisations (uvatlas, xatlas) minimise stretch instead, which on such
-surfaces takes many times longer and leaves more and smaller charts.
+Rock faces consist of few facets seen from a few sides, so parallel projections along some
+directions suffice: faces are assigned to the direction that suits them and their neighbours,
+connected ones form a chart, overlapping faces are moved to other charts, and charts are packed by
+their outlines. General parametrisations (uvatlas, xatlas) minimise stretch instead, which takes
+many times longer on such surfaces and gives more and smaller charts.
 """
 
 from __future__ import annotations
@@ -23,29 +23,34 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import components, cross_products, neighbours
 
-# Cosines: between a chart's direction and its faces at least, and as far as one direction is taken
-# to reach.
-_LEAST_FACING = 0.26
-_REACH = 0.72
-_MOST_DIRECTIONS = 24
-_JOINING = 0.35
-# A chart that fills less than this share of its box and is wider than so many texels is divided;
-# none with fewer faces is.
-_RAGGED = 0.45
-_WIDE = 192
-_SMALL = 24
-# A chart is packed in squares of so many texels.
-_CELL = 8
-_TRIES = 6
+# Cosines: minimum between a chart's direction and its faces, and limit of the faces of one
+# direction.
+_MIN_FACING = 0.26
+_MIN_REACH = 0.72
+_MAX_DIRECTIONS = 24
+_EQUAL_LABEL_GAIN = 0.35
+# A chart is divided if it fills less than this share of its box, is wider than this number of
+# texels, and has at least this number of faces.
+_MIN_FILL = 0.45
+_MIN_DIVIDED_TEXELS = 192
+_MIN_DIVIDED_FACES = 24
+# Charts are packed in squares of this number of texels.
+_CELL_TEXELS = 8
+_MAX_ATTEMPTS = 6
 
 
 @dataclass(frozen=True)
 class AtlasOptions:
-    """How pages are laid out.
+    """Layout of pages.
 
-    page : longest side of a page, texels
-    gutter : texels about each chart that repeat its border
-    most_pages : with more, the texels are made larger
+    Attributes
+    ----------
+    page : int
+        Maximum side of a page, texels.
+    gutter : int
+        Texels around each chart that repeat its border.
+    most_pages : int
+        Maximum number of pages; larger texels are used beyond it.
     """
 
     page: int = 4096
@@ -53,9 +58,9 @@ class AtlasOptions:
     most_pages: int = 16
 
     def __post_init__(self) -> None:
-        if not 64 <= self.page <= 16384 or self.page % _CELL:
+        if not 64 <= self.page <= 16384 or self.page % _CELL_TEXELS:
             raise UsageError(
-                Finding("texture.page-size", step=_CELL),
+                Finding("texture.page-size", step=_CELL_TEXELS),
                 field="page",
             )
         if not 1 <= self.gutter <= 32:
@@ -71,13 +76,17 @@ class AtlasOptions:
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """m faces on pages.
+    """Atlas of m faces.
 
-    corners : (m, 3, 2) float64 texels on the page, x right, y down from its upper left corner
-    page : (m,) int32
-    chart : (m,) int32
-    sizes : (p, 2) width and height of the pages, texels
-    texel : edge of a texel on the surface, in the unit of the vertices
+    Attributes
+    ----------
+    corners : (m, 3, 2) float64 array
+        Texels on the page, x right, y down from its upper left corner.
+    page, chart : (m,) int32 array
+    sizes : (p, 2) array
+        Width and height of the pages, texels.
+    texel : float
+        Edge of a texel on the surface, in the unit of the vertices.
     """
 
     corners: FloatArray
@@ -95,12 +104,21 @@ def make_atlas(
     options: AtlasOptions | None = None,
     progress: Progress | None = None,
 ) -> Atlas:
-    """Charts of all faces on as few pages as they need.
+    """Pack charts of all faces on as few pages as possible.
 
-    texel : wanted edge of a texel, in the unit of the vertices; made larger, and said so in
-    `facts`, where more than `most_pages` would come out
+    Parameters
+    ----------
+    vertices, faces : array
+    texel : float
+        Edge of a texel, in the unit of the vertices; enlarged, as `facts` state, to fit
+        `most_pages`.
+    options : AtlasOptions, optional
+    progress : Progress, optional
 
-    Raises GeometryError for a mesh without faces, or where no charts fit.
+    Raises
+    ------
+    GeometryError
+        For a mesh without faces, or if charts do not fit.
     """
     options, progress = options or AtlasOptions(), progress or Silent()
     if not len(faces):
@@ -110,9 +128,9 @@ def make_atlas(
     progress.stage(tr("Creating texture charts"))
     cross = cross_products(vertices, faces)
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
-    wanted = texel
-    room = options.page**2 * options.most_pages * 0.6
-    texel = max(texel, math.sqrt(area / room))
+    requested = texel
+    max_area = options.page**2 * options.most_pages * 0.6
+    texel = max(texel, math.sqrt(area / max_area))
     flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     for _ in range(20):
         progress.stage(tr("Packing texture charts"))
@@ -127,7 +145,7 @@ def make_atlas(
     drawn = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
         "texel_m": texel,
-        "wanted_texel_m": wanted,
+        "wanted_texel_m": requested,
         "charts": int(chart.max()) + 1,
         "pages": len(sizes),
         "page_sizes": sizes.tolist(),
@@ -137,10 +155,18 @@ def make_atlas(
 
 
 def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Float32Array, IntArray]:
-    """A mesh whose vertices have one texture coordinate each, faces grouped by page.
+    """Return a mesh whose vertices have one texture coordinate each, faces grouped by page.
 
-    Returns the old vertex of each new one (n,), faces (m, 3) of new vertices, uv (n, 2) with the
-    origin at the lower left, and the old row of each face (m,).
+    Returns
+    -------
+    old : (n,) array
+        Original vertex of each new one.
+    faces : (m, 3) array
+        New vertices.
+    uv : (n, 2) array
+        Origin at the lower left.
+    order : (m,) array
+        Original row of each face.
     """
     order = np.argsort(atlas.page, kind="stable")
     key = faces[order].astype(np.int64) << 32 | atlas.chart[order, None]
@@ -165,8 +191,10 @@ def _flatten(
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[FloatArray, Int32Array]:
-    """(m, 3, 2) corners of each face within its chart, in the unit of the vertices, from (0, 0) up;
-    and (m,) charts, no two faces of one overlapping."""
+    """Return corners (m, 3, 2) of faces in their charts, and non-overlapping charts (m,).
+
+    Corners are in the unit of the vertices, from (0, 0).
+    """
     length = np.linalg.norm(cross, axis=1)
     exact = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     across = neighbours(faces)
@@ -174,50 +202,52 @@ def _flatten(
     piece = _connected_pieces(faces, labels)
     flat = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
-    left = np.arange(len(faces))
+    remaining = np.arange(len(faces))
     count = 0
-    longest = (options.page - 2 * options.gutter - 2 * _CELL) * texel
-    for attempt in range(_TRIES):
+    longest = (options.page - 2 * options.gutter - 2 * _CELL_TEXELS) * texel
+    for attempt in range(_MAX_ATTEMPTS):
         progress.step(attempt)
-        if not len(left):
+        if not len(remaining):
             break
-        alone = attempt == _TRIES - 1
-        groups = np.arange(len(left)) if alone else piece[left]
+        is_last = attempt == _MAX_ATTEMPTS - 1
+        groups = np.arange(len(remaining)) if is_last else piece[remaining]
         order = np.argsort(groups, kind="stable")
         bounds = np.flatnonzero(np.r_[True, np.diff(groups[order]) != 0, True])
-        out = []
+        overlapping_faces = []
         for start, stop in itertools.pairwise(bounds):
-            rows = left[order[start:stop]]
-            poor = _project(vertices, faces, rows, cross, exact, flat)
-            for part in _cut(flat, rows[~poor], longest, texel):
+            rows = remaining[order[start:stop]]
+            is_facing_away = _project(vertices, faces, rows, cross, exact, flat)
+            for part in _cut(flat, rows[~is_facing_away], longest, texel):
                 clash = _overlapping(flat, part, texel)
-                sound = part[~clash]
-                if len(sound):
-                    flat[sound] -= flat[sound].reshape(-1, 2).min(axis=0)
-                    chart[sound] = count
+                fitting = part[~clash]
+                if len(fitting):
+                    flat[fitting] -= flat[fitting].reshape(-1, 2).min(axis=0)
+                    chart[fitting] = count
                     count += 1
-                out.append(part[clash])
-            out.append(rows[poor])
-        left = np.sort(np.concatenate(out)) if out else left[:0]
-        if len(left):
-            among = np.zeros(len(faces), bool)
-            among[left] = True
-            piece = components(faces, among)
-    if len(left):
+                overlapping_faces.append(part[clash])
+            overlapping_faces.append(rows[is_facing_away])
+        remaining = (
+            np.sort(np.concatenate(overlapping_faces)) if overlapping_faces else remaining[:0]
+        )
+        if len(remaining):
+            is_remaining = np.zeros(len(faces), bool)
+            is_remaining[remaining] = True
+            piece = components(faces, is_remaining)
+    if len(remaining):
         raise GeometryError(Finding("texture.charts-too-large"))
     return flat, chart
 
 
 def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Array:
-    """(m,) the direction along which each face is drawn."""
+    """Return the projection direction (m,) of each face."""
     from vomstudio.photogrammetry.surface._atlas_kernels import settle_labels
 
     smooth = cross.copy()
     for _ in range(12):
         total = smooth.copy()
         for side in range(3):
-            there = across[:, side] >= 0
-            total[there] += smooth[across[there, side]]
+            has_neighbour = across[:, side] >= 0
+            total[has_neighbour] += smooth[across[has_neighbour, side]]
         smooth = total
         smooth /= 4
     length = np.linalg.norm(smooth, axis=1, keepdims=True)
@@ -225,14 +255,23 @@ def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Ar
     directions = _directions(smooth, np.linalg.norm(cross, axis=1))
     labels = np.ascontiguousarray((smooth @ directions.T).argmax(axis=1), np.int32)
     settle_labels(
-        smooth, np.ascontiguousarray(exact), across, directions, _LEAST_FACING, _JOINING, 30, labels
+        smooth,
+        np.ascontiguousarray(exact),
+        across,
+        directions,
+        _MIN_FACING,
+        _EQUAL_LABEL_GAIN,
+        30,
+        labels,
     )
     return labels
 
 
 def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
-    """Few directions so that nearly all of the surface faces one of them: greedily, the one that
-    reaches most of what is left, moved to the mean of what it reaches."""
+    """Return few directions such that nearly all of the surface faces one of them.
+
+    Greedily: the direction that covers most of the remaining surface, moved to its mean normal.
+    """
     n = 200
     k = np.arange(n) + 0.5
     z = 1 - 2 * k / n
@@ -240,29 +279,29 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     radius = np.sqrt(1 - z * z)
     candidates = np.stack([radius * np.cos(turn), radius * np.sin(turn), z], 1)
     step = max(1, len(normals) // 50_000)
-    some, weight = normals[::step], weights[::step].copy()
-    facing = some @ candidates.T > _REACH
+    subset, weight = normals[::step], weights[::step].copy()
+    facing = subset @ candidates.T > _MIN_REACH
     whole = weight.sum()
-    chosen: list[FloatArray] = []
-    for _ in range(_MOST_DIRECTIONS):
-        if weight.sum() <= 0.002 * whole and chosen:
+    directions: list[FloatArray] = []
+    for _ in range(_MAX_DIRECTIONS):
+        if weight.sum() <= 0.002 * whole and directions:
             break
         best = int((facing * weight[:, None]).sum(axis=0).argmax())
         direction = candidates[best]
         for _ in range(3):
-            reached = some @ direction > _REACH
-            mean = (some[reached] * weight[reached, None]).sum(axis=0)
+            is_covered = subset @ direction > _MIN_REACH
+            mean = (subset[is_covered] * weight[is_covered, None]).sum(axis=0)
             if not np.linalg.norm(mean) > 0:
                 break
             direction = mean / np.linalg.norm(mean)
-        chosen.append(direction)
-        weight[some @ direction > _REACH] = 0
+        directions.append(direction)
+        weight[subset @ direction > _MIN_REACH] = 0
         weight[facing[:, best]] = 0
-    return np.ascontiguousarray(chosen)
+    return np.ascontiguousarray(directions)
 
 
 def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
-    """(m,) connected faces of one label."""
+    """Return the connected piece (m,) of faces of one label."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -283,8 +322,10 @@ def _project(
     exact: FloatArray,
     flat: FloatArray,
 ) -> BoolArray:
-    """Draw faces along their mean normal into the narrowest upright box; which of them look away
-    from it. Texels keep their area on average."""
+    """Project faces along their mean normal into the narrowest upright box, in place.
+
+    Returns which of them face away. The mean area of texels is preserved.
+    """
     normal = cross[rows].sum(axis=0)
     if not np.linalg.norm(normal) > 0:
         normal = cross[rows[np.linalg.norm(cross[rows], axis=1).argmax()]]
@@ -294,23 +335,23 @@ def _project(
     helper = np.eye(3)[np.abs(normal).argmin()]
     right = np.cross(helper, normal)
     right /= np.linalg.norm(right)
-    # y grows downwards on a page: right x down = into the surface.
+    # y increases downwards on a page: right x down = into the surface.
     down = np.cross(right, normal)
     corners = vertices[faces[rows]]
     drawn = np.stack([corners @ right, corners @ down], -1)
     flatness = exact[rows] @ normal
-    seen = np.linalg.norm(cross[rows], axis=1)
-    cosine = float((seen * flatness).sum() / seen.sum()) if seen.sum() > 0 else 1.0
+    areas = np.linalg.norm(cross[rows], axis=1)
+    cosine = float((areas * flatness).sum() / areas.sum()) if areas.sum() > 0 else 1.0
     angle = _smallest_box_angle(drawn.reshape(-1, 2))
     c, s = math.cos(angle), math.sin(angle)
     stretch = 1 / math.sqrt(min(max(cosine, 0.5), 1.0))
     flat[rows] = drawn @ np.array([[c, s], [-s, c]]) * stretch
-    poor = (flatness < _LEAST_FACING / 2) & (seen > 0)
-    return poor if len(rows) > 1 else np.zeros(1, bool)
+    is_facing_away = (flatness < _MIN_FACING / 2) & (areas > 0)
+    return is_facing_away if len(rows) > 1 else np.zeros(1, bool)
 
 
 def _smallest_box_angle(points: FloatArray) -> float:
-    """Angle by which points are turned to fit the smallest box."""
+    """Return the angle of the smallest box around points."""
     some = points[:: max(1, len(points) // 3000)]
     angles = np.radians(np.arange(0, 90, 5.0))
     x = some @ np.stack([np.cos(angles), -np.sin(angles)])
@@ -319,7 +360,7 @@ def _smallest_box_angle(points: FloatArray) -> float:
 
 
 def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list[IntArray]:
-    """Parts of a chart that fit a page and fill their boxes, by the middles of their faces."""
+    """Divide a chart into parts that fit a page and fill their boxes, by the middles of faces."""
     if not len(rows):
         return []
     low = flat[rows].reshape(-1, 2).min(axis=0)
@@ -328,8 +369,8 @@ def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list
     if not large:
         drawn = np.abs(_doubled_areas(flat[rows])).sum() / 2
         # A ring or a winding ledge keeps more of a page free than its parts do.
-        ragged = drawn < _RAGGED * extent.prod() and extent.max() > _WIDE * texel
-        if not ragged or len(rows) < _SMALL:
+        ragged = drawn < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
+        if not ragged or len(rows) < _MIN_DIVIDED_FACES:
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
@@ -367,7 +408,7 @@ def _overlapping(flat: FloatArray, rows: IntArray, texel: float) -> BoolArray:
 def _pack(
     drawn: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
 ) -> tuple[FloatArray, Int32Array, IntArray] | None:
-    """Corners on pages, in texels; None where there would be too many pages."""
+    """Return corners on pages, in texels; None if there are too many pages."""
     from vomstudio.photogrammetry.surface._atlas_kernels import cover_cells
 
     count = int(chart.max()) + 1
@@ -378,25 +419,27 @@ def _pack(
     for k in range(count):
         rows = order[bounds[k] : bounds[k + 1]]
         size = drawn[rows].reshape(-1, 2).max(axis=0) + 2 * pad
-        cells = np.zeros(np.ceil(size[::-1] / _CELL).astype(int), bool)
-        cover_cells(drawn, np.ascontiguousarray(rows), pad, pad, float(_CELL), cells)
+        cells = np.zeros(np.ceil(size[::-1] / _CELL_TEXELS).astype(int), bool)
+        cover_cells(drawn, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells)
         shapes.append(cells)
         filled[k] = cells.sum()
-    side = _page_side(shapes, int(filled.sum()), options) // _CELL
+    side = _page_side(shapes, int(filled.sum()), options) // _CELL_TEXELS
     while True:
         packed = _place_charts(shapes, filled, side, options, progress)
-        # One page a little larger is better than a second one for what is left.
-        if side == options.page // _CELL or (packed is not None and len(packed[0]) == 1):
+        # One slightly larger page is better than a second one for the remaining charts.
+        if side == options.page // _CELL_TEXELS or (packed is not None and len(packed[0]) == 1):
             break
-        side = min(side + max(side // 20, 1), options.page // _CELL)
+        side = min(side + max(side // 20, 1), options.page // _CELL_TEXELS)
     if packed is None:
         return None
     pages, place = packed
-    corners = drawn + (place[chart, 1:] * _CELL + pad)[:, None, :]
+    corners = drawn + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
     sizes = []
     for page in pages:
         rows_used, columns_used = np.flatnonzero(page.any(axis=1)), np.flatnonzero(page.any(axis=0))
-        sizes.append([(columns_used.max() + 1) * _CELL, (rows_used.max() + 1) * _CELL])
+        sizes.append(
+            [(columns_used.max() + 1) * _CELL_TEXELS, (rows_used.max() + 1) * _CELL_TEXELS]
+        )
     return corners, place[chart, 0].astype(np.int32), np.array(sizes, np.int64)
 
 
@@ -407,8 +450,7 @@ def _place_charts(
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
-    """Pages of side x side cells, and page, column and row of each chart; None where there would
-    be too many pages."""
+    """Return pages of side x side cells, and page, column and row of charts; None if too many."""
     from vomstudio.photogrammetry.surface._atlas_kernels import place_chart
 
     count = len(shapes)
@@ -443,9 +485,9 @@ def _place_charts(
 
 
 def _page_side(shapes: list[BoolArray], filled: int, options: AtlasOptions) -> int:
-    """A page no larger than all charts need."""
-    widest = max(max(shape.shape) for shape in shapes) * _CELL
-    side = math.ceil(math.sqrt(filled / 0.85) * _CELL / 64) * 64
+    """Return the side of a page, not larger than all charts need."""
+    widest = max(max(shape.shape) for shape in shapes) * _CELL_TEXELS
+    side = math.ceil(math.sqrt(filled / 0.85) * _CELL_TEXELS / 64) * 64
     return int(min(max(side, widest), options.page))
 
 

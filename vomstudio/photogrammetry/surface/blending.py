@@ -1,9 +1,9 @@
-"""Blending of all photos to one colouring of a mesh: exposure, occluders, seams.
+"""Blend all photos to one colouring of a mesh: exposure, occluders, seams.
 
-Two bands (Burt and Adelson 1983), parted on the mesh and not in the photos, where a blur would mix
-the rock with what stands before it. The low band is averaged over all photos that agree; the high
-one comes from the photo that sees a face best. Both at once: a texel is the best photo's pixel,
-times the photo's gain, plus how far the photo lies off the mean of all, smoothed over the surface.
+Two bands (Burt and Adelson 1983), separated on the mesh and not in the photos, where a blur would
+mix the rock with its foreground. The low band is the mean of all agreeing photos; the high band is
+that of the best photo of a face. A texel is the best photo's pixel, times the photo's gain, plus
+the offset of the mean from the photo, smoothed over the surface.
 """
 
 from __future__ import annotations
@@ -27,32 +27,43 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
-# A photo that sees a face only just is drawn only where no other one does.
-_POOR = 1e-3
-_JOINING = 0.12
-# Above this sharpness, relative to the median photo, photos are as good as each other.
-_SHARP = 0.88
-_SAMPLE = 40_000
-_FEWEST_IN_COMMON = 40
-# Values of 0..255 by which photos may differ before one is thought to show something else.
-_LEAST_DIFFERENCE = 20.0
+# Quality factor of barely visible faces, which are drawn only without another photo.
+_POOR_QUALITY = 1e-3
+_EQUAL_VIEW_GAIN = 0.12
+# Sharpness relative to the median photo above which photos are equally good.
+_MIN_SHARPNESS = 0.88
+_MAX_SAMPLE = 40_000
+_MIN_COMMON = 40
+# Difference of values (0..255) above which a photo may show an occluder.
+_MIN_DIFFERENCE = 20.0
 _RINGS_ABOUT_OCCLUDER = 3
 _LOW_BAND_TEXELS = 40.0
-_MOST_ROUNDS = 80
+_MAX_ROUNDS = 80
 
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """How m faces and n vertices are coloured from photos numbered as they were given.
+    """Colouring of m faces and n vertices from photos.
 
-    views : (m,) the photo that each face is drawn from, -1 where none sees it
-    seen_by : (m,) how many photos see each face well enough
-    draws : one row for each photo that has a share in a face: face, view (e,), and at the face's
-        corners weights (e, 3) and offsets (e, 3, 3), RGB to be added once the gain is applied
-    colors : (n, 3) of the vertices, 0..255; known : (n,) whether from photos
-    gains : (k, 3) RGB factors; sharpness : (k,) relative to the median photo
-    occluded : (k,) vertices at which each photo was left out, since the others agree on something
-        else
+    Attributes
+    ----------
+    views : (m,) array
+        Photo from which each face is drawn, -1 if there is none.
+    seen_by : (m,) array
+        Number of photos with a good view of each face.
+    draw_face, draw_view, draw_weights, draw_offsets
+        One row for each photo of a face: face, view (e,), and at the face's corners weights (e, 3)
+        and offsets (e, 3, 3), RGB to add after the gain.
+    colors : (n, 3) array
+        Of the vertices, 0..255.
+    known : (n,) array
+        Whether colours are from photos.
+    gains : (k, 3) array
+        RGB factors.
+    sharpness : (k,) array
+        Relative to the median photo.
+    occluded : (k,) array
+        Vertices at which each photo shows an occluder.
     """
 
     views: Int32Array
@@ -70,7 +81,7 @@ class Blend:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Sorted by owner (a vertex or a face), then by view."""
+    """Entries sorted by owner (a vertex or a face), then by view."""
 
     starts: Int32Array
     owner: Int32Array
@@ -78,13 +89,13 @@ class _Rows:
     keys: IntArray
 
     @cached_property
-    def by_view(self) -> list[IndexArray]:
-        """The rows of each view up to the last one that has any."""
+    def rows_by_view(self) -> list[IndexArray]:
+        """Return the rows of each view up to the last one that has any."""
         order = np.argsort(self.views, kind="stable")
         return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
 
-    def of_view(self, view: int) -> IndexArray:
-        return self.by_view[view] if view < len(self.by_view) else np.zeros(0, np.intp)
+    def rows_of_view(self, view: int) -> IndexArray:
+        return self.rows_by_view[view] if view < len(self.rows_by_view) else np.zeros(0, np.intp)
 
     @classmethod
     def of(
@@ -98,7 +109,7 @@ class _Rows:
         return cls(starts, owner, views, keys[order]), order
 
     def find(self, keys: IntArray) -> IntArray:
-        """Rows of these keys, -1 where there is none."""
+        """Return the rows of keys, -1 for missing ones."""
         if not len(self.keys):
             return np.full(keys.shape, -1, np.int64)
         at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
@@ -112,54 +123,54 @@ def blend(
     texel: float,
     progress: Progress,
 ) -> Blend:
-    """Decide what each photo contributes. texel : edge of a texel in the unit of the vertices."""
+    """Compute the contribution of each photo. texel : edge in the unit of the vertices"""
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
     count, m, n = len(visible), len(faces), len(vertices)
-    at_vertices, order = _Rows.of(
+    vertex_rows, order = _Rows.of(
         np.concatenate([photo.vertices for photo in visible]).astype(np.int32),
-        _numbered([photo.vertices for photo in visible]),
+        _photo_numbers([photo.vertices for photo in visible]),
         n,
         count,
     )
     colors = np.concatenate([photo.colors for photo in visible])[order]
     detail = np.concatenate([photo.detail for photo in visible])[order]
     progress.stage(tr("Balancing exposure"))
-    gains = np.exp(-_balance(at_vertices, n, count, np.log(colors + 4.0), _unclipped(colors)))
+    gains = np.exp(-_balance(vertex_rows, n, count, np.log(colors + 4.0), _unclipped(colors)))
     gains /= np.exp(np.log(gains).mean(axis=0))
-    sharpness = np.exp(_balance(at_vertices, n, count, detail[:, None], None)[:, 0])
+    sharpness = np.exp(_balance(vertex_rows, n, count, detail[:, None], None)[:, 0])
     sharpness /= np.median(sharpness)
-    colors = np.ascontiguousarray(colors * gains[at_vertices.views], np.float32)
+    colors = np.ascontiguousarray(colors * gains[vertex_rows.views], np.float32)
     links = _Links.of(faces, n)
     progress.stage(tr("Detecting occluders"), count)
-    occluded = _occluded(at_vertices, colors, links, count, progress)
-    at_faces, order = _Rows.of(
+    occluded = _find_occluded(vertex_rows, colors, links, count, progress)
+    face_rows, order = _Rows.of(
         np.concatenate([photo.faces for photo in visible]).astype(np.int32),
-        _numbered([photo.faces for photo in visible]),
+        _photo_numbers([photo.faces for photo in visible]),
         m,
         count,
     )
     quality = np.concatenate([photo.quality for photo in visible])[order]
     well = np.concatenate([photo.well for photo in visible])[order]
-    quality = quality * np.clip(sharpness[at_faces.views] / _SHARP, 0.3, 1.0)
-    doubtful = _faces_at(occluded, at_vertices, at_faces, faces, count)
-    seen_by = np.bincount(at_faces.owner[well & ~doubtful], minlength=m).astype(np.int32)
-    quality = np.where(well, quality, _POOR * quality)
-    quality = np.where(doubtful, _POOR**2 * quality, quality).astype(np.float32)
+    quality = quality * np.clip(sharpness[face_rows.views] / _MIN_SHARPNESS, 0.3, 1.0)
+    doubtful = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
+    seen_by = np.bincount(face_rows.owner[well & ~doubtful], minlength=m).astype(np.int32)
+    quality = np.where(well, quality, _POOR_QUALITY * quality)
+    quality = np.where(doubtful, _POOR_QUALITY**2 * quality, quality).astype(np.float32)
     progress.stage(tr("Selecting a photo for each triangle"))
     across = neighbours(faces)
-    smooth_quality(at_faces.starts, at_faces.views, quality, across, 6, np.empty_like(quality))
-    # What is smoothed must not bring back what was ruled out.
-    ruled = np.where(doubtful, _POOR**2, np.where(well, 1.0, _POOR))
-    quality = (quality * ruled).astype(np.float32)
+    smooth_quality(face_rows.starts, face_rows.views, quality, across, 6, np.empty_like(quality))
+    # Smoothing must not restore excluded entries.
+    factors = np.where(doubtful, _POOR_QUALITY**2, np.where(well, 1.0, _POOR_QUALITY))
+    quality = (quality * factors).astype(np.float32)
     views = np.full(m, -1, np.int32)
-    choose_views(at_faces.starts, at_faces.views, quality, across, _JOINING, 40, views)
+    choose_views(face_rows.starts, face_rows.views, quality, across, _EQUAL_VIEW_GAIN, 40, views)
     progress.stage(tr("Blending low frequencies"), count)
     offsets = _offsets(
         vertices,
         faces,
-        at_vertices,
-        at_faces,
+        vertex_rows,
+        face_rows,
         colors,
         quality,
         well & ~doubtful,
@@ -169,9 +180,9 @@ def blend(
         count,
         progress,
     )
-    draws = _draws(faces, views, at_vertices, at_faces, quality, offsets, count)
+    draws = _draws(faces, views, vertex_rows, face_rows, quality, offsets, count)
     shown, known = _vertex_colors(
-        faces, views, seen_by, at_vertices, colors + offsets, links, count
+        faces, views, seen_by, vertex_rows, colors + offsets, links, count
     )
     return Blend(
         views,
@@ -181,17 +192,17 @@ def blend(
         known,
         gains,
         sharpness,
-        np.bincount(at_vertices.views[occluded], minlength=count),
+        np.bincount(vertex_rows.views[occluded], minlength=count),
     )
 
 
-def _numbered(parts: Sequence[Int32Array]) -> Int32Array:
+def _photo_numbers(parts: Sequence[Int32Array]) -> Int32Array:
     return np.repeat(np.arange(len(parts), dtype=np.int32), [len(part) for part in parts])
 
 
 @dataclass(frozen=True, eq=False)
 class _Links:
-    """Which vertices are joined by an edge: those of v are others[starts[v]:starts[v + 1]]."""
+    """Neighbours of vertices: those of v are others[starts[v]:starts[v + 1]]."""
 
     starts: Int32Array
     others: Int32Array
@@ -209,7 +220,7 @@ class _Links:
     def spread(
         self, some: Int32Array, counts: BoolArray, values: Float32Array, rounds: int
     ) -> None:
-        """Average the values (n, c) of `some` vertices over those linked to them that count."""
+        """Average the values (n, c) of `some` vertices over linked ones that count."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
 
         spare = np.empty((len(some), values.shape[1]), np.float32)
@@ -223,23 +234,25 @@ def _unclipped(colors: Float32Array) -> BoolArray:
 def _balance(
     rows: _Rows, n: int, count: int, values: Float32Array, usable: BoolArray | None
 ) -> FloatArray:
-    """(count, c) by how much each photo's values lie above the others' at the same vertices: least
-    squares over the medians of all pairs, with a mean of about 0 in each connected group."""
-    step = max(1, n // _SAMPLE)
-    chosen = rows.owner % step == 0
+    """Return the excess (count, c) of each photo's values over the others' at the same vertices.
+
+    Least squares over the medians of all pairs, with a mean of about 0 in each connected group.
+    """
+    step = max(1, n // _MAX_SAMPLE)
+    is_sampled = rows.owner % step == 0
     if usable is not None:
-        chosen &= usable
+        is_sampled &= usable
     table = np.full((count, n // step + 1, values.shape[1]), np.nan, np.float32)
-    table[rows.views[chosen], rows.owner[chosen] // step] = values[chosen]
-    there = np.isfinite(table[..., 0])
-    common = there.astype(np.float32) @ there.astype(np.float32).T
+    table[rows.views[is_sampled], rows.owner[is_sampled] // step] = values[is_sampled]
+    is_known = np.isfinite(table[..., 0])
+    common = is_known.astype(np.float32) @ is_known.astype(np.float32).T
     normal, right = np.zeros((count, count)), np.zeros((count, values.shape[1]))
     for i in range(count):
-        # Of hundreds of photos each sees a small part.
-        mine = np.flatnonzero(there[i])
-        for j in np.flatnonzero(common[i, :i] >= _FEWEST_IN_COMMON):
-            both = mine[there[j, mine]]
-            above = np.median(table[i, both] - table[j, both], axis=0)
+        # Each of hundreds of photos sees a small part.
+        known_vertices = np.flatnonzero(is_known[i])
+        for j in np.flatnonzero(common[i, :i] >= _MIN_COMMON):
+            common_vertices = known_vertices[is_known[j, known_vertices]]
+            above = np.median(table[i, common_vertices] - table[j, common_vertices], axis=0)
             weight = float(common[i, j])
             normal[i, i] += weight
             normal[j, j] += weight
@@ -251,67 +264,66 @@ def _balance(
     return np.asarray(np.linalg.solve(normal, right), np.float64)
 
 
-def _occluded(
+def _find_occluded(
     rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
-    """(e,) which entries show an occluder: something else than the other photos of their vertex
-    agree on."""
+    """Return which entries (e,) differ from the agreement of the other photos of their vertex."""
     from vomstudio.photogrammetry.surface._texture_kernels import from_median
 
     n = len(rows.starts) - 1
     smoothed = colors.copy()
     for view in range(count):
         progress.step(view)
-        _on_view(rows, view, smoothed, links, 3)
+        _smooth_view(rows, view, smoothed, links, 3)
     distance = np.zeros(len(colors), np.float32)
     spread = np.zeros(len(colors), np.float32)
     from_median(rows.starts, smoothed, distance, spread)
-    # Photos of one place differ by misplacement and by the light: learn by how much.
+    # Estimate the usual differences of photos by misregistration and light.
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    occluded = np.asarray(distance > np.maximum(max(_LEAST_DIFFERENCE, 6.0 * usual), 2.5 * spread))
+    occluded = np.asarray(distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * usual), 2.5 * spread))
     for view in range(count):
-        mine = rows.of_view(view)
+        mine = rows.rows_of_view(view)
         if not occluded[mine].any():
             continue
         owner = rows.owner[mine]
-        here = np.zeros((n, 1), np.float32)
-        here[owner, 0] = occluded[mine]
-        there = np.zeros(n, bool)
-        there[owner] = True
-        # A single vertex is noise; a spot has an edge that is mixed with the rock.
-        links.spread(owner, there, here, 1)
-        here[here < 0.4] = 0
-        links.spread(owner, there, here, _RINGS_ABOUT_OCCLUDER)
-        occluded[mine] = here[owner, 0] > 0.01
+        flags = np.zeros((n, 1), np.float32)
+        flags[owner, 0] = occluded[mine]
+        is_visible = np.zeros(n, bool)
+        is_visible[owner] = True
+        # A single vertex is noise; an occluder has an edge that is mixed with the rock.
+        links.spread(owner, is_visible, flags, 1)
+        flags[flags < 0.4] = 0
+        links.spread(owner, is_visible, flags, _RINGS_ABOUT_OCCLUDER)
+        occluded[mine] = flags[owner, 0] > 0.01
     return occluded
 
 
-def _on_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
-    """Smooth the values of one view's entries over the vertices that it sees."""
+def _smooth_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
+    """Smooth the values of one view's entries over its visible vertices."""
     n = len(rows.starts) - 1
-    mine = rows.of_view(view)
+    mine = rows.rows_of_view(view)
     owner = rows.owner[mine]
     dense = np.zeros((n, values.shape[1]), np.float32)
-    seen = np.zeros(n, bool)
-    seen[owner] = True
+    is_visible = np.zeros(n, bool)
+    is_visible[owner] = True
     dense[owner] = values[mine]
-    links.spread(owner, seen, dense, rounds)
+    links.spread(owner, is_visible, dense, rounds)
     values[mine] = dense[owner]
 
 
 def _corner_rows(
-    at_vertices: _Rows, faces: Int32Array, face: Int32Array, view: Int32Array, count: int
+    vertex_rows: _Rows, faces: Int32Array, face: Int32Array, view: Int32Array, count: int
 ) -> IntArray:
-    """(e, 3) entries of the corners of faces in views."""
+    """Return the entries (e, 3) of the corners of faces in views."""
     keys = faces[face].astype(np.int64) * count + view[:, None]
-    return at_vertices.find(keys)
+    return vertex_rows.find(keys)
 
 
-def _faces_at(
-    flags: BoolArray, at_vertices: _Rows, at_faces: _Rows, faces: Int32Array, count: int
+def _flag_faces(
+    flags: BoolArray, vertex_rows: _Rows, face_rows: _Rows, faces: Int32Array, count: int
 ) -> BoolArray:
-    """Which entries of faces have a flagged corner in their view."""
-    rows = _corner_rows(at_vertices, faces, at_faces.owner, at_faces.views, count)
+    """Return which entries of faces have a flagged corner in their view."""
+    rows = _corner_rows(vertex_rows, faces, face_rows.owner, face_rows.views, count)
     return np.asarray((flags[rows] & (rows >= 0)).any(axis=1))
 
 
@@ -319,7 +331,7 @@ def _offsets(
     vertices: FloatArray,
     faces: Int32Array,
     rows: _Rows,
-    at_faces: _Rows,
+    face_rows: _Rows,
     colors: Float32Array,
     quality: Float32Array,
     well: BoolArray,
@@ -329,26 +341,28 @@ def _offsets(
     count: int,
     progress: Progress,
 ) -> Float32Array:
-    """(e, 3) low band of all photos less that of the entry's own; what is occluded or hardly seen
-    in a photo takes what is found beside it."""
+    """Return the low band of all photos minus that of the entry's photo (e, 3).
+
+    Occluded and poorly visible entries use the values of their neighbours.
+    """
     n = len(rows.starts) - 1
     edges = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
     edge = float(np.median(np.linalg.norm(edges[:: max(1, len(edges) // 20_000)], axis=2)))
-    rounds = int(np.clip((_LOW_BAND_TEXELS * texel / max(edge, 1e-12)) ** 2, 2, _MOST_ROUNDS))
+    rounds = int(np.clip((_LOW_BAND_TEXELS * texel / max(edge, 1e-12)) ** 2, 2, _MAX_ROUNDS))
     total = np.zeros(len(rows.owner), np.float32)
-    sound = np.zeros(len(rows.owner), bool)
-    corner = _corner_rows(rows, faces, at_faces.owner, at_faces.views, count)
+    is_reliable = np.zeros(len(rows.owner), bool)
+    corner = _corner_rows(rows, faces, face_rows.owner, face_rows.views, count)
     for k in range(3):
         total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
-        sound[corner[well, k]] = True
-    sound &= ~occluded
+        is_reliable[corner[well, k]] = True
+    is_reliable &= ~occluded
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
-        mine = rows.of_view(view)
-        # Towards the end of what a photo sees well it fades out, so that no step is left there.
-        mine = mine[sound[mine]]
+        mine = rows.rows_of_view(view)
+        # Fade a photo out towards the border of its well visible part, to avoid a step.
+        mine = mine[is_reliable[mine]]
         owner = rows.owner[mine]
         ramp = np.zeros((n, 1), np.float32)
         ramp[owner, 0] = 1.0
@@ -359,18 +373,18 @@ def _offsets(
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
     for c in range(3):
         mean[:, c] = np.bincount(rows.owner, weight * colors[:, c], minlength=n) / sums
-    # Smoothed is the difference: photos that see different parts of a step agree on either side.
+    # Smooth the difference: photos of different sides of a step agree on either side.
     offsets = (mean[rows.owner] - colors).astype(np.float32)
     for view in range(count):
         progress.step(view)
-        mine = rows.of_view(view)
+        mine = rows.rows_of_view(view)
         owner = rows.owner[mine]
-        seen = np.zeros(n, bool)
-        seen[owner] = True
+        is_visible = np.zeros(n, bool)
+        is_visible[owner] = True
         dense = np.zeros((n, 4), np.float32)
-        dense[owner, :3] = offsets[mine] * sound[mine, None]
-        dense[owner, 3] = sound[mine]
-        links.spread(owner, seen, dense, rounds)
+        dense[owner, :3] = offsets[mine] * is_reliable[mine, None]
+        dense[owner, 3] = is_reliable[mine]
+        links.spread(owner, is_visible, dense, rounds)
         offsets[mine] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
     return offsets
 
@@ -379,33 +393,33 @@ def _draws(
     faces: Int32Array,
     views: Int32Array,
     rows: _Rows,
-    at_faces: _Rows,
+    face_rows: _Rows,
     quality: Float32Array,
     offsets: Float32Array,
     count: int,
 ) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
-    """Along a seam both photos are drawn, each fading over the faces that touch it."""
+    """Return the photos of faces: both along a seam, each fading over its adjacent faces."""
     known = np.flatnonzero(views >= 0)
     keys = (faces[known].astype(np.int64) * count + views[known, None]).ravel()
     pairs, shares = np.unique(keys, return_counts=True)
     starts = np.searchsorted(pairs, np.arange(len(rows.starts), dtype=np.int64) * count)
-    # Each face takes the photos of its three corners.
+    # Each face uses the photos of its three corners.
     face, view = [], []
     for k in range(3):
         v = faces[known, k]
-        many = starts[v + 1] - starts[v]
-        at = np.repeat(starts[v], many) + (
-            np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+        counts = starts[v + 1] - starts[v]
+        at = np.repeat(starts[v], counts) + (
+            np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        face.append(np.repeat(known, many))
+        face.append(np.repeat(known, counts))
         view.append((pairs[at] % count).astype(np.int32))
     both = np.unique(np.concatenate(face) * np.int64(count) + np.concatenate(view))
     draw_face, draw_view = (both // count).astype(np.int32), (both % count).astype(np.int32)
-    entry = at_faces.find(both)
-    # A photo that does not see the face as well as its own cannot help it out.
-    own = at_faces.find(draw_face.astype(np.int64) * count + views[draw_face])
-    fit = (entry >= 0) & (quality[entry] > 0.05 * quality[own])
-    draw_face, draw_view = draw_face[fit], draw_view[fit]
+    entry = face_rows.find(both)
+    # Exclude photos with a much worse view of the face than its own.
+    best_entry = face_rows.find(draw_face.astype(np.int64) * count + views[draw_face])
+    is_useful = (entry >= 0) & (quality[entry] > 0.05 * quality[best_entry])
+    draw_face, draw_view = draw_face[is_useful], draw_view[is_useful]
     corner = faces[draw_face].astype(np.int64) * count + draw_view[:, None]
     at = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
     weights = np.where(pairs[at] == corner, shares[at], 0).astype(np.float32)
@@ -423,9 +437,11 @@ def _vertex_colors(
     links: _Links,
     count: int,
 ) -> tuple[Float32Array, BoolArray]:
-    """Of the photos that the faces about a vertex are drawn from; where none is, of the vertices
-    beside it that are seen well: at the border of what is seen, colours are mixed with what stands
-    before it."""
+    """Return the colours (n, 3) of vertices, and whether they are known.
+
+    From the photos of adjacent faces, else from well visible neighbours: at the border of the
+    visible surface, colours are mixed with the foreground.
+    """
     from vomstudio.photogrammetry.surface._texture_kernels import fill_outward
 
     n = len(rows.starts) - 1
@@ -437,14 +453,14 @@ def _vertex_colors(
     for c in range(3):
         shown[:, c] = np.bincount(owner, colors[at, c], minlength=n) / np.maximum(total, 1)
     known = total > 0
-    sure = known.copy()
-    sure[faces[seen_by == 0]] = False
+    is_well_known = known.copy()
+    is_well_known[faces[seen_by == 0]] = False
     filled = shown.copy()
     spare = np.zeros(n, np.int32)
-    fill_outward(links.starts, links.others, sure, filled, spare)
-    # A part that is nowhere seen well takes what there is.
-    known |= sure
+    fill_outward(links.starts, links.others, is_well_known, filled, spare)
+    # Parts without a good view use any colour.
+    known |= is_well_known
     fill_outward(links.starts, links.others, known, filled, spare)
-    own = total > 0
-    own[faces[views < 0]] = False
-    return np.where(own[:, None], shown, filled), known
+    has_all_faces = total > 0
+    has_all_faces[faces[views < 0]] = False
+    return np.where(has_all_faces[:, None], shown, filled), known

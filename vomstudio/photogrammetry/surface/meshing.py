@@ -1,4 +1,4 @@
-"""From a dense cloud to a surface: Poisson's, cut where no points are, sharpened, and checked."""
+"""Build a surface from a dense cloud: Poisson reconstruction, trimmed, sharpened and checked."""
 
 from __future__ import annotations
 
@@ -33,33 +33,41 @@ from vomstudio.photogrammetry.surface.topology import (
     vertex_normals,
 )
 
-_FEWEST = 100
+_MIN_POINTS = 100
 _DEPTHS = (5, 12)
-_NEAR = 24
+_NEIGHBOURS = 24
 _BYTES_PER_POINT = 1000
-_FEWEST_THINNED = 100_000
-# At its rim a surface ends at this share of the distance up to which it is borne out.
-_RIM_SHARE = 0.45
-# So wide, in the same unit, is the strip at most that is cut off there.
+_MIN_THINNED_POINTS = 100_000
+# Distance from points at which a rim is trimmed, as a share of the maximum distance.
+_RIM_DISTANCE_SHARE = 0.45
+# Maximum width of the trimmed strip, in the same unit.
 _RIM_WIDTH = 1.1
-# Pieces with a smaller share of all triangles are left out: bits of bushes, and what errs.
+# Minimum share of triangles of a piece; smaller ones are vegetation or errors.
 _ISLAND_SHARE = 0.0005
 
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """How a surface is made.
+    """Options of surfaces.
 
-    faces : wanted number of triangles; None keeps what Poisson's method gives
-    depth : of the octree; None chooses it from spacing, extent and wanted faces
-    trim : vertices farther than this many spacings from any point are cut off
-    largest_hole_m : holes up to this wide are closed; None: 30 spacings
-    smallest_island_faces : pieces with fewer triangles of the finished surface are left out, and
-        of large surfaces those with less than a two-thousandth of all
-    sharpen : draw the vertices back to the points, which keeps steps and edges
-    max_points : a larger cloud is thinned evenly first, which bounds the memory (about 1 GB for
-        each million points)
-    threads : of Poisson's method; with 1 the result is the same every time
+    Attributes
+    ----------
+    faces : int or None
+        Target number of triangles; None for that of Poisson's method.
+    depth : int or None
+        Of the octree; None to derive it from spacing, extent and target.
+    trim : float
+        Vertices farther from all points, in spacings, are removed.
+    largest_hole_m : float or None
+        Maximum width of closed holes; None for 30 spacings.
+    smallest_island_faces : int
+        Minimum number of triangles of a piece; for large surfaces a two-thousandth of all.
+    sharpen : bool
+        Move vertices to the points, which keeps steps and edges.
+    max_points : int
+        Larger clouds are thinned evenly, which bounds the memory (about 1 GB per million points).
+    threads : int
+        Of Poisson's method; with 1 the result is reproducible.
     """
 
     faces: int | None = 200_000
@@ -89,8 +97,11 @@ class SurfaceOptions:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """facts : spacing_m, depth, faces_poisson, faces, cut_share, holes_closed, islands_left_out,
-    area_m2, and so on, for the report. warnings : sentences"""
+    """Surface with figures for the report.
+
+    facts : spacing_m, depth, faces_poisson, faces, cut_share, holes_closed, islands_left_out,
+    area_m2, and others
+    """
 
     mesh: Mesh
     facts: dict[str, Any]
@@ -98,9 +109,9 @@ class Surface:
 
 
 def fitting_points() -> int:
-    """How many points may make a surface in the memory that is free."""
+    """Return the maximum number of points for a surface in free memory."""
     most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
-    return int(min(max(most, _FEWEST_THINNED), SurfaceOptions.max_points))
+    return int(min(max(most, _MIN_THINNED_POINTS), SurfaceOptions.max_points))
 
 
 def build_surface(
@@ -108,17 +119,19 @@ def build_surface(
     options: SurfaceOptions | None = None,
     progress: Progress | None = None,
 ) -> Surface:
-    """The surface through a cloud whose normals point out of the rock, each to the photos that saw
-    its point, as those of `fuse` do.
+    """Build the surface of a cloud whose normals point out of the rock, as those of `fuse`.
 
-    Screened Poisson reconstruction (Kazhdan and Hoppe 2013), cut off where no points are near;
-    small holes keep Poisson's surface. Coordinates are those of the cloud.
+    Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
+    keep the Poisson surface. Coordinates are those of the cloud. Poisson's method and the
+    simplification cannot be interrupted; Cancelled is raised after them.
 
-    Raises GeometryError for a cloud without normals, with too few points or without extent.
-    Poisson's method and the simplification cannot be stopped within; Cancelled comes after them.
+    Raises
+    ------
+    GeometryError
+        For a cloud without normals, with too few points or without extent.
     """
     options, progress = options or SurfaceOptions(), progress or Silent()
-    points, normals, colors, warnings = _checked(cloud, options)
+    points, normals, colors, warnings = _check(cloud, options)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
     progress.stage(tr("Measuring the point spacing"))
@@ -144,16 +157,16 @@ def build_surface(
         vertices = _refine(
             vertices, faces, points, normals, tree, max(1.5 * spacing, 0.9 * cell), progress
         )
-    vertices, faces, pieces = _without_islands(vertices, faces, 20)
+    vertices, faces, pieces = _remove_islands(vertices, faces, 20)
     if options.faces is not None and len(faces) > options.faces:
         progress.stage(tr("Decimating {count:,} triangles (cannot be cancelled)", count=len(faces)))
         vertices, faces = _decimate(vertices, faces, options.faces)
     progress.stage(tr("Checking the surface"))
     vertices, faces = make_manifold(vertices, faces)
-    vertices, faces, islands = _without_islands(
+    vertices, faces, islands = _remove_islands(
         vertices, faces, max(options.smallest_island_faces, int(_ISLAND_SHARE * len(faces)))
     )
-    faces = _toward_normals(vertices, faces, tree, normals)
+    faces = _orient_to_normals(vertices, faces, tree, normals)
     _verify(vertices, faces)
     mesh = Mesh(vertices + shift, faces, colors=_colors(vertices, tree, colors))
     facts |= {
@@ -166,7 +179,7 @@ def build_surface(
     return Surface(mesh, facts, tuple(warnings))
 
 
-def _checked(
+def _check(
     cloud: PointCloud, options: SurfaceOptions
 ) -> tuple[FloatArray, Float32Array, ByteArray | None, list[Finding]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
@@ -181,11 +194,11 @@ def _checked(
         warnings.append(Finding("surface.points-left-out", count=int((~sound).sum())))
         points, normals, length = points[sound], normals[sound], length[sound]
         colors = None if colors is None else colors[sound]
-    if len(points) < _FEWEST:
-        raise GeometryError(Finding("surface.few-points", points=len(points), least=_FEWEST))
+    if len(points) < _MIN_POINTS:
+        raise GeometryError(Finding("surface.few-points", points=len(points), least=_MIN_POINTS))
     normals = (normals / length[:, None]).astype(np.float32)
     if len(points) > options.max_points:
-        rows = _thinned(points, options.max_points)
+        rows = _thin(points, options.max_points)
         warnings.append(Finding("surface.thinned", total=len(points), points=len(rows)))
         points, normals = points[rows], normals[rows]
         colors = None if colors is None else colors[rows]
@@ -194,11 +207,11 @@ def _checked(
     return points, normals, colors, warnings
 
 
-def _thinned(points: FloatArray, wanted: int) -> IntArray:
-    """Every k-th point along a curve that goes through space cell by cell."""
+def _thin(points: FloatArray, count: int) -> IntArray:
+    """Return every k-th point along a space-filling order of cells."""
     cells = np.floor((points - points.min(axis=0)) / (np.ptp(points, axis=0).max() / 1023 + 1e-300))
     order = np.lexsort(cells.T)
-    return np.sort(order[np.linspace(0, len(points) - 1, wanted).astype(np.int64)])
+    return np.sort(order[np.linspace(0, len(points) - 1, count).astype(np.int64)])
 
 
 def _spacing(points: FloatArray) -> tuple[Any, float]:
@@ -215,8 +228,11 @@ def _spacing(points: FloatArray) -> tuple[Any, float]:
 
 
 def _depth(points: FloatArray, spacing: float, faces: int | None) -> int:
-    """Cells of about two spacings to the nearest neighbour (the step of the pixels, where points
-    are at random), and not so fine that simplification would throw away most of them."""
+    """Return the depth of the octree.
+
+    Cells are about two nearest-neighbour spacings, and not so fine that simplification would remove
+    most of them.
+    """
     extent = 1.1 * float(np.ptp(points, axis=0).max())
     cell = 2.0 * spacing
     if faces is not None:
@@ -233,24 +249,24 @@ def _poisson(
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
     cloud.normals = o3d.utility.Vector3dVector(normals.astype(np.float64))
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        made, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(
+        mesh, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(
             cloud, depth=depth, n_threads=max(1, threads)
         )
-    vertices, faces = np.asarray(made.vertices), np.asarray(made.triangles, np.int32)
-    whole = np.isfinite(vertices).all(axis=1)
-    return vertices.copy(), faces[whole[faces].all(axis=1)]
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.triangles, np.int32)
+    is_finite = np.isfinite(vertices).all(axis=1)
+    return vertices.copy(), faces[is_finite[faces].all(axis=1)]
 
 
 def _trim(
     vertices: FloatArray, faces: Int32Array, distance: FloatArray, reach: float, hole: float
 ) -> tuple[BoolArray, int]:
-    """Which faces stay, and how many holes were closed by letting Poisson's surface stay there.
+    """Return which faces remain, and the number of holes closed by the Poisson surface.
 
-    Within `reach` of the points the surface stays where it goes on behind; at its rim, where it
-    would lap over into the air, it ends sooner.
+    Within `reach` of the points the surface remains if it continues behind; at its rim it ends
+    sooner.
     """
     farthest = distance[faces].max(axis=1)
-    keep = farthest <= _RIM_SHARE * reach
+    keep = farthest <= _RIM_DISTANCE_SHARE * reach
     if keep.all() or not keep.any():
         return keep, 0
     piece = components(faces, ~keep)
@@ -263,33 +279,35 @@ def _trim(
     np.maximum.at(high, labels, corners.max(axis=1))
     far = np.zeros(count)
     np.maximum.at(far, labels, farthest[rows])
-    # Where Poisson's surface itself ends there is no hole but a rim.
+    # A border of the Poisson surface is a rim, not a hole.
     rim = np.zeros(count, bool)
     rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
     sparse = (far <= reach) & ~rim
     closed = ~sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
     keep[rows[(sparse | closed)[labels]]] = True
-    keep |= _cracks(vertices, faces, ~keep & (farthest <= reach), farthest > reach, reach)
+    keep |= _find_cracks(vertices, faces, ~keep & (farthest <= reach), farthest > reach, reach)
     return keep, int(closed.sum())
 
 
-def _cracks(
+def _find_cracks(
     vertices: FloatArray,
     faces: Int32Array,
     band: BoolArray,
     air: BoolArray,
     reach: float,
 ) -> BoolArray:
-    """Those of the band about the points that lie farther from the air, along the surface, than a
-    rim is wide: narrow strips that no photo saw, such as the treads of joint steps, which only
-    hang together with the rim."""
+    """Return the band faces farther from the air, along the surface, than the width of a rim.
+
+    These are narrow strips that no photo shows, such as treads of joint steps, connected to the rim
+    only.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import dijkstra
 
-    found = np.zeros(len(faces), bool)
+    is_crack = np.zeros(len(faces), bool)
     rows = np.flatnonzero(band)
     if not len(rows):
-        return found
+        return is_crack
     used, corners = np.unique(faces[rows], return_inverse=True)
     corners = corners.reshape(-1, 3)
     start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
@@ -298,15 +316,15 @@ def _cracks(
     _, first = np.unique(low.astype(np.int64) << 32 | high, return_index=True)
     links = (np.maximum(length[first], 1e-12), (low[first], high[first]))
     graph = coo_matrix(links, shape=(len(used), len(used))).tocsr()
-    beside = np.zeros(len(vertices), bool)
-    beside[faces[air]] = True
-    seeds = np.flatnonzero(beside[used])
+    is_adjacent_to_air = np.zeros(len(vertices), bool)
+    is_adjacent_to_air[faces[air]] = True
+    seeds = np.flatnonzero(is_adjacent_to_air[used])
     far = np.full(len(used), np.inf)
     if len(seeds):
         rim = _RIM_WIDTH * reach
         far = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
-    found[rows] = np.isinf(far[corners]).all(axis=1)
-    return found
+    is_crack[rows] = np.isinf(far[corners]).all(axis=1)
+    return is_crack
 
 
 def _refine(
@@ -318,61 +336,61 @@ def _refine(
     width: float,
     progress: Progress,
 ) -> FloatArray:
-    """Vertices on the points near them; those whose faces would turn over stay."""
+    """Move vertices onto the points near them, unless their faces would flip."""
     from vomstudio.photogrammetry.surface._surface_kernels import pull_to_points
 
-    moved = np.ascontiguousarray(vertices.copy())
+    refined = np.ascontiguousarray(vertices.copy())
     facing = vertex_normals(vertices, faces)
     step = 100_000
-    for start in range(0, len(moved), step):
+    for start in range(0, len(refined), step):
         progress.step(start)
         part = slice(start, start + step)
-        distance, near = tree.query(moved[part], k=min(_NEAR, len(points)), workers=1)
+        distance, near = tree.query(refined[part], k=min(_NEIGHBOURS, len(points)), workers=1)
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
-        some, ahead = np.ascontiguousarray(moved[rows]), np.ascontiguousarray(facing[rows])
-        chosen = np.ascontiguousarray(near[rows - start].astype(np.int64))
-        pull_to_points(some, ahead, chosen, points, normals, width, 2.5 * width)
-        moved[rows] = some
+        subset, ahead = np.ascontiguousarray(refined[rows]), np.ascontiguousarray(facing[rows])
+        neighbour_rows = np.ascontiguousarray(near[rows - start].astype(np.int64))
+        pull_to_points(subset, ahead, neighbour_rows, points, normals, width, 2.5 * width)
+        refined[rows] = subset
     before = cross_products(vertices, faces)
     for _ in range(5):
-        after = cross_products(moved, faces)
+        after = cross_products(refined, faces)
         turned = (before * after).sum(axis=1) < 0.2 * np.linalg.norm(before, axis=1) * (
             np.linalg.norm(after, axis=1)
         )
         if not turned.any():
             break
         rows = np.unique(faces[turned])
-        moved[rows] = vertices[rows]
-    return moved
+        refined[rows] = vertices[rows]
+    return refined
 
 
 def _decimate(
-    vertices: FloatArray, faces: Int32Array, wanted: int
+    vertices: FloatArray, faces: Int32Array, target: int
 ) -> tuple[FloatArray, Int32Array]:
-    """Quadric error metrics. Each library fails at times without a word, hence the count."""
+    """Simplify by quadric error metrics. Libraries may fail silently, hence the count."""
     import open3d
 
-    # Its stubs know none of its own arguments.
+    # Its stubs lack its arguments.
     o3d: Any = open3d
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
-    share = 1 - wanted / len(faces)
+    share = 1 - target / len(faces)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        made = mesh.simplify_quadric_decimation(share)
-        found = made.vertex.positions.numpy(), made.triangle.indices.numpy()
-        if not 0.5 * wanted <= len(found[1]) <= 1.05 * wanted or not np.isfinite(found[0]).all():
-            old = o3d.geometry.TriangleMesh(
+        simplified = mesh.simplify_quadric_decimation(share)
+        result = simplified.vertex.positions.numpy(), simplified.triangle.indices.numpy()
+        if not 0.5 * target <= len(result[1]) <= 1.05 * target or not np.isfinite(result[0]).all():
+            legacy_mesh = o3d.geometry.TriangleMesh(
                 o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces)
-            ).simplify_quadric_decimation(wanted)
-            found = np.asarray(old.vertices), np.asarray(old.triangles)
-    if len(found[1]) > 0.98 * len(faces) or not len(found[1]):
+            ).simplify_quadric_decimation(target)
+            result = np.asarray(legacy_mesh.vertices), np.asarray(legacy_mesh.triangles)
+    if len(result[1]) > 0.98 * len(faces) or not len(result[1]):
         return vertices, faces
-    return np.asarray(found[0], np.float64), np.asarray(found[1], np.int32)
+    return np.asarray(result[0], np.float64), np.asarray(result[1], np.int32)
 
 
-def _without_islands(
+def _remove_islands(
     vertices: FloatArray, faces: Int32Array, smallest: int
 ) -> tuple[FloatArray, Int32Array, int]:
-    """Never the largest piece, however small it is."""
+    """Remove small pieces, but never the largest one."""
     if not len(faces):
         return vertices, faces, 0
     piece = components(faces)
@@ -384,10 +402,10 @@ def _without_islands(
     return vertices, faces, int(small.sum())
 
 
-def _toward_normals(
+def _orient_to_normals(
     vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
 ) -> Int32Array:
-    """Counter-clockwise as seen from the air; piece by piece, since sheets may be turned over."""
+    """Orient faces counter-clockwise from the air, piece by piece."""
     middle = vertices[faces].mean(axis=1)
     nearest = tree.query(middle)[1]
     agree = (cross_products(vertices, faces) * normals[nearest]).sum(axis=1)

@@ -1,4 +1,4 @@
-"""Which side of a surface is outside: the one from which the photos saw it."""
+"""Orient a surface by the side from which photos show it."""
 
 from __future__ import annotations
 
@@ -12,49 +12,63 @@ from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.surface.topology import components, cross_products
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
-MOST_UNSEEN = 0.5
-"""Share of a surface that may be in no photo. Beyond it most of the model would be invented."""
+MAX_UNSEEN = 0.5
+"""Maximum share of a surface without a photo; beyond it most of the model would be invented."""
 
 
-def seen_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
-    """(count,) which faces at least one photo sees from their outer side."""
-    seen = np.zeros(count, bool)
+def visible_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
+    """Return a mask (count,) of the faces that at least one photo shows from outside."""
+    is_visible = np.zeros(count, bool)
     for one in visible:
-        seen[one.faces] = True
-    return seen
+        is_visible[one.faces] = True
+    return is_visible
 
 
-def facing_photos(
+def orient_to_photos(
     vertices: FloatArray, faces: Int32Array, look: Callable[[Int32Array], list[PhotoVisibility]]
 ) -> tuple[Int32Array, list[PhotoVisibility], int]:
-    """The faces with the sides outside from which the photos see them.
+    """Orient faces to the side from which the photos show them.
 
-    look : what the photos see of faces (m, 3), counter-clockwise from outside
+    A surface of which more than half is in no photo is also tested from its other side, and each
+    connected piece is flipped if that shows more of its area.
 
-    A surface of which more than half is in no photo is looked at from its other side too, and
-    each connected piece is turned over where more of its area is seen so. Returns the faces, what
-    the photos see of them, and how many pieces were turned. Raises GeometryError where more than
-    half of the area stays in no photo, or all of it.
+    Parameters
+    ----------
+    vertices, faces : array
+    look : callable
+        Returns the visibility of faces (m, 3), counter-clockwise from outside.
+
+    Returns
+    -------
+    faces : (m, 3) array
+    visible : list of PhotoVisibility
+    turned : int
+        Number of flipped pieces.
+
+    Raises
+    ------
+    GeometryError
+        If more than half of the area is in no photo.
     """
     area = np.linalg.norm(cross_products(vertices, faces), axis=1)
     whole = max(float(area.sum()), 1e-300)
     visible = look(faces)
-    seen = seen_faces(visible, len(faces))
+    is_visible = visible_faces(visible, len(faces))
     turned = 0
-    if area[~seen].sum() > MOST_UNSEEN * whole:
-        seen_behind = seen_faces(look(faces[:, ::-1].copy()), len(faces))
+    if area[~is_visible].sum() > MAX_UNSEEN * whole:
+        seen_behind = visible_faces(look(faces[:, ::-1].copy()), len(faces))
         piece = components(faces)
-        gain = np.bincount(piece, area * seen_behind) - np.bincount(piece, area * seen)
+        gain = np.bincount(piece, area * seen_behind) - np.bincount(piece, area * is_visible)
         turned = int((gain > 0).sum())
         if turned:
-            over = (gain > 0)[piece]
+            is_flipped = (gain > 0)[piece]
             faces = faces.copy()
-            faces[over] = faces[over][:, ::-1]
+            faces[is_flipped] = faces[is_flipped][:, ::-1]
             visible = look(faces)
-            seen = seen_faces(visible, len(faces))
-    if not seen.any():
+            is_visible = visible_faces(visible, len(faces))
+    if not is_visible.any():
         raise GeometryError(Finding("texture.no-photo-sees"))
-    unseen = float(area[~seen].sum() / whole)
-    if unseen > MOST_UNSEEN:
+    unseen = float(area[~is_visible].sum() / whole)
+    if unseen > MAX_UNSEEN:
         raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen))
     return faces, visible, turned

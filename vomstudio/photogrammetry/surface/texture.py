@@ -1,4 +1,4 @@
-"""Photos onto a mesh: pages of texture, and colours of the vertices."""
+"""Texture a mesh from photos: pages and vertex colours."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
-from vomstudio.photogrammetry.surface.orientation import facing_photos
+from vomstudio.photogrammetry.surface.orientation import orient_to_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import cross_products
 from vomstudio.photogrammetry.surface.visibility import (
@@ -34,10 +34,10 @@ JPEG_QUALITY = 95
 
 @dataclass(frozen=True)
 class TextureOptions:
-    """How a texture is made.
+    """Options of textures.
 
-    texel_m : edge of a texel in the unit of the mesh; None: what the photos resolve
-    texels_per_pixel : with None above, texels along the side of a photo's pixel on the rock
+    texel_m : edge of a texel in the unit of the mesh; None for the resolution of the photos
+    texels_per_pixel : for None above, texels along the side of a photo's pixel on the rock
     """
 
     texel_m: float | None = None
@@ -52,13 +52,24 @@ class TextureOptions:
 
 @dataclass(frozen=True)
 class TextureReport:
-    """texel_m, pages (width, height), charts : of the atlas
-    gains : photo -> RGB factors; sharpness : photo -> relative to the median photo
-    drawn_share : photo -> share of the textured area that is drawn from it
-    left_out_share : photo -> share of what it sees that was left out, since it shows something else
-    seen_by_share : number of photos -> share of the area that so many see well
-    unseen_share : of the area that no photo sees; coloured like what is beside it
-    warnings : sentences
+    """Report on a texture.
+
+    Attributes
+    ----------
+    texel_m, pages, charts
+        Of the atlas; pages are (width, height).
+    gains : dict
+        RGB factors by photo.
+    sharpness : dict
+        By photo, relative to the median photo.
+    drawn_share : dict
+        Share of the textured area by photo.
+    left_out_share : dict
+        Excluded share of its visible area by photo, because of occluders.
+    seen_by_share : dict
+        Share of the area by number of photos with a good view.
+    unseen_share : float
+        Share of the area without a photo, coloured like its neighbourhood.
     """
 
     texel_m: float
@@ -75,10 +86,17 @@ class TextureReport:
 
 @dataclass(frozen=True, eq=False)
 class Textured:
-    """mesh : with uv and vertex colours; its materials have no files yet, see `write`.
-    pages : RGB, (h, w, 3) uint8, one for each material
-    drawn_from : (m,) number of the photo that each face of `mesh` is drawn from, -1 where none sees
-    it"""
+    """Textured mesh.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        With uv and vertex colours; its materials do not have files yet, see `write`.
+    pages : tuple of (h, w, 3) uint8 array
+        RGB, one for each material.
+    drawn_from : (m,) array
+        Photo of each face of `mesh`, -1 without one.
+    """
 
     mesh: Mesh
     pages: tuple[ByteArray, ...]
@@ -95,17 +113,37 @@ class Textured:
         force: bool = False,
         progress: Progress | None = None,
     ) -> list[Finding]:
-        """Write the model by the ending of each path (.obj with MTL and JPEG, .glb, .ply ...).
+        """Write the model in the format of each path's extension.
 
-        origin : added to the coordinates, which are World then. quality : of the JPEG pages
+        OBJ with MTL and JPEG, GLB, PLY and others.
 
-        Returns one sentence for each thing that a format cannot hold. Raises TargetError,
-        UsageError for an unknown ending, Cancelled.
+        Parameters
+        ----------
+        path : path or iterable of paths
+        origin : sequence of float
+            Added to the coordinates, which are then World.
+        crs : str, optional
+        quality : int
+            Of the JPEG pages.
+        force : bool
+        progress : Progress, optional
+            Raises Cancelled.
+
+        Returns
+        -------
+        list of Finding
+            About data that a format cannot store.
+
+        Raises
+        ------
+        TargetError
+        UsageError
+            For an unknown extension.
         """
         from vomstudio.io.models.writing import write_model
 
         paths = [path] if isinstance(path, str | Path) else list(path)
-        said: list[Finding] = []
+        findings: list[Finding] = []
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
             stem = Path(paths[0]).stem if paths else "model"
             mesh = replace(
@@ -114,8 +152,8 @@ class Textured:
                 materials=tuple(self._files(Path(folder), stem, quality)),
             )
             for one in paths:
-                said += write_model(mesh, crs, one, force=force, progress=progress)
-        return said
+                findings += write_model(mesh, crs, one, force=force, progress=progress)
+        return findings
 
     def _files(self, folder: Path, stem: str, quality: int) -> Iterator[Material]:
         for number, (material, page) in enumerate(
@@ -127,7 +165,7 @@ class Textured:
 
 
 def jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
-    """An RGB page, its colours at full resolution."""
+    """Encode an RGB page with colours at full resolution."""
     import cv2
 
     settings = [
@@ -153,9 +191,15 @@ def make_texture(
 ) -> Textured:
     """Colour a mesh from photos whose views are in its frame, undistorted or not.
 
-    Pieces of the mesh that the photos see from behind are turned over. Raises GeometryError for a
-    mesh without faces, or of which more than half is in no photo; InputError for a photo that is no
-    picture of its camera's shape; Cancelled.
+    Pieces of the mesh that the photos show from behind are flipped.
+
+    Raises
+    ------
+    GeometryError
+        For a mesh without faces, or if more than half of it is in no photo.
+    InputError
+        For a photo with another shape than its camera.
+    Cancelled
     """
     options, executor, progress = (
         options or TextureOptions(),
@@ -169,16 +213,24 @@ def make_texture(
     shift = mesh.vertices.mean(axis=0)
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
-    moved = [_Moved(photo, shift) for photo in photos]
-    faces, visible, turned = facing_photos(
-        vertices, faces, lambda f: _visibility(moved, vertices, f, executor, progress)
+    shifted_photos = [_ShiftedPhoto(photo, shift) for photo in photos]
+    faces, visible, turned = orient_to_photos(
+        vertices, faces, lambda f: _visibility(shifted_photos, vertices, f, executor, progress)
     )
-    resolved = options.texel_m or _resolved(visible, len(faces)) / options.texels_per_pixel
+    resolved = options.texel_m or _photo_resolution(visible, len(faces)) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
-    made = blend(vertices, faces, visible, atlas.texel, progress)
-    colors = _all_colors(made, mesh)
+    blended = blend(vertices, faces, visible, atlas.texel, progress)
+    colors = _all_colors(blended, mesh)
     pages = draw_pages(
-        moved, vertices, faces, atlas, made, colors, options.atlas.gutter, executor, progress
+        shifted_photos,
+        vertices,
+        faces,
+        atlas,
+        blended,
+        colors,
+        options.atlas.gutter,
+        executor,
+        progress,
     )
     old, fresh, uv, order = uv_mesh(atlas, faces)
     counts = np.bincount(atlas.page, minlength=len(pages))
@@ -190,13 +242,12 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    report = _report(vertices, faces, visible, atlas, made, turned)
-    return Textured(finished, tuple(pages), report, made.views[order])
+    report = _report(vertices, faces, visible, atlas, blended, turned)
+    return Textured(finished, tuple(pages), report, blended.views[order])
 
 
-class _Moved:
-    """A photo about the middle of the mesh. Its bytes are asked for when they are needed: those of
-    hundreds of photos would fill the memory."""
+class _ShiftedPhoto:
+    """Photo relative to the middle of the mesh, whose bytes are read on access to save memory."""
 
     def __init__(self, photo: Photo, shift: FloatArray) -> None:
         self._photo = photo
@@ -212,7 +263,7 @@ class _Moved:
 
 
 def _visibility(
-    photos: Sequence[_Moved],
+    photos: Sequence[_ShiftedPhoto],
     vertices: FloatArray,
     faces: Int32Array,
     executor: Executor,
@@ -220,31 +271,31 @@ def _visibility(
 ) -> list[PhotoVisibility]:
     progress.stage(tr("Computing visibility"), len(photos))
     tasks = (VisibilityTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
-    found: dict[int, PhotoVisibility] = {}
+    results: dict[int, PhotoVisibility] = {}
     lenses = [p.view.intrinsics for p in photos]
     needed = max(visibility_memory(lens.width, lens.height, len(faces)) for lens in lenses)
     for number, one in executor.map(compute_visibility, tasks, progress, needed):
-        found[number] = one
-    return [found[number] for number in range(len(photos))]
+        results[number] = one
+    return [results[number] for number in range(len(photos))]
 
 
-def _resolved(visible: Sequence[PhotoVisibility], m: int) -> float:
-    """Size of a pixel on the rock, in the photo that sees each face best: the median."""
+def _photo_resolution(visible: Sequence[PhotoVisibility], m: int) -> float:
+    """Return the median size on the rock of a pixel in the best photo of each face."""
     best = np.zeros(m, np.float32)
     for one in visible:
         np.maximum.at(best, one.faces, one.quality)
     return float(1 / np.median(best[best > 0]))
 
 
-def _all_colors(made: Blend, mesh: Mesh) -> Float32Array:
-    """Vertices that nothing reaches keep the colour of the cloud, or the mean."""
-    colors = made.colors.copy()
-    rest = ~made.known
-    if rest.any():
+def _all_colors(blended: Blend, mesh: Mesh) -> Float32Array:
+    """Complete vertex colours by those of the cloud, or by the mean."""
+    colors = blended.colors.copy()
+    is_unknown = ~blended.known
+    if is_unknown.any():
         if mesh.colors is not None:
-            colors[rest] = mesh.colors[rest]
+            colors[is_unknown] = mesh.colors[is_unknown]
         else:
-            colors[rest] = colors[made.known].mean(axis=0)
+            colors[is_unknown] = colors[blended.known].mean(axis=0)
     return colors
 
 
@@ -253,19 +304,21 @@ def _report(
     faces: Int32Array,
     visible: Sequence[PhotoVisibility],
     atlas: Atlas,
-    made: Blend,
+    blended: Blend,
     turned: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     whole = max(float(area.sum()), 1e-300)
     names = [one.name for one in visible]
-    drawn = np.bincount(made.views[made.views >= 0], area[made.views >= 0], minlength=len(names))
-    seen = np.bincount(made.seen_by, area)
-    out = [
+    drawn = np.bincount(
+        blended.views[blended.views >= 0], area[blended.views >= 0], minlength=len(names)
+    )
+    area_by_count = np.bincount(blended.seen_by, area)
+    occluded_shares = [
         occluded / max(len(one.vertices), 1)
-        for occluded, one in zip(made.occluded, visible, strict=True)
+        for occluded, one in zip(blended.occluded, visible, strict=True)
     ]
-    unseen = float(area[made.views < 0].sum() / whole)
+    unseen = float(area[blended.views < 0].sum() / whole)
     warnings = [
         Finding("texture.photo-sees-nothing", photo=one.name)
         for one in visible
@@ -279,18 +332,18 @@ def _report(
         warnings.append(Finding("texture.unseen", share_percent=100 * unseen))
     if turned:
         warnings.append(Finding("texture.turned-over", count=turned))
-    for name, share in zip(names, out, strict=True):
+    for name, share in zip(names, occluded_shares, strict=True):
         if share > 0.3:
             warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
     return TextureReport(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
-        {n: tuple(g) for n, g in zip(names, made.gains.tolist(), strict=True)},
-        dict(zip(names, made.sharpness.tolist(), strict=True)),
+        {n: tuple(g) for n, g in zip(names, blended.gains.tolist(), strict=True)},
+        dict(zip(names, blended.sharpness.tolist(), strict=True)),
         dict(zip(names, (drawn / whole).tolist(), strict=True)),
-        dict(zip(names, (float(share) for share in out), strict=True)),
-        {k: float(share / whole) for k, share in enumerate(seen) if share > 0},
+        dict(zip(names, (float(share) for share in occluded_shares), strict=True)),
+        {k: float(share / whole) for k, share in enumerate(area_by_count) if share > 0},
         unseen,
         tuple(warnings),
     )

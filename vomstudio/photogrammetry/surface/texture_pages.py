@@ -1,4 +1,4 @@
-"""The pages of a texture, drawn tile by tile, and what lies between their charts."""
+"""Draw the pages of a texture tile by tile, and fill gaps between charts."""
 
 from __future__ import annotations
 
@@ -23,17 +23,20 @@ from vomstudio.photogrammetry.surface.blending import Blend
 from vomstudio.photogrammetry.surface.topology import compact
 from vomstudio.photogrammetry.surface.visibility import Photo, decode, project, pyramid
 
-# A photo is decoded once for each tile that it has a part in.
+# Size of tiles; a photo is decoded once for each of its tiles.
 _TILE = 2048
-# Where two photos meet they fade into each other: the higher, the narrower.
+# Exponent of the fade between two photos: higher is narrower.
 _SEAM = 4.0
 _MAX_LEVEL = 6
 
 
 @dataclass(frozen=True, eq=False)
 class TilePhoto:
-    """One photo's part in a tile. face (e,) rows of the tile's faces; pixels (e, 3, 2), depths and
-    weights (e, 3), offsets (e, 3, 3) at their corners; gain RGB"""
+    """Part of one photo in a tile.
+
+    face (e,) : rows of the tile's faces; pixels (e, 3, 2), depths and weights (e, 3), offsets (e,
+    3, 3) : at their corners; gain : RGB
+    """
 
     photo: bytes
     view: Any
@@ -47,8 +50,11 @@ class TilePhoto:
 
 @dataclass(frozen=True, eq=False)
 class TileTask:
-    """A rectangle of a page. left, top, width, height : texels of the page. corners (m, 3, 2) of
-    the faces on the page; fallback (m, 3, 3) colours at them"""
+    """Rectangle of a page.
+
+    left, top, width, height : texels of the page
+    corners (m, 3, 2) : of the faces on the page; fallback (m, 3, 3) : colours at them
+    """
 
     left: int
     top: int
@@ -62,14 +68,14 @@ class TileTask:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """rgb (h, w, 3); filled (h, w) where charts and their gutters are"""
+    """Result of a tile. rgb (h, w, 3); filled (h, w) : charts with their gutters"""
 
     rgb: ByteArray
     filled: BoolArray
 
 
 def draw_tile(task: TileTask) -> Tile:
-    """Colours of one tile; one photo is decoded at a time."""
+    """Draw one tile, decoding one photo at a time."""
     from vomstudio.photogrammetry.surface._texture_kernels import (
         add_view,
         draw_faces,
@@ -77,7 +83,7 @@ def draw_tile(task: TileTask) -> Tile:
         grow_faces,
     )
 
-    # Gutters of charts beyond the tile reach into it.
+    # Include gutters of charts beyond the tile.
     rim = task.gutter + 1
     left, top = float(task.left - rim), float(task.top - rim)
     shape = (task.height + 2 * rim, task.width + 2 * rim)
@@ -93,7 +99,7 @@ def draw_tile(task: TileTask) -> Tile:
         entry[part.face] = np.arange(len(part.face), dtype=np.int32)
         level = np.minimum(_levels(task.corners[part.face], part.pixels), len(layers) - 1)
         level = level.astype(np.int32)
-        for wanted in np.unique(level):
+        for drawn_level in np.unique(level):
             add_view(
                 owner,
                 task.corners,
@@ -104,8 +110,8 @@ def draw_tile(task: TileTask) -> Tile:
                 part.weights,
                 part.offsets,
                 level,
-                int(wanted),
-                np.ascontiguousarray(layers[wanted]),
+                int(drawn_level),
+                np.ascontiguousarray(layers[drawn_level]),
                 np.array(part.gain),
                 _SEAM,
                 total,
@@ -116,7 +122,7 @@ def draw_tile(task: TileTask) -> Tile:
 
 
 def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
-    """Level of the pyramid at which a pixel is about a texel."""
+    """Return the level of the pyramid at which a pixel is about a texel."""
 
     def area(p: Any) -> FloatArray:
         a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
@@ -132,13 +138,16 @@ def draw_pages(
     vertices: FloatArray,
     faces: Int32Array,
     atlas: Atlas,
-    made: Blend,
+    blended: Blend,
     colors: Float32Array,
     gutter: int,
     executor: Executor,
     progress: Progress,
 ) -> list[ByteArray]:
-    """RGB pages (h, w, 3) of the atlas; colors : (n, 3) of vertices, where no photo is drawn."""
+    """Draw RGB pages (h, w, 3) of the atlas.
+
+    colors : (n, 3) of vertices, for faces without a photo
+    """
     places = [
         (page, left, top)
         for page, (width, height) in enumerate(atlas.sizes.tolist())
@@ -148,7 +157,7 @@ def draw_pages(
     pages = [np.zeros((h, w, 3), np.uint8) for w, h in atlas.sizes.tolist()]
     filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
     progress.stage(tr("Rendering the texture"), len(places))
-    tasks = _Tasks(photos, vertices, faces, atlas, made, colors, gutter)
+    tasks = _Tasks(photos, vertices, faces, atlas, blended, colors, gutter)
     tiles = (tasks.tile(*place) for place in places)
     for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
         page, left, top = places[number]
@@ -156,14 +165,14 @@ def draw_pages(
         pages[page][top : top + h, left : left + w] = tile.rgb
         filled[page][top : top + h, left : left + w] = tile.filled
     progress.stage(tr("Filling gaps between charts"), len(pages))
-    for number, (page_rgb, there) in enumerate(zip(pages, filled, strict=True)):
+    for number, (page_rgb, is_filled) in enumerate(zip(pages, filled, strict=True)):
         progress.step(number)
-        fill_between(page_rgb, there)
+        fill_between(page_rgb, is_filled)
     return pages
 
 
 def _tile_memory(photos: Sequence[Photo]) -> int:
-    """Bytes that `draw_tile` takes at most: the sums of a tile, and one photo with its halves."""
+    """Return the peak memory of `draw_tile`: the sums of a tile, and one photo with its pyramid."""
     largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
     return 35 * _TILE**2 + 6 * largest + 20_000_000
 
@@ -175,16 +184,16 @@ class _Tasks:
         vertices: FloatArray,
         faces: Int32Array,
         atlas: Atlas,
-        made: Blend,
+        blended: Blend,
         colors: Float32Array,
         gutter: int,
     ) -> None:
         self._photos, self._vertices, self._faces = photos, vertices, faces
-        self._atlas, self._made, self._colors, self._gutter = atlas, made, colors, gutter
+        self._atlas, self._blended, self._colors, self._gutter = atlas, blended, colors, gutter
         self._low = atlas.corners.min(axis=1)
         self._high = atlas.corners.max(axis=1)
         starts = np.zeros(len(faces) + 1, np.int64)
-        np.cumsum(np.bincount(made.draw_face, minlength=len(faces)), out=starts[1:])
+        np.cumsum(np.bincount(blended.draw_face, minlength=len(faces)), out=starts[1:])
         self._starts = starts
 
     def tile(self, page: int, left: int, top: int) -> TileTask:
@@ -192,36 +201,36 @@ class _Tasks:
         width, height = min(_TILE, width - left), min(_TILE, height - top)
         rim = self._gutter + 1
         low, high = self._low, self._high
-        here = np.flatnonzero(
+        faces_in_tile = np.flatnonzero(
             (self._atlas.page == page)
             & (high[:, 0] > left - rim)
             & (low[:, 0] < left + width + rim)
             & (high[:, 1] > top - rim)
             & (low[:, 1] < top + height + rim)
         )
-        made = self._made
-        many = self._starts[here + 1] - self._starts[here]
-        draws = np.repeat(self._starts[here], many) + (
-            np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+        blended = self._blended
+        counts = self._starts[faces_in_tile + 1] - self._starts[faces_in_tile]
+        draws = np.repeat(self._starts[faces_in_tile], counts) + (
+            np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        local = np.repeat(np.arange(len(here)), many).astype(np.int32)
-        view = made.draw_view[draws]
+        local = np.repeat(np.arange(len(faces_in_tile)), counts).astype(np.int32)
+        view = blended.draw_view[draws]
         parts = []
         for k in np.unique(view).tolist():
             mine = view == k
             rows, face = draws[mine], local[mine]
-            _, corners, used = compact(self._vertices, self._faces[here[face]])
+            _, corners, used = compact(self._vertices, self._faces[faces_in_tile[face]])
             pixels, depths = project(self._photos[k].view, self._vertices[used])
             parts.append(
                 TilePhoto(
                     self._photos[k].photo,
                     self._photos[k].view,
-                    tuple(made.gains[k].tolist()),
+                    tuple(blended.gains[k].tolist()),
                     face,
                     pixels[corners].astype(np.float32),
                     depths[corners].astype(np.float32),
-                    made.draw_weights[rows],
-                    made.draw_offsets[rows],
+                    blended.draw_weights[rows],
+                    blended.draw_offsets[rows],
                 )
             )
         return TileTask(
@@ -230,15 +239,17 @@ class _Tasks:
             width,
             height,
             self._gutter,
-            np.ascontiguousarray(self._atlas.corners[here]),
-            self._colors[self._faces[here]],
+            np.ascontiguousarray(self._atlas.corners[faces_in_tile]),
+            self._colors[self._faces[faces_in_tile]],
             tuple(parts),
         )
 
 
 def fill_between(page: ByteArray, filled: BoolArray) -> None:
-    """Give the free texels smooth colours of the charts about them, so that neither JPEG nor the
-    smaller copies of a renderer bring black lines into the charts (pull-push)."""
+    """Fill free texels with smooth colours of the surrounding charts (pull-push).
+
+    Otherwise JPEG or the smaller copies of a renderer would bring black lines into the charts.
+    """
     if filled.all() or not filled.any():
         return
     # The page itself stays in bytes, four times smaller than as float.
@@ -255,8 +266,10 @@ def fill_between(page: ByteArray, filled: BoolArray) -> None:
 
 
 def _halved(color: Any, weight: Any, full: float) -> tuple[Any, Any]:
-    """Means of what counts, times how much of it there is; `full` is the weight of a texel that
-    counts wholly. Colours come multiplied by their weights."""
+    """Return weighted means of pixel pairs, and their weights.
+
+    full : weight of a complete texel. Colours are multiplied by their weights.
+    """
     import cv2
 
     size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))

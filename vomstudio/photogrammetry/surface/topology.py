@@ -1,4 +1,4 @@
-"""Topology of triangle meshes: neighbours, components, repair to a manifold. Plain arrays."""
+"""Topology of triangle meshes: neighbours, components, repair to a manifold."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 
 
 def edge_keys(faces: Int32Array) -> IntArray:
-    """(m, 3) one number per undirected edge: corner k to corner k + 1."""
+    """Return one number (m, 3) per undirected edge: corner k to corner k + 1."""
     start, end = faces.astype(np.int64), np.roll(faces, -1, axis=1).astype(np.int64)
     return np.minimum(start, end) << 32 | np.maximum(start, end)
 
 
 def neighbours(faces: Int32Array) -> Int32Array:
-    """(m, 3) the face across each edge; -1 where there is none, or more than one."""
+    """Return the face (m, 3) across each edge; -1 if there is none, or several."""
     keys = edge_keys(faces).ravel()
     order = np.argsort(keys, kind="stable")
     ranked = keys[order]
@@ -28,8 +28,7 @@ def neighbours(faces: Int32Array) -> Int32Array:
 
 
 def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
-    """(m,) number of the piece that each face belongs to, joined over edges; faces that are not
-    `among` get -1."""
+    """Return the piece (m,) of each face, connected by edges; -1 for faces not `among`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -37,8 +36,8 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
     face, side = np.nonzero(across >= 0)
     other = across[face, side]
     if among is not None:
-        kept = among[face] & among[other]
-        face, other = face[kept], other[kept]
+        is_inside = among[face] & among[other]
+        face, other = face[is_inside], other[is_inside]
     n = len(faces)
     links = coo_matrix((np.ones(len(face), np.int8), (face, other)), shape=(n, n))
     labels: Int32Array = connected_components(links, directed=False)[1].astype(np.int32)
@@ -52,7 +51,7 @@ def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
 
 
 def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array, IntArray]:
-    """Without the vertices that no face uses; also the old rows of those that are left."""
+    """Remove unused vertices; returns also the old rows of the others."""
     used = np.zeros(len(vertices), bool)
     used[faces] = True
     rows = np.flatnonzero(used)
@@ -60,13 +59,13 @@ def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32A
 
 
 def cross_products(vertices: FloatArray, faces: Int32Array) -> FloatArray:
-    """(m, 3) normals of faces, as long as twice their area."""
+    """Return normals (m, 3) of faces with a length of twice their area."""
     corners = vertices[faces]
     return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def vertex_normals(vertices: FloatArray, faces: Int32Array) -> FloatArray:
-    """(n, 3) unit, weighted by area; zero for a vertex without faces."""
+    """Return unit normals (n, 3) weighted by area; zero for a vertex without faces."""
     cross = cross_products(vertices, faces)
     total = np.empty_like(vertices)
     for axis in range(3):
@@ -80,8 +79,11 @@ def vertex_normals(vertices: FloatArray, faces: Int32Array) -> FloatArray:
 
 
 def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array]:
-    """Without faces that have no area or stand twice; an edge keeps its two largest faces, and a
-    vertex where sheets only touch stands once for each sheet."""
+    """Repair a mesh to a manifold.
+
+    Removes degenerate and duplicate faces, keeps the two largest faces of an edge, and duplicates
+    vertices at which sheets only touch.
+    """
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
     faces = faces[faces[:, 2] != faces[:, 0]]
     faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
@@ -100,7 +102,7 @@ def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, 
 
 
 def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array]:
-    """Corners of one vertex belong together where their faces share an edge at it."""
+    """Duplicate vertices for groups of faces that do not share an edge at them."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -123,6 +125,6 @@ def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray
 
 
 def is_manifold(faces: Int32Array) -> bool:
-    """Whether no edge has more than two faces."""
+    """Return whether all edges have at most two faces."""
     _, count = np.unique(edge_keys(faces), return_counts=True)
     return bool(count.max(initial=0) <= 2)

@@ -1,4 +1,4 @@
-"""What one photo sees of a mesh: which faces, how well, and the colours at its vertices."""
+"""Visibility of a mesh in one photo: faces, their quality, and colours at vertices."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import cross_products
 
-# Depths of larger photos are drawn smaller.
-_MOST_DEPTHS = 12_000_000
-# Pixels kept clear of whatever stands in front, and of masks; shape and poses are never exact.
-_MARGIN = 2
+# Maximum number of pixels of depths; larger photos are reduced.
+_MAX_DEPTH_PIXELS = 12_000_000
+# Margin in pixels to the foreground and to masks, since shape and poses are not exact.
+_MARGIN_PX = 2
 _SLACK = 3.0
-# Cosines of the angle between a face and the ray, for a face to be well seen and seen at all.
-_WELL, _BARELY = 0.17, 0.04
-# Share of a face's pixels that must be in sight: the rest would show what stands before it.
-_IN_SIGHT = 0.98
-# Over this share of the photo's width its quality falls to the border.
-_BORDER = 0.04
+# Minimum cosines between normal and ray of a well visible and of a visible face.
+_MIN_COSINE_WELL, _MIN_COSINE = 0.17, 0.04
+# Minimum visible share of a face's pixels; the others would show the foreground.
+_MIN_VISIBLE_SHARE = 0.98
+# Width of the border with decreasing quality, as a share of the photo.
+_BORDER_SHARE = 0.04
 _LEVELS = 6
 
 
 class Photo(Protocol):
-    """photo, mask : encoded; of a mask, white is used. view : of the photo as it is encoded, with
-    whatever lens."""
+    """Encoded photo and mask (white is used), and the view of the encoded photo."""
 
     @property
     def photo(self) -> bytes: ...
@@ -43,7 +42,7 @@ class Photo(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class VisibilityTask:
-    """One photo and the whole mesh, in the photo's frame."""
+    """One photo and the complete mesh, in the photo's frame."""
 
     photo: bytes
     mask: bytes | None
@@ -54,11 +53,21 @@ class VisibilityTask:
 
 @dataclass(frozen=True, eq=False)
 class PhotoVisibility:
-    """faces : (k,) int32 in sight. quality : (k,) float32 pixels per unit of length on the rock in
-    the direction of least, less towards the border. well : (k,) whether by a margin, and not
-    grazing
-    vertices : (l,) int32 the corners of these faces. colors : (l, 3) float32 RGB over about the
-    area that belongs to the vertex. detail : (l,) float32 logarithm of fine over coarse contrast
+    """Visible part of a mesh in a photo.
+
+    Attributes
+    ----------
+    faces : (k,) int32 array
+    quality : (k,) float32 array
+        Pixels per unit of length on the rock in the direction of the minimum, less at the border.
+    well : (k,) array of bool
+        Visible with a margin, and not grazing.
+    vertices : (l,) int32 array
+        Corners of these faces.
+    colors : (l, 3) float32 array
+        RGB over about the area of the vertex.
+    detail : (l,) float32 array
+        Logarithm of fine over coarse contrast.
     """
 
     name: str
@@ -71,13 +80,15 @@ class PhotoVisibility:
 
 
 def memory_needed(width: int, height: int, faces: int) -> int:
-    """Bytes that `compute_visibility` takes at most for a photo of this size and so many faces."""
+    """Return the peak memory of `compute_visibility` for a photo and number of faces, bytes."""
     return int(width * height * 18 + faces * 170) + 20_000_000
 
 
 def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
-    """(h, w, 3) uint8 BGR, or (h, w) for a mask. Raises InputError where this is no picture of the
-    camera's shape."""
+    """Decode a picture to (h, w, 3) uint8 BGR, or (h, w) for a mask.
+
+    Raises InputError if it is not a picture of the camera's shape.
+    """
     import cv2
 
     flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
@@ -103,35 +114,44 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
 
 
 def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
-    """What a photo sees of the mesh. Raises InputError as `decode`."""
+    """Compute the visible part of the mesh. Raises InputError as `decode`."""
     view, faces = task.view, task.faces
     picture = decode(task.photo, view)
     pixels, depths = project(view, task.vertices)
     inside = view.contains(np.nan_to_num(pixels, nan=-1.0))
     drawable = np.isfinite(pixels).all(axis=1) & (depths > 0)
-    whole = drawable[faces].all(axis=1)
-    chosen = np.flatnonzero(whole & inside[faces].any(axis=1)).astype(np.int32)
-    seen, clear = _seen(task, pixels, depths, chosen)
-    cross = cross_products(task.vertices, faces[chosen])
+    is_drawable = drawable[faces].all(axis=1)
+    selection = np.flatnonzero(is_drawable & inside[faces].any(axis=1)).astype(np.int32)
+    visible_share, clear_share = _visible_shares(task, pixels, depths, selection)
+    cross = cross_products(task.vertices, faces[selection])
     length = np.linalg.norm(cross, axis=1)
-    rays = view.centre - task.vertices[faces[chosen, 0]]
-    reach = np.linalg.norm(rays, axis=1)
-    cosine = (cross * rays).sum(axis=1) / np.maximum(length * reach, 1e-300)
-    corners = faces[chosen]
-    keep = (seen >= _IN_SIGHT) & (cosine > _BARELY) & inside[corners].all(axis=1)
-    chosen, corners, cosine, clear, reach = (
-        a[keep] for a in (chosen, corners, cosine, clear, reach)
+    rays = view.centre - task.vertices[faces[selection, 0]]
+    distances = np.linalg.norm(rays, axis=1)
+    cosine = (cross * rays).sum(axis=1) / np.maximum(length * distances, 1e-300)
+    corners = faces[selection]
+    keep = (
+        (visible_share >= _MIN_VISIBLE_SHARE) & (cosine > _MIN_COSINE) & inside[corners].all(axis=1)
+    )
+    selection, corners, cosine, clear_share, distances = (
+        a[keep] for a in (selection, corners, cosine, clear_share, distances)
     )
     width, height = view.intrinsics.width, view.intrinsics.height
-    room = np.minimum(pixels, np.array([width, height]) - pixels).min(axis=1)[corners].min(axis=1)
+    border_distance = (
+        np.minimum(pixels, np.array([width, height]) - pixels).min(axis=1)[corners].min(axis=1)
+    )
     focal = math.sqrt(view.intrinsics.focal[0] * view.intrinsics.focal[1])
-    quality = cosine * focal / reach * np.clip(room / (_BORDER * max(width, height)), 0.02, 1)
-    well = (clear > 0.999) & (cosine > _WELL) & (room > 2)
+    quality = (
+        cosine
+        * focal
+        / distances
+        * np.clip(border_distance / (_BORDER_SHARE * max(width, height)), 0.02, 1)
+    )
+    well = (clear_share > 0.999) & (cosine > _MIN_COSINE_WELL) & (border_distance > 2)
     rows = np.unique(corners).astype(np.int32)
     span = _spans(pixels, corners, len(task.vertices))[rows]
     return PhotoVisibility(
         view.name,
-        chosen,
+        selection,
         quality.astype(np.float32),
         well,
         rows,
@@ -141,24 +161,24 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
 
 
 def project(view: View, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pixels (n, 2), NaN where there are none, and depths (n,)."""
+    """Return pixels (n, 2), NaN if undefined, and depths (n,)."""
     return np.ascontiguousarray(view.project(vertices)), np.ascontiguousarray(view.depths(vertices))
 
 
-def _seen(
-    task: VisibilityTask, pixels: FloatArray, depths: FloatArray, chosen: Int32Array
+def _visible_shares(
+    task: VisibilityTask, pixels: FloatArray, depths: FloatArray, selection: Int32Array
 ) -> tuple[Float32Array, Float32Array]:
     import cv2
 
     from vomstudio.photogrammetry.surface._visibility_kernels import count_seen, draw_depths
 
     lens = task.view.intrinsics
-    shrink = max(1.0, math.sqrt(lens.width * lens.height / _MOST_DEPTHS))
+    shrink = max(1.0, math.sqrt(lens.width * lens.height / _MAX_DEPTH_PIXELS))
     size = (max(1, round(lens.width / shrink)), max(1, round(lens.height / shrink)))
     scaled = pixels * (np.array(size) / (lens.width, lens.height))
     buffer = np.full(size[::-1], np.inf, np.float32)
-    draw_depths(scaled, depths, task.faces, chosen, buffer)
-    kernel = np.ones((2 * _MARGIN + 1,) * 2, np.uint8)
+    draw_depths(scaled, depths, task.faces, selection, buffer)
+    kernel = np.ones((2 * _MARGIN_PX + 1,) * 2, np.uint8)
     nearest = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
     usable = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
@@ -166,28 +186,28 @@ def _seen(
             decode(task.mask, task.view, grey=True), size, interpolation=cv2.INTER_AREA
         )
         usable = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
-    seen = np.zeros(len(chosen), np.float32)
-    clear = np.zeros(len(chosen), np.float32)
+    visible_share = np.zeros(len(selection), np.float32)
+    clear_share = np.zeros(len(selection), np.float32)
     pixel = lens.width / size[0] / lens.focal[0]
     count_seen(
         scaled,
         depths,
         task.faces,
-        chosen,
+        selection,
         buffer,
         nearest,
         usable,
         pixel,
-        float(_MARGIN),
+        float(_MARGIN_PX),
         _SLACK,
-        seen,
-        clear,
+        visible_share,
+        clear_share,
     )
-    return seen, clear
+    return visible_share, clear_share
 
 
 def _spans(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
-    """(n,) mean length of a vertex's edges in the photo, pixels."""
+    """Return the mean length (n,) of a vertex's edges in the photo, pixels."""
     total, count = np.zeros(n), np.zeros(n)
     for k in range(3):
         a, b = corners[:, k], corners[:, (k + 1) % 3]
@@ -199,25 +219,24 @@ def _spans(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
 
 
 def pyramid(picture: Any, levels: int) -> list[Any]:
-    """The picture, and halves of it; pixel p of one is ((p - 0.5) / 2 + 0.5) of the next."""
+    """Return the picture and its halves; pixel p of one is ((p - 0.5) / 2 + 0.5) of the next."""
     import cv2
 
-    made = [picture]
+    pictures = [picture]
     for _ in range(levels):
-        if min(made[-1].shape[:2]) < 8:
+        if min(pictures[-1].shape[:2]) < 8:
             break
-        made.append(cv2.pyrDown(made[-1]))
-    return made
+        pictures.append(cv2.pyrDown(pictures[-1]))
+    return pictures
 
 
-def on_level(pixels: FloatArray, level: int) -> FloatArray:
-    """Pixels (n, 2) of a picture on a level of its `pyramid`."""
+def to_level(pixels: FloatArray, level: int) -> FloatArray:
+    """Convert pixels (n, 2) of a picture to a level of its `pyramid`."""
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
 def _colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
-    """RGB averaged over about a third of a vertex's edges, so that little of what is beside an
-    edge in sight comes in."""
+    """Return RGB averaged over a third of a vertex's edges, to exclude the area beyond edges."""
     from vomstudio.photogrammetry.surface._visibility_kernels import look_up
 
     layers = pyramid(picture, _LEVELS)
@@ -226,14 +245,17 @@ def _colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
     for k, layer in enumerate(layers):
         rows = np.flatnonzero(level == k)
         values = np.zeros((len(rows), 3), np.float32)
-        look_up(np.ascontiguousarray(layer), on_level(pixels[rows], k), values)
+        look_up(np.ascontiguousarray(layer), to_level(pixels[rows], k), values)
         colors[rows] = values[:, ::-1]
     return colors
 
 
 def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
-    """Contrast of about two pixels over that of about eight: less in a blurred photo, whatever is
-    on it. The finest scale is left out, where noise is."""
+    """Return the contrast of about two pixels over that of about eight.
+
+    Lower for blurred photos, whatever they show. The finest scale, which contains noise, is
+    excluded.
+    """
     import cv2
 
     from vomstudio.photogrammetry.surface._visibility_kernels import look_up

@@ -1,1 +1,1 @@
-"""What can be said of photos before any model is made of them: plans, checks, frames of a video."""
+"""Survey planning, checks of photos before reconstruction, and frames of videos."""

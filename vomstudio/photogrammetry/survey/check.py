@@ -1,7 +1,7 @@
-"""Survey check of a set of photos before the alignment (textbook 2.4 and 3.2).
+"""Check a set of photos before the alignment (textbook 2.4 and 3.2).
 
-Every rule names its number and its source. Limits lean to the side of silence: a finding that is
-wrong costs the trust in those that are right.
+Every rule states its number and its source. Limits are conservative: a wrong finding reduces the
+trust in the right ones.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.survey.check_results import (
     SurveyReport,
     advice_for,
     assess,
-    by_severity,
+    sort_by_severity,
 )
 from vomstudio.photogrammetry.survey.overlap import compare_photos, features_of, optical_axes
 from vomstudio.photogrammetry.survey.photo_limits import expected_planes, ground_sampling_distance
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> SurveyMeasurements:
     """Decode and compare all photos of a folder once.
 
-    Raises Cancelled; a photo that cannot be decoded has its reason in the quality's `error`.
+    Raises Cancelled. For a photo that cannot be decoded, `error` of its quality states the reason.
     """
     progress = progress or Silent()
     photos = tuple(folder.photos)
@@ -61,31 +61,33 @@ def check_photos(
     limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> SurveyReport:
-    """The whole check before alignment. distance_m : from camera to rock, where the user knows it;
-    drones that look down know their height."""
+    """Check photos before the alignment.
+
+    distance_m : from camera to rock, if known; drones with views down state their height
+    """
     return report(measure_folder(folder, progress), folder, distance_m, limits or Limits())
 
 
 def report(
-    seen: SurveyMeasurements, folder: PhotoFolder, distance_m: float | None, limits: Limits
+    measurements: SurveyMeasurements, folder: PhotoFolder, distance_m: float | None, limits: Limits
 ) -> SurveyReport:
-    """Findings, figures and verdict from measurements made before.
+    """Return findings, figures and verdict from earlier measurements.
 
-    distance_m : from camera to rock, None where unknown
+    distance_m : from camera to rock, None if unknown
     """
-    photos = seen.photos
+    photos = measurements.photos
     gsd = [pixel_size(photo, distance_m) for photo in photos]
-    axes, known_axes = optical_axes(seen.pairs, len(photos))
-    best = station_checks.best_overlap(seen.pairs, len(photos))
+    axes, known_axes = optical_axes(measurements.pairs, len(photos))
+    best = station_checks.best_overlap(measurements.pairs, len(photos))
     findings = [
-        *_of_the_folder(folder, seen, limits),
-        *station_checks.of_pairs(seen, best, limits),
-        *station_checks.of_directions(seen, axes, known_axes, limits),
-        *picture_checks.of_pixels(seen, limits),
-        *station_checks.of_sizes(seen, gsd, limits),
-        *station_checks.of_positions(photos, limits),
+        *_folder_findings(folder, measurements, limits),
+        *station_checks.pair_findings(measurements, best, limits),
+        *station_checks.direction_findings(measurements, axes, known_axes, limits),
+        *picture_checks.pixel_findings(measurements, limits),
+        *station_checks.size_findings(measurements, gsd, limits),
+        *station_checks.position_findings(photos, limits),
     ]
-    findings = list(by_severity(findings))
+    findings = list(sort_by_severity(findings))
     known = [value for value in gsd if value is not None]
     middle = float(np.median(known)) if known else None
     planes = None if middle is None else PlaneSizes.of_pixels(middle)
@@ -93,9 +95,9 @@ def report(
         PhotoFigures(
             photo.name,
             gsd[i],
-            seen.quality[i].blur_px,
-            float(seen.pairs.views[i]),
-            seen.quality[i].brightness,
+            measurements.quality[i].blur_px,
+            float(measurements.pairs.views[i]),
+            measurements.quality[i].brightness,
             best[i],
         )
         for i, photo in enumerate(photos)
@@ -113,8 +115,11 @@ def report(
 
 
 def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
-    """Metres on the rock per pixel by eq. 18, from the distance given or the height of a drone that
-    looks down; None where either the distance or the focal length is unknown."""
+    """Return metres on the rock per pixel by eq. 18.
+
+    From the given distance, or the height of a drone with views down; None if the distance or the
+    focal length is unknown.
+    """
     if photo.focal_px is None:
         return None
     distance = distance_m
@@ -140,30 +145,36 @@ def _hint(photos: Sequence[Photo]) -> tuple[Finding, ...]:
     )
 
 
-def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
-    found = []
-    count = len(seen.photos)
+def _folder_findings(
+    folder: PhotoFolder, measurements: SurveyMeasurements, limits: Limits
+) -> list[Finding]:
+    findings = []
+    count = len(measurements.photos)
     if count == 1:
-        found.append(Finding("one-photo", photos=(), value=1))
+        findings.append(Finding("one-photo", photos=(), value=1))
     elif count < limits.fewest_photos:
-        found.append(Finding("few-photos", photos=(), value=count, count=count))
-    damaged = tuple(p.name for p, look in zip(seen.photos, seen.quality, strict=True) if look.error)
+        findings.append(Finding("few-photos", photos=(), value=count, count=count))
+    damaged = tuple(
+        p.name
+        for p, look in zip(measurements.photos, measurements.quality, strict=True)
+        if look.error
+    )
     if damaged:
-        reason = next(look.error for look in seen.quality if look.error)
-        found.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
+        reason = next(look.error for look in measurements.quality if look.error)
+        findings.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
     if folder.duplicates:
         names = tuple(name for name, _ in folder.duplicates)
-        found.append(Finding("duplicates", photos=names, value=len(names)))
-    unknown = tuple(p.name for p in seen.photos if p.focal_px is None)
+        findings.append(Finding("duplicates", photos=names, value=len(names)))
+    unknown = tuple(p.name for p in measurements.photos if p.focal_px is None)
     if unknown:
-        found.append(
+        findings.append(
             Finding("no-focal-length", photos=unknown, value=len(unknown), count=len(unknown))
         )
-    return found + _of_cameras(folder)
+    return findings + _camera_findings(folder)
 
 
-def _of_cameras(folder: PhotoFolder) -> list[Finding]:
-    """More than one camera or setting, and photos that a program turned."""
+def _camera_findings(folder: PhotoFolder) -> list[Finding]:
+    """Find several cameras or settings, and photos rotated by a program."""
     settings = folder.cameras()
     if len(settings) < 2:
         return []

@@ -1,4 +1,4 @@
-"""What the survey check measures of a folder, and the numbers beyond which it says so."""
+"""Measurements of the survey check, and their limits."""
 
 from __future__ import annotations
 
@@ -14,20 +14,36 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Limits:
-    """views : photos that should see each place (3.2.1: four or five)
-    overlap : of a photo with its best neighbour; the book's 60 % less what the estimate errs by
-    doming_deg : spread of view directions that counts as one direction; the book wants obliques up
-        to 30 degrees from the perpendicular (3.2.1)
-    same_place : baseline over distance; turn_deg and zoom : what makes it another photo
-    blur_px : sigma; and blur_times the median of the set
-    darkest : mean linear light, and burnt : share of pixels, beyond which nothing is seen
-    stops : of brightness in the pictures; light_stops : of the exposure that the light asked for
-    gsd_ratio : an order of magnitude (3.2.1)
-    rotation_deg : 95 % error of an orientation by GPS that the user should hear of
-    registration_deg : 95 % error of a model's rotation that is no longer small beside the 5 degrees
-        up to which a plane is good
-    straight : width over length of camera positions that counts as one line
-    resampled : see photo_quality.interpolation_period; enlarged_px : blur that confirms it
+    """Limits of the survey check.
+
+    Attributes
+    ----------
+    views : float
+        Recommended number of photos of each place (3.2.1: four or five).
+    overlap : float
+        Of a photo with its best neighbour; the book's 60 % minus the error of the estimate.
+    doming_deg : float
+        Spread of view directions below which they are one direction; the book recommends obliques
+        up to 30 degrees from the perpendicular (3.2.1).
+    same_place : float
+        Baseline over distance of one position; turn_deg and zoom distinguish photos there.
+    blur_px, blur_times : float
+        Sigma, and its ratio to the median of the set.
+    darkest, burnt : float
+        Mean linear light, and share of saturated pixels.
+    stops, light_stops : float
+        Differences in brightness of the pictures, and of the metered exposure.
+    gsd_ratio : float
+        An order of magnitude (3.2.1).
+    rotation_deg : float
+        95 % error of an orientation by GPS that is reported.
+    registration_deg : float
+        95 % error of a model's rotation that is not small relative to the 5 degrees of a good
+        plane.
+    straight : float
+        Ratio of width to length of collinear camera positions.
+    resampled, enlarged_px : float
+        See photo_quality.interpolation_period, and the blur that confirms it.
     """
 
     views: float = 4.0
@@ -56,7 +72,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class SurveyMeasurements:
-    """What was measured of a folder: per photo, and between them."""
+    """Measurements of a folder: of each photo, and between photos."""
 
     photos: tuple[Photo, ...]
     quality: tuple[PhotoQuality, ...]

@@ -84,7 +84,7 @@ class SurveyReport(Result):
             object.__setattr__(self, "verdict", " ".join(map(str, self.assessment)))
 
 
-def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def sort_by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Sort findings by severity, errors first, otherwise in their order."""
     return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
 
@@ -151,7 +151,7 @@ def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
     """Return the advice for each warning and error, the most important first."""
     sentences = [
         tr(ADVICE[f.code])
-        for f in by_severity(findings)
+        for f in sort_by_severity(findings)
         if f.severity != "info" and f.code in ADVICE
     ]
     return tuple(dict.fromkeys(sentences))

@@ -1,4 +1,4 @@
-"""The check of a folder of photos: what `vomstudio check` prints."""
+"""Check of a folder of photos, the output of `vomstudio check`."""
 
 from __future__ import annotations
 
@@ -47,14 +47,16 @@ class FolderCheck(PrintableResult, SurveyReport):
 def check_folder(
     folder: str | Path, distance_m: float | None = None, progress: Progress | None = None
 ) -> tuple[FolderCheck, PhotoFolder]:
-    """The check, and the photos that were looked at. distance_m : from camera to rock, where it is
-    known. Raises InputError, UsageError."""
-    found = read_photos(folder, progress)
-    report = check_photos(found, distance_m=distance_m, progress=progress)
+    """Check a folder; returns the check and the checked photos.
+
+    distance_m : from camera to rock, if known. Raises InputError, UsageError.
+    """
+    photo_folder = read_photos(folder, progress)
+    report = check_photos(photo_folder, distance_m=distance_m, progress=progress)
     checked = FolderCheck(
         **vars(report),
         folder=str(Path(folder)),
-        skipped=tuple(found.skipped),
-        warnings=tuple(found.warnings),
+        skipped=tuple(photo_folder.skipped),
+        warnings=tuple(photo_folder.warnings),
     )
-    return checked, found
+    return checked, photo_folder

@@ -1,8 +1,8 @@
-"""Which photos show the same rock, from a quick look at small versions of them.
+"""Find photos of the same rock by a quick comparison of reduced versions.
 
 SIFT on photos reduced to about 800 pixels, matched by ratio and mutually, verified by a fundamental
-matrix. Where one homography explains a pair (a rock face is nearly plane), it gives the overlap of
-the two pictures, the ratio of their pixel sizes, and how far apart the cameras stood: with both
+matrix. If one homography explains a pair (a rock face is nearly plane), it gives the overlap of the
+two pictures, the ratio of their pixel sizes, and the distance of the cameras: with both
 calibrations known, K2^-1 H K1 scaled to a middle singular value of 1 is R + t n'/d, whose first and
 last singular values differ by at least 0 (one position) and by about the baseline over the distance
 otherwise (Faugeras & Lustman 1988; Malis & Vargas 2007, INRIA RR-6303).
@@ -27,26 +27,26 @@ if TYPE_CHECKING:
 
 
 LONG_SIDE = 800
-MOST_FEATURES = 1500
-FEWEST_MATCHES = 16
-_RATIO = 0.8
-# Of the pairs of a large set only neighbours are looked at.
-_ALL_PAIRS_UP_TO = 40
+MAX_FEATURES = 1500
+MIN_MATCHES = 16
+_MATCH_RATIO = 0.8
+# In a large set only neighbours are compared.
+_MAX_PHOTOS_ALL_PAIRS = 40
 _NEIGHBOURS = 6
-# Where a large set has several components, pairs between them are tried too, up to this many.
-_MOST_EXTRA_PAIRS = 1200
-# Share of a pair's matches that a homography must explain to speak for the pair.
-_PLANE_SHARE = 0.6
+# Maximum number of pairs between the components of a large set.
+_MAX_EXTRA_PAIRS = 1200
+# Minimum share of matches that the homography of a plane explains.
+_MIN_PLANE_SHARE = 0.6
 _GRID = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Of one photo, in pixels of the full photo divided by its long side.
+    """Features of a photo, in pixels of the full photo divided by its long side.
 
     points : (n, 2); descriptors : (n, 128) float32 of unit length
     width, height : 1 along the long side
-    focal : in the same unit, None where unknown
+    focal : in the same unit, None if unknown
     """
 
     points: FloatArray
@@ -57,7 +57,7 @@ class Features:
 
     @property
     def matrix(self) -> FloatArray | None:
-        """(3, 3) calibration matrix in these units; None without a focal length."""
+        """Return the calibration matrix (3, 3) in these units; None without a focal length."""
         if self.focal is None:
             return None
         return np.array(
@@ -67,14 +67,24 @@ class Features:
 
 @dataclass(frozen=True, eq=False)
 class PairOverlap:
-    """Two photos that show the same.
+    """Overlap of two photos.
 
-    matches : verified; plane_share : of them that one homography explains
-    overlap : share of the smaller seen part: of the first photo in the second, or the other way
-    pixel_ratio : metres per pixel of the first photo over those of the second
-    rotation : (3, 3) from the first camera to the second, None where focal lengths are unknown
-    baseline_ratio : distance of the cameras over that to the rock, at least; None if it is unknown
-    inside : (GRID * GRID,) which places of the first photo lie on the second, and `inside_back`
+    Attributes
+    ----------
+    matches : int
+        Verified.
+    plane_share : float
+        Share of matches that one homography explains.
+    overlap : float
+        Smaller of the visible shares of either photo in the other.
+    pixel_ratio : float or None
+        Metres per pixel of the first photo over those of the second.
+    rotation : (3, 3) array or None
+        From the first camera to the second, None if focal lengths are unknown.
+    baseline_ratio : float or None
+        Lower limit of the distance of the cameras over that to the rock; None if unknown.
+    inside, inside_back : (GRID * GRID,) array of bool
+        Places of the first photo on the second, and the opposite.
     """
 
     first: int
@@ -90,7 +100,7 @@ class PairOverlap:
 
     @property
     def turn_deg(self) -> float | None:
-        """Angle between the optical axes."""
+        """Return the angle between the optical axes."""
         if self.rotation is None:
             return None
         return math.degrees(math.acos(float(np.clip(self.rotation[2, 2], -1.0, 1.0))))
@@ -98,9 +108,18 @@ class PairOverlap:
 
 @dataclass(frozen=True, eq=False)
 class SetOverlap:
-    """pairs : that match; views : per photo, the median number of photos (itself among them) that
-    see a place of it; views_low : share of places that fewer than three photos see;
-    compared : number of pairs that were tried"""
+    """Overlap of a set of photos.
+
+    Attributes
+    ----------
+    pairs : tuple of PairOverlap
+    views : (n,) array
+        Median number of photos, itself included, that show a place of each photo.
+    views_low : (n,) array
+        Share of places with fewer than three photos.
+    compared : int
+        Number of compared pairs.
+    """
 
     pairs: tuple[PairOverlap, ...]
     views: FloatArray
@@ -108,7 +127,7 @@ class SetOverlap:
     compared: int
 
     def components(self, count: int) -> list[list[int]]:
-        """Connected components of `count` photos, the largest first."""
+        """Return the connected components of `count` photos, the largest first."""
         label = list(range(count))
 
         def root(i: int) -> int:
@@ -126,7 +145,7 @@ class SetOverlap:
 
 
 def features_of(photo: Photo) -> Features | None:
-    """None for a photo that cannot be decoded. A function of one photo, for any process."""
+    """Return the features of a photo, None if it cannot be decoded. Runs in any process."""
     import cv2
 
     from vomstudio.core.errors import InputError
@@ -141,7 +160,7 @@ def features_of(photo: Photo) -> Features | None:
     if mask is not None:
         size = (pixels.shape[1], pixels.shape[0])
         small = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
-    sift = cv2.SIFT.create(MOST_FEATURES, contrastThreshold=0.02)
+    sift = cv2.SIFT.create(MAX_FEATURES, contrastThreshold=0.02)
     keys, descriptors = sift.detectAndCompute(np.ascontiguousarray(pixels), small)
     long_side = float(max(pixels.shape))
     points = np.array([key.pt for key in keys], np.float64).reshape(-1, 2) / long_side
@@ -161,25 +180,25 @@ def features_of(photo: Photo) -> Features | None:
 
 
 def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[int, int]]:
-    """All pairs of a small set; else those that are near in order, or in place where known.
+    """Select all pairs of a small set, else those that are near in order or position.
 
-    positions : (count, 2 or 3), NaN where unknown
+    positions : (count, 2 or 3), NaN if unknown
     """
-    if count <= _ALL_PAIRS_UP_TO:
+    if count <= _MAX_PHOTOS_ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
-    chosen = {(i, j) for i in range(count) for j in range(i + 1, min(i + _NEIGHBOURS + 1, count))}
+    pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + _NEIGHBOURS + 1, count))}
     if positions is not None:
         known = np.flatnonzero(np.isfinite(positions).all(axis=1))
         for i in known:
             away = np.linalg.norm(positions[known] - positions[i], axis=1)
             for j in known[np.argsort(away, kind="stable")[1 : _NEIGHBOURS + 3]]:
-                chosen.add((min(i, j), max(i, j)))
-    return sorted(chosen)
+                pairs.add((min(i, j), max(i, j)))
+    return sorted(pairs)
 
 
 def match_pair(a: Features, b: Features) -> tuple[FloatArray, FloatArray]:
-    """Matched points (n, 2) of each, before verification."""
-    if len(a.points) < FEWEST_MATCHES or len(b.points) < FEWEST_MATCHES:
+    """Return matched points (n, 2) of each photo, before verification."""
+    if len(a.points) < MIN_MATCHES or len(b.points) < MIN_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
     likeness = a.descriptors @ b.descriptors.T
     forth, back = np.argmax(likeness, 1), np.argmax(likeness, 0)
@@ -188,30 +207,30 @@ def match_pair(a: Features, b: Features) -> tuple[FloatArray, FloatArray]:
     second = likeness.copy()
     second[rows, forth] = -1.0
     near, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best, second.max(1)))
-    good = (back[forth] == rows) & (near < _RATIO * next_)
+    good = (back[forth] == rows) & (near < _MATCH_RATIO * next_)
     return a.points[good], b.points[forth[good]]
 
 
 def compare_pair(i: int, j: int, a: Features, b: Features) -> PairOverlap | None:
-    """None where the two do not show the same rock."""
+    """Return the overlap of two photos; None if they do not show the same rock."""
     import cv2
 
     p, q = match_pair(a, b)
-    if len(p) < FEWEST_MATCHES:
+    if len(p) < MIN_MATCHES:
         return None
     cv2.setRNGSeed(1)
     threshold = 1.5 / LONG_SIDE
-    _, sound = cv2.findFundamentalMat(p, q, cv2.FM_RANSAC, threshold, 0.999, 2000)
-    if sound is None:
+    _, inliers = cv2.findFundamentalMat(p, q, cv2.FM_RANSAC, threshold, 0.999, 2000)
+    if inliers is None:
         return None
-    keep = sound.ravel().astype(bool)
-    if keep.sum() < FEWEST_MATCHES or keep.sum() < 0.2 * len(p):
+    keep = inliers.ravel().astype(bool)
+    if keep.sum() < MIN_MATCHES or keep.sum() < 0.2 * len(p):
         return None
     p, q = p[keep], q[keep]
-    # Looser than the epipolar one: relief is no reason to doubt that a face is one plane.
-    plane, on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
-    share = 0.0 if on_plane is None else float(on_plane.mean())
-    if plane is None or share < _PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
+    # A larger tolerance than the epipolar one allows for relief.
+    plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
+    share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
+    if plane is None or share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
         inside, back = _inside_hull(p, a), _inside_hull(q, b)
         rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
@@ -243,51 +262,55 @@ def compare_photos(
     positions: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetOverlap:
-    """All pairs worth looking at; a photo without features matches nothing."""
+    """Compare all useful pairs; a photo without features does not match."""
     progress = progress or Silent()
     count = len(features)
-    tried = choose_pairs(count, positions)
-    progress.stage(tr("Matching photos"), len(tried))
+    compared = choose_pairs(count, positions)
+    progress.stage(tr("Matching photos"), len(compared))
     pairs: list[PairOverlap] = []
-    _compare_pairs(features, tried, pairs, progress)
-    more = _pairs_between_components(count, tried, pairs)
-    if more:
-        progress.stage(tr("Matching disconnected components"), len(more))
-        _compare_pairs(features, more, pairs, progress)
-        tried = tried + more
-    seen = np.ones((count, _GRID * _GRID))
+    _compare_pairs(features, compared, pairs, progress)
+    extra_pairs = _pairs_between_components(count, compared, pairs)
+    if extra_pairs:
+        progress.stage(tr("Matching disconnected components"), len(extra_pairs))
+        _compare_pairs(features, extra_pairs, pairs, progress)
+        compared = compared + extra_pairs
+    view_counts = np.ones((count, _GRID * _GRID))
     for pair in pairs:
-        seen[pair.first] += pair.inside
-        seen[pair.second] += pair.inside_back
-    return SetOverlap(tuple(pairs), np.median(seen, axis=1), (seen < 3).mean(axis=1), len(tried))
+        view_counts[pair.first] += pair.inside
+        view_counts[pair.second] += pair.inside_back
+    return SetOverlap(
+        tuple(pairs), np.median(view_counts, axis=1), (view_counts < 3).mean(axis=1), len(compared)
+    )
 
 
 def _compare_pairs(
     features: Sequence[Features | None],
-    tried: Sequence[tuple[int, int]],
+    candidates: Sequence[tuple[int, int]],
     pairs: list[PairOverlap],
     progress: Progress,
 ) -> None:
-    for done, (i, j) in enumerate(tried):
+    for done, (i, j) in enumerate(candidates):
         progress.step(done)
         a, b = features[i], features[j]
         if a is not None and b is not None:
-            found = compare_pair(i, j, a, b)
-            if found is not None:
-                pairs.append(found)
-    progress.step(len(tried))
+            overlap = compare_pair(i, j, a, b)
+            if overlap is not None:
+                pairs.append(overlap)
+    progress.step(len(candidates))
 
 
 def _pairs_between_components(
-    count: int, tried: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
+    count: int, compared: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
 ) -> list[tuple[int, int]]:
-    """Pairs that were left out and could join what seems to fall apart: the neighbours in order
-    need not be neighbours on the rock."""
-    if count <= _ALL_PAIRS_UP_TO:
+    """Return pairs between components.
+
+    Neighbours in order are not always neighbours on the rock.
+    """
+    if count <= _MAX_PHOTOS_ALL_PAIRS:
         return []
     parts = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
-    done = set(tried)
-    found = [
+    done = set(compared)
+    candidates = [
         (min(i, j), max(i, j))
         for p, part in enumerate(parts[1:], 1)
         for i in part
@@ -295,13 +318,15 @@ def _pairs_between_components(
         for j in other
         if (min(i, j), max(i, j)) not in done
     ]
-    step = max(1, -(-len(found) // _MOST_EXTRA_PAIRS))
-    return found[::step]
+    step = max(1, -(-len(candidates) // _MAX_EXTRA_PAIRS))
+    return candidates[::step]
 
 
 def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
-    """Directions of view (count, 3) in the frame of one camera, and which photos they are known
-    for: relative rotations chained along the best matched pairs of the largest component."""
+    """Return the view directions (count, 3) in the frame of one camera, and which are known.
+
+    Relative rotations are chained along the best matched pairs of the largest component.
+    """
     best = sorted((p for p in look.pairs if p.rotation is not None), key=lambda p: -p.matches)
     part = set(look.components(count)[0]) if count else set()
     rotation: dict[int, FloatArray] = {}
@@ -336,7 +361,7 @@ def _places(f: Features) -> FloatArray:
 
 
 def _inside(plane: FloatArray, a: Features, b: Features) -> BoolArray:
-    """Which places of a the homography carries onto b."""
+    """Return which places of a the homography maps into b."""
     at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
     front = at[:, 2] * np.sign(centre) > 1e-9
@@ -347,7 +372,7 @@ def _inside(plane: FloatArray, a: Features, b: Features) -> BoolArray:
 
 
 def _inside_hull(points: FloatArray, f: Features) -> BoolArray:
-    """Which places lie among the matches; for scenes that are no plane."""
+    """Return which places are between the matches, for scenes that are not planar."""
     import cv2
 
     hull = cv2.convexHull(points.astype(np.float32))
@@ -357,7 +382,7 @@ def _inside_hull(points: FloatArray, f: Features) -> BoolArray:
 
 
 def _pixel_ratio(plane: FloatArray, a: Features) -> float | None:
-    """Magnification of the homography at the centre of the first photo."""
+    """Return the magnification of the homography at the centre of the first photo."""
     x, y = a.width / 2, a.height / 2
     w = plane[2] @ [x, y, 1.0]
     u, v = (plane[:2] @ [x, y, 1.0]) / w
@@ -369,7 +394,7 @@ def _pixel_ratio(plane: FloatArray, a: Features) -> float | None:
 def _plane_motion(
     plane: FloatArray, a: Features, b: Features
 ) -> tuple[FloatArray | None, float | None]:
-    """Rotation from the first camera to the second, and their distance over that to the rock."""
+    """Return the rotation between the cameras, and their distance over that to the rock."""
     k1, k2 = a.matrix, b.matrix
     if k1 is None or k2 is None:
         return None, None
@@ -378,15 +403,18 @@ def _plane_motion(
     if s[1] < 1e-9:
         return None, None
     base = float((s[0] - s[2]) / s[1])
-    if base > _ONE_PLACE:
+    if base > _MAX_BASELINE_RATIO:
         return _facing_rotation(h), base
     sign = np.sign(np.linalg.det(u @ vt))
     return np.asarray(sign * u @ vt), base
 
 
 def _facing_rotation(h: FloatArray) -> FloatArray | None:
-    """Of the motions that explain a plane (two remain once it lies before the cameras) the one for
-    which it faces the first camera most: in the other, camera path and normal trade places."""
+    """Return the most probable motion of a homography.
+
+    Two solutions remain in front of the cameras: the one with the plane facing the first camera
+    most; in the other, camera path and normal are exchanged.
+    """
     import cv2
 
     count, rotations, _, normals = cv2.decomposeHomographyMat(h, np.eye(3))
@@ -397,19 +425,20 @@ def _facing_rotation(h: FloatArray) -> FloatArray | None:
     return np.asarray(rotations[int(np.argmax(facing))], np.float64)
 
 
-_ONE_PLACE = 0.02
-"""Baseline over distance under which two photos count as taken from one position: what lens
-distortion and the rounding of an EXIF focal length leave of a pure rotation."""
+_MAX_BASELINE_RATIO = 0.02
+"""Baseline over distance of one position.
+
+Lens distortion and rounded EXIF focal lengths cause it for a pure rotation."""
 
 
 def _rotation_by_essential_matrix(
     p: FloatArray, q: FloatArray, a: Features, b: Features
 ) -> FloatArray | None:
-    """Rotation by the essential matrix."""
+    """Return the rotation by the essential matrix."""
     import cv2
 
     k1, k2 = a.matrix, b.matrix
-    if k1 is None or k2 is None or len(p) < FEWEST_MATCHES:
+    if k1 is None or k2 is None or len(p) < MIN_MATCHES:
         return None
     n1 = (p - [k1[0, 2], k1[1, 2]]) / k1[0, 0]
     n2 = (q - [k2[0, 2], k2[1, 2]]) / k2[0, 0]

@@ -1,4 +1,4 @@
-"""Resolution of a photo survey: pixel size on the rock, and how well it tells planes of a size."""
+"""Resolution of a photo survey: pixel size on the rock, and errors of planes."""
 
 from __future__ import annotations
 
@@ -49,8 +49,7 @@ def ground_sampling_distance(
 
 
 def gsd_for_plane(extent_m: float) -> float:
-    """Pixel size in metres on the rock with which a plane of this extent reaches the textbook's
-    limit of 1000 pixels."""
+    """Return the pixel size on the rock, m, at which a plane has the textbook's 1000 pixels."""
     return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
 
 

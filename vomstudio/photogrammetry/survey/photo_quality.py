@@ -1,10 +1,10 @@
-"""How good the pixels of one photo are, in figures that compare between photos of one set.
+"""Measure the quality of the pixels of a photo, comparable between photos of a set.
 
-Blur is the width of edges, not the amount of detail: a wall of fine gravel and a smooth slab taken
-with the same lens get the same figure. After Zhuo & Sim 2011 (Pattern Recognition 44, 1852): an
-edge blurred by a Gaussian of sigma, blurred again by a known sigma0, loses gradient at its middle
-by the factor R = sqrt(sigma^2 + sigma0^2) / sigma, hence sigma = sigma0 / sqrt(R^2 - 1). It is
-taken across and along the picture, and the larger counts: motion blurs one of them only.
+Blur is the width of edges, not the amount of detail: a wall of fine gravel and a smooth slab with
+the same lens have the same value. After Zhuo & Sim 2011 (Pattern Recognition 44, 1852): an edge
+blurred by a Gaussian of sigma, blurred again by a known sigma0, loses gradient at its middle by the
+factor R = sqrt(sigma^2 + sigma0^2) / sigma, hence sigma = sigma0 / sqrt(R^2 - 1). It is measured
+across and along the picture, and the larger value is used: motion blurs one direction only.
 """
 
 from __future__ import annotations
@@ -23,21 +23,30 @@ if TYPE_CHECKING:
 _TILE = 384
 _TILES = 16
 _SIGMA0 = 1.5
-# Beyond this the second blurring changes too little to be measured: look at half the size.
-_WIDEST = 2.0
+# Sigma above which the second blurring changes too little: measure at half the size.
+_MAX_SIGMA = 2.0
 _EDGE_QUANTILE = 0.5
-_STRONG = 0.99
+_STRONG_QUANTILE = 0.99
 _SMOOTH = 0.8
 
 
 @dataclass(frozen=True)
 class PhotoQuality:
-    """blur_px : sigma of the strongest edges, in pixels of the full photo; about 0.5 to 1 is sharp;
-        None where there are no edges
-    brightness : mean in linear light, 0 to 1
-    burnt : share of pixels at the upper end
-    resampled : how far a period of interpolation stands out from the rest of the spectrum
-    error : why the photo cannot be decoded, as a sentence; None where it can
+    """Quality of a photo.
+
+    Attributes
+    ----------
+    blur_px : float or None
+        Sigma of the strongest edges, in pixels of the full photo; about 0.5 to 1 is sharp; None
+        without edges.
+    brightness : float
+        Mean in linear light, 0 to 1.
+    burnt : float
+        Share of saturated pixels.
+    resampled : float
+        Ratio of a period of interpolation to the rest of the spectrum.
+    error : str or None
+        Why the photo cannot be decoded.
     """
 
     blur_px: float | None = None
@@ -48,7 +57,7 @@ class PhotoQuality:
 
 
 def measure_quality(photo: Photo) -> PhotoQuality:
-    """Decodes the photo once. Never raises for a damaged one: `error` says why."""
+    """Decode and measure a photo. Does not raise for a damaged one: `error` states why."""
     from vomstudio.core.errors import InputError
     from vomstudio.io.photos.pixels import grey, read_mask
 
@@ -70,16 +79,17 @@ def measure_quality(photo: Photo) -> PhotoQuality:
 
 
 def linear_light(values: ByteArray) -> Float32Array:
-    """sRGB's transfer curve undone (IEC 61966-2-1), 0 to 1."""
+    """Invert sRGB's transfer curve (IEC 61966-2-1), 0 to 1."""
     v = np.asarray(values, np.float32) / 255.0
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
-    """Sigma in pixels of the strong edges (their median), the worse of the directions
-    across and along the picture; None where there are too few edges.
+    """Return the median sigma of strong edges in pixels; None with too few edges.
 
-    pixels : (h, w) grey; mask : (h, w), True where it counts
+    The larger one of the directions across and along the picture.
+
+    pixels : (h, w) grey; mask : (h, w), True for used pixels
     """
 
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
@@ -88,7 +98,7 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
         known = [s for s in (across, along) if s is not None]
         if not known:
             return None
-        if max(known) <= _WIDEST or level == 3:
+        if max(known) <= _MAX_SIGMA or level == 3:
             return float(max(known) * 2**level)
         # Averaging two pixels adds a little blur of its own, which the measured one dwarfs.
         tiles = [_halved(tile) for tile in tiles]
@@ -103,19 +113,19 @@ def _halved(tile: Float32Array) -> Float32Array:
 
 
 def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
-    """Pieces at full resolution, spread over the photo, those with the most contrast first."""
+    """Return parts at full resolution, spread over the photo, with the most contrast first."""
     height, width = pixels.shape
     size = min(_TILE, height, width)
     rows = np.unique(np.linspace(0, height - size, 6).astype(int))
     columns = np.unique(np.linspace(0, width - size, 6).astype(int))
-    found: list[tuple[float, int, ByteArray]] = []
+    candidates: list[tuple[float, int, ByteArray]] = []
     for y in rows:
         for x in columns:
             if mask is not None and mask[y : y + size : 8, x : x + size : 8].mean() < 0.9:
                 continue
             tile = pixels[y : y + size, x : x + size]
-            found.append((-float(tile[::4, ::4].std()), len(found), tile))
-    return [tile for _, _, tile in sorted(found, key=lambda f: f[:2])[:_TILES]]
+            candidates.append((-float(tile[::4, ::4].std()), len(candidates), tile))
+    return [tile for _, _, tile in sorted(candidates, key=lambda f: f[:2])[:_TILES]]
 
 
 def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
@@ -123,7 +133,7 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
 
     ratios = []
     for tile in tiles:
-        # Less noise; subtracted below.
+        # Reduce noise; the smoothing is subtracted below.
         tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTH), np.float32)
         softer = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
         # Central differences: a wider operator would add its own width.
@@ -143,24 +153,25 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
         values = step[top]
         if len(values) < 20:
             continue
-        strong = top & (step >= max(float(np.quantile(values, _STRONG)), 2.0))
+        strong = top & (step >= max(float(np.quantile(values, _STRONG_QUANTILE)), 2.0))
         ratios.append(step[strong] / np.maximum(after[strong], 1e-6))
     ratio = np.concatenate(ratios) if ratios else np.empty(0)
-    # What grows when blurred is noise or a corner.
+    # A gradient that increases by blurring is noise or a corner.
     ratio = ratio[ratio > 1.005]
     if len(ratio) < 30:
         return None
-    # The smoothing, and differences over two pixels: the variance of a box of that width.
-    own = _SMOOTH**2 + 1.0 / 3.0
-    variance = _SIGMA0**2 / (ratio**2 - 1.0) - own
+    # Variance of the smoothing, and of differences over two pixels: a box of that width.
+    own_variance = _SMOOTH**2 + 1.0 / 3.0
+    variance = _SIGMA0**2 / (ratio**2 - 1.0) - own_variance
     return float(np.sqrt(max(float(np.quantile(variance, _EDGE_QUANTILE)), 0.04)))
 
 
 def interpolation_period(pixels: ByteArray) -> float:
-    """How strongly second differences repeat along rows and along columns at one and the same
-    period: the trace of resampling (Gallagher 2005, "Detection of linear and cubic interpolation in
-    JPEG compressed images"). Ratio of the peak to the median of the spectrum, the weaker of both
-    directions; 0 where the periods differ. Multiples of 1/16 are JPEG's own blocks.
+    """Return how strongly second differences repeat along rows and columns with one period.
+
+    This is the trace of resampling (Gallagher 2005, "Detection of linear and cubic interpolation in
+    JPEG compressed images"): the ratio of the peak to the median of the spectrum, the weaker of
+    both directions; 0 if the periods differ. Multiples of 1/16 are JPEG blocks.
     """
     height, width = pixels.shape
     size = 2048
@@ -168,7 +179,7 @@ def interpolation_period(pixels: ByteArray) -> float:
     part = pixels[y : y + size, x : x + size].astype(np.float32)
     if min(part.shape) < 256:
         return 0.0
-    found = []
+    peaks = []
     for lines in (part, part.T):
         second = np.abs(2 * lines[:, 1:-1] - lines[:, :-2] - lines[:, 2:]).mean(0)
         trace = np.log(second + 1e-3)
@@ -178,6 +189,6 @@ def interpolation_period(pixels: ByteArray) -> float:
         allowed = frequency > 0.1
         allowed &= np.abs(frequency * 16 - np.round(frequency * 16)) > 16 * 0.004
         at = int(np.argmax(np.where(allowed, spectrum, 0.0)))
-        found.append((frequency[at], float(spectrum[at] / max(float(np.median(spectrum)), 1e-9))))
-    (f1, p1), (f2, p2) = found
+        peaks.append((frequency[at], float(spectrum[at] / max(float(np.median(spectrum)), 1e-9))))
+    (f1, p1), (f2, p2) = peaks
     return min(p1, p2) if abs(f1 - f2) < 0.0015 else 0.0

@@ -1,4 +1,4 @@
-"""What is wrong with single pictures: blur, enlarged pixels, light (textbook 2.4)."""
+"""Check single pictures for blur, enlarged pixels and light (textbook 2.4)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
-def of_pixels(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
-    """Findings on blur, digital zoom, enlargement, exposure and light."""
-    photos, quality = seen.photos, seen.quality
-    found = []
+def pixel_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
+    """Return findings on blur, digital zoom, enlargement, exposure and light."""
+    photos, quality = measurements.photos, measurements.quality
+    findings = []
     blurs = {i: look.blur_px for i, look in enumerate(quality) if look.blur_px is not None}
     if blurs:
         middle = float(np.median(list(blurs.values())))
@@ -27,35 +27,35 @@ def of_pixels(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
         bad = tuple(photos[i].name for i, value in blurs.items() if value > limit)
         if bad:
             worst = max(blurs.values())
-            found.append(Finding("blurred", photos=bad, value=worst, median=middle))
+            findings.append(Finding("blurred", photos=bad, value=worst, median=middle))
         if middle > limits.soft_px:
-            found.append(Finding("soft", photos=(), value=middle, factor=middle / 0.8))
-    found += _of_enlarging(seen, limits)
-    found += _of_light(seen, limits)
-    return found
+            findings.append(Finding("soft", photos=(), value=middle, factor=middle / 0.8))
+    findings += _enlargement_findings(measurements, limits)
+    findings += _light_findings(measurements, limits)
+    return findings
 
 
-def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
+def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     from vomstudio.io.photos.camera_table import find_camera
 
-    found = []
-    photos = seen.photos
+    findings = []
+    photos = measurements.photos
     zoomed = {p.name: p.digital_zoom for p in photos if p.digital_zoom and p.digital_zoom > 1.05}
-    by_lens: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
+    photos_by_lens: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
     for photo in photos:
         if photo.focal_mm and photo.focal_35mm:
-            by_lens[photo.camera, photo.serial, photo.lens, photo.focal_mm].append(photo)
-    for group in by_lens.values():
-        least = min(p.focal_35mm or math.inf for p in group)
+            photos_by_lens[photo.camera, photo.serial, photo.lens, photo.focal_mm].append(photo)
+    for group in photos_by_lens.values():
+        min_focal = min(p.focal_35mm or math.inf for p in group)
         for photo in group:
-            # The same lens setting, yet a narrower picture: cut out of the middle and enlarged.
-            if (photo.focal_35mm or 0) > 1.15 * least and photo.long_side >= max(
-                p.long_side for p in group if p.focal_35mm == least
+            # The same lens setting with a narrower picture: cropped and enlarged.
+            if (photo.focal_35mm or 0) > 1.15 * min_focal and photo.long_side >= max(
+                p.long_side for p in group if p.focal_35mm == min_focal
             ):
-                zoomed.setdefault(photo.name, (photo.focal_35mm or 0) / least)
+                zoomed.setdefault(photo.name, (photo.focal_35mm or 0) / min_focal)
     if zoomed:
-        most = max(value or 1.0 for value in zoomed.values())
-        found.append(Finding("digital-zoom", photos=tuple(zoomed), value=most))
+        max_zoom = max(value or 1.0 for value in zoomed.values())
+        findings.append(Finding("digital-zoom", photos=tuple(zoomed), value=max_zoom))
     enlarged = []
     for photo in photos:
         model = find_camera(photo.camera)
@@ -64,7 +64,7 @@ def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     if enlarged:
         model = find_camera(next(p.camera for p in photos if p.name == enlarged[0]))
         assert model is not None
-        found.append(
+        findings.append(
             Finding(
                 "enlarged",
                 photos=tuple(enlarged),
@@ -73,62 +73,62 @@ def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
                 width_px=model.width_px,
             )
         )
-    looks = [look for look in seen.quality if look.blur_px is not None]
+    looks = [look for look in measurements.quality if look.blur_px is not None]
     traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
     middle = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
-    # A trace alone is left by straightening or by a smaller picture too, which do no harm.
+    # Undistortion or reduction leave a trace too, without harm.
     if not enlarged and len(traced) > 0.6 * len(looks) and middle > limits.enlarged_px:
-        found.append(
+        findings.append(
             Finding(
                 "enlarged",
                 photos=[
                     p.name
-                    for p, look in zip(photos, seen.quality, strict=True)
+                    for p, look in zip(photos, measurements.quality, strict=True)
                     if (look.resampled or 0.0) >= limits.resampled
                 ],
                 value=middle,
             )
         )
-    return found
+    return findings
 
 
-def _of_light(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
-    found = []
-    photos = seen.photos
-    shut = {
+def _light_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
+    findings = []
+    photos = measurements.photos
+    badly_exposed = {
         i
-        for i, look in enumerate(seen.quality)
+        for i, look in enumerate(measurements.quality)
         if look.brightness is not None
         and (look.brightness < limits.darkest or (look.burnt or 0.0) > limits.burnt)
     }
-    if shut:
-        names = tuple(photos[i].name for i in sorted(shut))
-        found.append(Finding("exposure", photos=names, value=len(names)))
+    if badly_exposed:
+        names = tuple(photos[i].name for i in sorted(badly_exposed))
+        findings.append(Finding("exposure", photos=names, value=len(names)))
     bright = {
         i: math.log2(look.brightness)
-        for i, look in enumerate(seen.quality)
-        if look.brightness is not None and look.brightness > 0 and i not in shut
+        for i, look in enumerate(measurements.quality)
+        if look.brightness is not None and look.brightness > 0 and i not in badly_exposed
     }
     if len(bright) >= 3:
         middle = float(np.median(list(bright.values())))
         jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - middle) > limits.stops)
         if jumps:
             worst = max((v - middle for v in bright.values()), key=abs)
-            found.append(Finding("brightness-jump", photos=jumps, value=worst, stops=abs(worst)))
-    return found + _of_time(photos, limits)
+            findings.append(Finding("brightness-jump", photos=jumps, value=worst, stops=abs(worst)))
+    return findings + _time_findings(photos, limits)
 
 
-def _of_time(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
-    """Light that changed, by metered exposures and by the time of day."""
-    found = []
+def _time_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
+    """Find changes of light, by metered exposures and by the time of day."""
+    findings = []
     exposures = [p.exposure_value for p in photos if p.exposure_value is not None]
     if len(exposures) >= 3:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))
         if spread > limits.light_stops:
-            found.append(Finding("light-changed", photos=(), value=spread))
+            findings.append(Finding("light-changed", photos=(), value=spread))
     times = sorted(p.taken_at for p in photos if p.taken_at is not None)
     if len(times) >= 2:
         hours = (times[-1] - times[0]).total_seconds() / 3600.0
         if hours > limits.hours:
-            found.append(Finding("long-survey", photos=(), value=hours))
-    return found
+            findings.append(Finding("long-survey", photos=(), value=hours))
+    return findings

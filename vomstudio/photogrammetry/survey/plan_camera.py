@@ -1,4 +1,4 @@
-"""The camera of a survey that is planned: from the table, from a photo, or by its numbers."""
+"""Camera of a planned survey: from the table, from a photo, or by its numbers."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from vomstudio.io.text.rows import shorten
 
 @dataclass(frozen=True)
 class PlanCamera:
-    """Sensor and picture in landscape format; focal_mm of the lens itself, not its 35 mm
-    equivalent; f_number of an aperture that cannot be set, else None."""
+    """Camera with sensor and picture in landscape format.
+
+    focal_mm : of the lens, not its 35 mm equivalent; f_number : of a fixed aperture, else None
+    """
 
     name: str
     sensor_width_mm: float
@@ -28,15 +30,17 @@ class PlanCamera:
 
     @property
     def pixel_pitch_mm(self) -> float:
-        """Distance between the centres of two pixels on the sensor."""
+        """Return the distance between the centres of two pixels on the sensor."""
         return self.sensor_width_mm / self.width_px
 
 
 def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
-    """A camera by its name in the table, by a photo taken with it, or by numbers: sensor in mm,
-    focal length in mm, pixels, as `23.5x15.6,35,6000x4000` or `sensor=23.5 focal=35 pixels=6000`.
+    """Return a camera by its name in the table, by a photo, or by numbers.
 
-    focal_mm : of the lens, over whatever the words say. Raises UsageError, InputError for a photo.
+    Numbers are sensor in mm, focal length in mm and pixels, as `23.5x15.6,35,6000x4000` or
+    `sensor=23.5 focal=35 pixels=6000`.
+
+    focal_mm : of the lens, replaces any other value. Raises UsageError, InputError for a photo.
     """
     words = words.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:
@@ -108,7 +112,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
 def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
     sensor: tuple[float, ...] = ()
     pixels: tuple[float, ...] = ()
-    bare: list[float] = []
+    unnamed: list[float] = []
     focal = focal_mm
     for token in re.split(r"[,;\s]+", words.strip(" ,;")):
         key, _, value = token.rpartition("=")
@@ -132,16 +136,16 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
         elif len(numbers) == 2:
             sensor = numbers
         else:
-            bare.append(numbers[0])
-    # What comes bare comes in the order sensor, focal length, pixels.
-    if not sensor and bare:
-        sensor = (bare.pop(0),)
-    if focal is None and bare:
-        focal = bare.pop(0)
-    if not pixels and bare:
-        pixels = tuple(bare[:2])
-        bare = bare[2:]
-    if not sensor or focal is None or not pixels or bare:
+            unnamed.append(numbers[0])
+    # Numbers without a name are in the order sensor, focal length, pixels.
+    if not sensor and unnamed:
+        sensor = (unnamed.pop(0),)
+    if focal is None and unnamed:
+        focal = unnamed.pop(0)
+    if not pixels and unnamed:
+        pixels = tuple(unnamed[:2])
+        unnamed = unnamed[2:]
+    if not sensor or focal is None or not pixels or unnamed:
         raise _not_a_camera(words)
     pixels = tuple(sorted(pixels, reverse=True))
     sensor = tuple(sorted(sensor, reverse=True))

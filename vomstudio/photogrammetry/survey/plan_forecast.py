@@ -13,11 +13,11 @@ from vomstudio.photogrammetry.survey.planning import SurveyPlan
 from vomstudio.photogrammetry.survey.registration_forecast import Forecast, forecast
 from vomstudio.photogrammetry.survey.survey_options import DEFAULT_CONTROL_M, DEFAULT_RECEIVER_M
 
-_HEIGHTS_WORSE = 2.0
-_BAD_DEG = 2.0
+_HEIGHT_ERROR_FACTOR = 2.0
+_MAX_ERROR_DEG = 2.0
 
 
-def foretold(
+def add_forecasts(
     plan: SurveyPlan, receiver_m: float | None = None, control_m: float | None = None
 ) -> SurveyPlan:
     """Add forecasts of the registration to a plan.
@@ -54,22 +54,26 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
     control = np.array(
         [[p.along_m, p.up_m, 0.0] for p in plan.control_points if p.use == "control"]
     )
-    by_receiver = forecast(
-        "receiver", as_world(cameras, upright), (receiver_m, _HEIGHTS_WORSE * receiver_m)
+    receiver_forecast = forecast(
+        "receiver",
+        convert_to_world(cameras, upright),
+        (receiver_m, _HEIGHT_ERROR_FACTOR * receiver_m),
     )
-    return by_receiver, forecast("control", as_world(control, upright), (control_m, control_m))
+    return receiver_forecast, forecast(
+        "control", convert_to_world(control, upright), (control_m, control_m)
+    )
 
 
 def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[Finding]:
     """Report advice if the positions of the cameras alone cannot orient the model."""
     worst = receiver.worst_95_deg
-    if worst is not None and worst <= _BAD_DEG:
+    if worst is not None and worst <= _MAX_ERROR_DEG:
         return []
     if worst is None:
         findings = [Finding("plan.unregistrable")]
     else:
         findings = [Finding("plan.rotation", sigma_m=receiver.sigma_m[0], rotation95_deg=worst)]
-    if control.worst_95_deg is not None and control.worst_95_deg <= _BAD_DEG:
+    if control.worst_95_deg is not None and control.worst_95_deg <= _MAX_ERROR_DEG:
         findings.append(
             Finding(
                 "plan.rotation-by-control",
@@ -83,7 +87,7 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
     return findings
 
 
-def as_world(places: FloatArray, upright: bool) -> FloatArray:
+def convert_to_world(places: FloatArray, upright: bool) -> FloatArray:
     """Convert places in the frame of the outcrop to a frame with z up.
 
     Parameters

@@ -1,4 +1,4 @@
-"""A photo survey planned before going out (textbook 2.4 and 3.2).
+"""Plan a photo survey (textbook 2.4 and 3.2).
 
 Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
 as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
@@ -32,18 +32,19 @@ Manner = Literal["handheld", "drone", "terrain"]
 
 MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
 OBLIQUE_DEG = 30.0
-"""From the perpendicular: view directions "up to 60 degrees with" the surface, horizontal and 30
-degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
-WANTED_VIEWS = 4
-_BLUR_PIXELS = 2.0
-_REACH_M = 2.5
+"""Angle of obliques from the perpendicular: view directions "up to 60 degrees with" the surface,
+horizontal and 30 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground
+(3.2.1)."""
+RECOMMENDED_VIEWS = 4
+_MAX_BLUR_PIXELS = 2.0
+_MAX_HAND_HEIGHT_M = 2.5
 _TARGET_PIXELS = 20.0
-_MOST_PHOTOS = 20_000
+_MAX_PHOTOS = 20_000
 
 
 @dataclass(frozen=True)
 class Station(Result):
-    """One photo: where the camera is, what it is aimed at, in the frame of the outcrop."""
+    """One photo: position and target of the camera, in the frame of the outcrop."""
 
     number: int
     kind: Literal["perpendicular", "oblique"]
@@ -55,12 +56,12 @@ class Station(Result):
 
     @property
     def turn_deg(self) -> float:
-        """To the right of the perpendicular."""
+        """Return the angle to the right of the perpendicular."""
         return math.degrees(math.atan2(self.target_along_m - self.along_m, self.away_m))
 
     @property
     def tilt_deg(self) -> float:
-        """Above the perpendicular."""
+        """Return the angle above the perpendicular."""
         return math.degrees(
             math.atan2(
                 self.target_up_m - self.up_m,
@@ -82,7 +83,7 @@ class Station(Result):
 
 @dataclass(frozen=True)
 class ControlPoint(Result):
-    """A point to be laid out and surveyed, in the frame of the outcrop."""
+    """Point to lay out and survey, in the frame of the outcrop."""
 
     label: str
     use: Literal["control", "check"]
@@ -100,9 +101,19 @@ class ControlPoint(Result):
 
 @dataclass(frozen=True, repr=False)
 class SurveyPlan(PrintableResult):
-    """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
-    sharp distance, the latter None for infinity. views_least, views_median : photos that see a
-    place of the outcrop. registration : how well it will be known, where that was asked for."""
+    """Plan of a photo survey.
+
+    Attributes
+    ----------
+    footprint_m, spacing_m : (float, float)
+        Along and up the outcrop.
+    depth_of_field_m : (float, float or None)
+        Nearest and farthest sharp distance, the latter None for infinity.
+    views_least, views_median : float
+        Photos that show a place of the outcrop.
+    registration : tuple of Forecast
+        Expected errors of the registration, if requested.
+    """
 
     camera: PlanCamera
     manner: Manner = field(metadata=HIDDEN)
@@ -124,31 +135,31 @@ class SurveyPlan(PrintableResult):
 
     @property
     def smallest_plane_m(self) -> float:
-        """The textbook's limit for a plane worth measuring: 1000 pixels."""
+        """Return the textbook's limit of a plane worth measuring: 1000 pixels."""
         return self.planes.textbook
 
     @property
     def planes(self) -> PlaneSizes:
-        """How well planes will be known against their size, without an error of registration."""
+        """Return the expected errors of planes by size, without that of the registration."""
         return PlaneSizes.of_pixels(self.gsd_m)
 
     @property
     def plane_error(self) -> tuple[PlaneError, ...]:
-        """Expected 95 % error of planes against their size, without an error of registration."""
+        """Return the expected 95 % errors of planes by size, without the registration."""
         return tuple(self.planes.curve())
 
     @property
     def photos(self) -> int:
-        """How many."""
+        """Return the number of photos."""
         return len(self.positions)
 
     @property
     def target_size_m(self) -> float:
-        """Of a control point's mark: twenty pixels across."""
+        """Return the size of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
 
-    def of_kind(self, kind: str) -> list[Station]:
-        """Stations that are "perpendicular" or "oblique"."""
+    def select_kind(self, kind: str) -> list[Station]:
+        """Return the stations that are "perpendicular" or "oblique"."""
         return [station for station in self.positions if station.kind == kind]
 
     def to_dict(self) -> dict[str, Any]:
@@ -156,8 +167,8 @@ class SurveyPlan(PrintableResult):
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
             "plane_error": [to_dict(each) for each in self.plane_error],
-            "perpendicular": len(self.of_kind("perpendicular")),
-            "oblique": len(self.of_kind("oblique")),
+            "perpendicular": len(self.select_kind("perpendicular")),
+            "oblique": len(self.select_kind("oblique")),
             "target_size_m": self.target_size_m,
         }
 
@@ -166,11 +177,11 @@ class SurveyPlan(PrintableResult):
 def depth_of_field(
     focal_mm: float, f_number: float, distance_m: float, circle_mm: float
 ) -> tuple[float, float | None]:
-    """Nearest and farthest distance in metres at which a point becomes a circle of no more than
-    `circle_mm` on the sensor, focused at `distance_m`; None is infinity.
+    """Return the nearest and farthest sharp distance, m; None for infinity.
 
-    The thin lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far =
-    D (H - f) / (H - D).
+    A point is a circle of at most `circle_mm` on the sensor, focused at `distance_m`. The thin
+    lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far = D (H - f)
+    / (H - D).
     """
     f, d = focal_mm, distance_m * 1000.0
     hyperfocal = f * f / (f_number * circle_mm) + f
@@ -180,7 +191,7 @@ def depth_of_field(
 
 
 def distance_for(camera: PlanCamera, gsd_m: float) -> float:
-    """Distance in metres at which a pixel covers `gsd_m` (eq. 18 solved for D)."""
+    """Return the distance in metres at which a pixel covers `gsd_m` (eq. 18 solved for D)."""
     return gsd_m * camera.focal_mm * camera.width_px / camera.sensor_width_mm
 
 
@@ -208,13 +219,13 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
-    if expected > _MOST_PHOTOS:
+    if expected > _MAX_PHOTOS:
         raise UsageError(Finding("plan.too-many-photos", photos=expected))
     stations, least, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
     sharp = depth_of_field(
-        camera.focal_mm, aperture, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+        camera.focal_mm, aperture, distance_m, _MAX_BLUR_PIXELS * camera.pixel_pitch_mm
     )
     warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
     return SurveyPlan(
@@ -288,8 +299,11 @@ def _stations(
     spacing: tuple[float, float],
     manner: Manner,
 ) -> tuple[tuple[Station, ...], int, float]:
-    """Rows of perpendicular photos, and obliques between them; beyond the ends of the outcrop, and
-    then (by drone) beyond its borders, as far as four photos of every corner ask for."""
+    """Return rows of perpendicular photos with obliques between them.
+
+    They extend beyond the ends of the outcrop, and then (by drone) beyond its borders, until four
+    photos show every corner. Returns also the least and median number of views.
+    """
     columns = max(1, math.ceil(width / spacing[0] - 1e-9))
     ways = [(0, 0.0), (1, 0.0)]
     if manner != "handheld":
@@ -301,42 +315,46 @@ def _stations(
         aimed += _obliques(rows, width, footprint, manner)
         stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
         views = _views(camera, stations, width, height)
-        if views.min() >= WANTED_VIEWS:
+        if views.min() >= RECOMMENDED_VIEWS:
             break
     return stations, int(views.min()), float(np.median(views))
 
 
-def _row_heights(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
-    """Heights of rows whose pictures cover the extent and a margin on either side; one row where a
-    single picture does."""
-    free = extent + 2.0 * margin - seen
+def _row_heights(
+    extent: float, picture_height: float, spacing: float, margin: float
+) -> list[float]:
+    """Return the heights of rows that cover the extent and a margin; one row if sufficient."""
+    free = extent + 2.0 * margin - picture_height
     if free <= 0:
         return [extent / 2.0]
     steps = math.ceil(free / spacing - 1e-9)
-    return [seen / 2.0 - margin + i * free / steps for i in range(steps + 1)]
+    return [picture_height / 2.0 - margin + i * free / steps for i in range(steps + 1)]
 
 
 def _obliques(
     rows: list[float], width: float, footprint: tuple[float, float], manner: Manner
 ) -> list[tuple[float, float, float, float]]:
-    """Targets (along, up) with turn and tilt in degrees: at a cliff on foot from left and right in
-    turns, by drone from above, over flat ground from both ends."""
+    """Return targets (along, up) with turn and tilt in degrees.
+
+    At a cliff on foot from left and right in turns, by drone from above, over flat ground from both
+    ends.
+    """
     count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
-    found = []
+    targets = []
     for r, v in enumerate(rows):
         for i in range(count + 1):
             u = i * width / count
             if manner == "drone":
-                found.append((u, v, 0.0, -OBLIQUE_DEG))
+                targets.append((u, v, 0.0, -OBLIQUE_DEG))
             else:
-                found.append((u, v, OBLIQUE_DEG if (i + r) % 2 else -OBLIQUE_DEG, 0.0))
-    return found
+                targets.append((u, v, OBLIQUE_DEG if (i + r) % 2 else -OBLIQUE_DEG, 0.0))
+    return targets
 
 
 def _station_at(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
 ) -> Station:
-    """A camera at `distance` from its target, looking at it with this turn and tilt."""
+    """Return a camera at `distance` from its target, with this turn and tilt."""
     turn, tilt = math.radians(turn_deg), math.radians(tilt_deg)
     return Station(
         number,
@@ -352,12 +370,12 @@ def _station_at(
 def _views(
     camera: PlanCamera, stations: tuple[Station, ...], width: float, height: float
 ) -> IntArray:
-    """How many photos see each of 11 x 7 places of the outcrop, its corners among them."""
+    """Return the number of photos of each of 11 x 7 places of the outcrop, corners included."""
     u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
     places = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
     half_x = camera.sensor_width_mm / 2.0 / camera.focal_mm
     half_y = camera.sensor_height_mm / 2.0 / camera.focal_mm
-    seen = np.zeros(len(places), np.int64)
+    counts = np.zeros(len(places), np.int64)
     for s in stations:
         ray = places - [s.along_m, s.up_m, s.away_m]
         axis = np.array([s.target_along_m - s.along_m, s.target_up_m - s.up_m, -s.away_m])
@@ -368,13 +386,12 @@ def _views(
         depth = ray @ axis
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = ray @ right / depth, ray @ up / depth
-        seen += (depth > 0) & (np.abs(x) <= half_x + 1e-9) & (np.abs(y) <= half_y + 1e-9)
-    return seen
+        counts += (depth > 0) & (np.abs(x) <= half_x + 1e-9) & (np.abs(y) <= half_y + 1e-9)
+    return counts
 
 
 def _control_points(width: float, height: float) -> tuple[ControlPoint, ...]:
-    """Four near the corners, as far apart and as little in line as can be, one in the middle; two
-    that check (3.2.2)."""
+    """Return four points near the corners, one in the middle, and two check points (3.2.2)."""
     spots: list[tuple[Literal["control", "check"], float, float]] = [
         ("control", 0.08, 0.1),
         ("control", 0.92, 0.1),
@@ -398,16 +415,16 @@ def _warnings(
     footprint: tuple[float, float],
     least: int,
 ) -> list[Finding]:
-    found: list[Finding] = []
+    findings: list[Finding] = []
     highest = max(station.up_m for station in stations)
-    if manner == "handheld" and highest > _REACH_M:
+    if manner == "handheld" and highest > _MAX_HAND_HEIGHT_M:
         one_row = distance * height / footprint[1]
         if one_row > distance * (1.0 + 1e-9):
-            found.append(Finding("plan.high-rows", height_m=highest, distance_m=one_row))
+            findings.append(Finding("plan.high-rows", height_m=highest, distance_m=one_row))
         else:
-            found.append(Finding("plan.high-row", height_m=highest))
+            findings.append(Finding("plan.high-row", height_m=highest))
     if min(width, height) < 0.2 * max(width, height):
-        found.append(Finding("plan.narrow-strip"))
-    if least < WANTED_VIEWS:
-        found.append(Finding("plan.thin-border", count=least))
-    return found
+        findings.append(Finding("plan.narrow-strip"))
+    if least < RECOMMENDED_VIEWS:
+        findings.append(Finding("plan.thin-border", count=least))
+    return findings

@@ -1,9 +1,9 @@
-"""How well a planned survey will be registered, in degrees, before anybody goes out.
+"""Forecast the registration errors of a planned survey, in degrees.
 
-The planned positions of the cameras, or of the control points, are adjusted as they will be
-(`registration.placing`), with the stated accuracy and no misses: the covariance is that of the real
-registration. Positions are in the frame of the outcrop with up as the third axis: along it, into
-the rock (for flat ground: to the far side), up.
+The planned positions of the cameras, or of the control points, are adjusted as in the registration
+(`registration.placing`), with the stated accuracy and without residuals: the covariance is that of
+the real registration. Positions are in the frame of the outcrop with up as the third axis: along
+it, into the rock (for flat ground: to the far side), up.
 """
 
 from __future__ import annotations
@@ -52,16 +52,26 @@ class Forecast:
 
 
 def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecast:
-    """By points at places (n, 3) east, north, up (here along the outcrop, into it, up), of which a
-    horizontal coordinate and a height are known to sigma, one sigma, metres."""
+    """Forecast the registration by points.
+
+    Parameters
+    ----------
+    by : {"receiver", "control"}
+    places : (n, 3) array
+        East, north, up (here along the outcrop, into it, up).
+    sigma : (float, float)
+        Errors of a horizontal coordinate and of a height, one sigma, metres.
+    """
     from vomstudio.registration.placing import register_points
 
     n = len(places)
     try:
-        found = register_points(places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]]))
+        registration = register_points(
+            places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]])
+        )
     except GeometryError as error:
         return Forecast(by, n, sigma, why_not=cause_of(error))
-    error95 = found.rotation_error_95_deg
+    error95 = registration.rotation_error_95_deg
     return Forecast(
         by,
         n,
@@ -70,10 +80,10 @@ def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecas
         _known(error95.about_east),
         _known(error95.about_north),
         _known(error95.weakest.error_deg),
-        found.scale_error_95,
+        registration.scale_error_95,
     )
 
 
 def _known(error_deg: float | None) -> float | None:
-    """An angle beyond a right one says nothing."""
+    """Return an angle, None above 90 degrees."""
     return error_deg if error_deg is not None and error_deg < 90.0 else None

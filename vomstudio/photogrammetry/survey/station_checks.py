@@ -1,4 +1,4 @@
-"""Where photos were taken from: overlap, view directions, distances, GPS (textbook 3.2)."""
+"""Check camera stations: overlap, view directions, distances, GPS (textbook 3.2)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vomstudio.photogrammetry.survey.camera_positions import (
     straightness,
 )
 from vomstudio.photogrammetry.survey.check_limits import Limits, SurveyMeasurements
-from vomstudio.photogrammetry.survey.overlap import FEWEST_MATCHES, SetOverlap
+from vomstudio.photogrammetry.survey.overlap import MIN_MATCHES, SetOverlap
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
 def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
-    """Largest overlap (0 to 1) of each of `count` photos with another one."""
+    """Return the largest overlap (0 to 1) of each of `count` photos with another one."""
     best = [0.0] * count
     for pair in pairs.pairs:
         for i in (pair.first, pair.second):
@@ -32,54 +32,61 @@ def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
     return best
 
 
-def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) -> list[Finding]:
-    """Findings on matches, overlap and base. best : see `best_overlap`"""
-    photos, pairs = seen.photos, seen.pairs
+def pair_findings(
+    measurements: SurveyMeasurements, best: Sequence[float], limits: Limits
+) -> list[Finding]:
+    """Return findings on matches, overlap and base. best : see `best_overlap`"""
+    photos, pairs = measurements.photos, measurements.pairs
     count = len(photos)
     if count < 2:
         return []
-    found = []
+    findings = []
     parts = pairs.components(count)
     larger = [g for g in parts if len(g) > 1]
     if not larger:
         return [
             Finding(
-                "unmatched", "error", photos=[p.name for p in photos], value=0, least=FEWEST_MATCHES
+                "unmatched", "error", photos=[p.name for p in photos], value=0, least=MIN_MATCHES
             )
         ]
-    found += _of_components(photos, parts)
-    thin = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
-    if thin:
-        most = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
-        found.append(Finding("low-overlap", photos=thin, value=most, overlap=100 * most))
+    findings += _component_findings(photos, parts)
+    low_overlap = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
+    if low_overlap:
+        max_overlap = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
+        findings.append(
+            Finding("low-overlap", photos=low_overlap, value=max_overlap, overlap=100 * max_overlap)
+        )
     views = float(np.median(pairs.views))
     if count >= limits.fewest_photos and views < limits.views and pairs.pairs:
         few = tuple(p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views)
-        found.append(Finding("few-views", photos=few, value=views))
-    found += _of_positions_seen(seen, limits)
-    return found
+        findings.append(Finding("few-views", photos=few, value=views))
+    findings += _same_position_findings(measurements, limits)
+    return findings
 
 
-def _of_components(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> list[Finding]:
-    """Photos without matches, and components that match no other; parts : rows, largest first."""
-    found = []
-    lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
+def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> list[Finding]:
+    """Find photos without matches, and components without common matches.
+
+    parts : rows, largest first
+    """
+    findings = []
+    unmatched = tuple(photos[g[0]].name for g in parts if len(g) == 1)
     larger = [g for g in parts if len(g) > 1]
-    if lonely:
-        found.append(Finding("unmatched", photos=lonely, value=len(lonely)))
+    if unmatched:
+        findings.append(Finding("unmatched", photos=unmatched, value=len(unmatched)))
     if len(larger) > 1:
         small = tuple(photos[i].name for g in larger[1:] for i in g)
-        found.append(
+        findings.append(
             Finding("parts", photos=small, value=len(larger), sizes=[len(g) for g in larger])
         )
-    return found
+    return findings
 
 
-def _of_positions_seen(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
-    photos = seen.photos
+def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
+    photos = measurements.photos
     turned: list[tuple[str, str]] = []
     twins: list[tuple[str, str]] = []
-    for pair in seen.pairs.pairs:
+    for pair in measurements.pairs.pairs:
         if pair.baseline_ratio is None or pair.baseline_ratio > limits.same_place:
             continue
         names = photos[pair.first].name, photos[pair.second].name
@@ -93,25 +100,25 @@ def _of_positions_seen(seen: SurveyMeasurements, limits: Limits) -> list[Finding
             turned.append(names)
         elif pair.overlap > limits.near_identical:
             twins.append(names)
-    found = []
+    findings = []
     if turned:
-        those = _in_any(turned)
-        found.append(Finding("same-position", photos=those, value=len(turned)))
+        photos_of_group = _photos_of_pairs(turned)
+        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned)))
     if twins:
-        those = _in_any(twins)
-        found.append(Finding("near-identical", photos=those, value=len(twins)))
-    return found
+        photos_of_group = _photos_of_pairs(twins)
+        findings.append(Finding("near-identical", photos=photos_of_group, value=len(twins)))
+    return findings
 
 
-def _in_any(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+def _photos_of_pairs(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for pair in pairs for name in pair))
 
 
-def of_directions(
-    seen: SurveyMeasurements, axes: FloatArray, known: BoolArray, limits: Limits
+def direction_findings(
+    measurements: SurveyMeasurements, axes: FloatArray, known: BoolArray, limits: Limits
 ) -> list[Finding]:
-    """One view direction only: doming (textbook 3.2.1)."""
-    photos = seen.photos
+    """Find surveys with one view direction only, which causes doming (textbook 3.2.1)."""
+    photos = measurements.photos
     gimbal = _gimbal_axes(photos)
     if gimbal is not None:
         axes, known = gimbal, np.ones(len(photos), bool)
@@ -123,7 +130,7 @@ def of_directions(
     if norm < 0.2:
         return []
     away = np.degrees(np.arccos(np.clip(used @ middle / norm, -1.0, 1.0)))
-    # A stray estimate is no oblique photo; a tenth of the set (two at least) is.
+    # Ignore outliers: obliques are a tenth of the set, at least two.
     steady = max(2, math.ceil(0.1 * len(away)))
     spread = float(np.sort(away)[-steady]) if len(away) >= steady else float(away.max())
     if spread >= limits.doming_deg:
@@ -134,30 +141,30 @@ def of_directions(
 
 
 def _gimbal_axes(photos: Sequence[Photo]) -> FloatArray | None:
-    """Directions of view (n, 3) east, north, up, where every photo states its own."""
-    found = []
+    """Return view directions (n, 3) east, north, up, if all photos state theirs."""
+    axes = []
     for photo in photos:
         if photo.yaw_deg is None or photo.pitch_deg is None:
             return None
         yaw, pitch = math.radians(photo.yaw_deg), math.radians(photo.pitch_deg)
-        found.append(
+        axes.append(
             (
                 math.sin(yaw) * math.cos(pitch),
                 math.cos(yaw) * math.cos(pitch),
                 math.sin(pitch),
             )
         )
-    return np.array(found)
+    return np.array(axes)
 
 
-def of_sizes(
-    seen: SurveyMeasurements, gsd: Sequence[float | None], limits: Limits
+def size_findings(
+    measurements: SurveyMeasurements, gsd: Sequence[float | None], limits: Limits
 ) -> list[Finding]:
-    """Pixel sizes an order of magnitude apart: from distances, else along the matched pairs."""
-    photos = seen.photos
+    """Find pixel sizes an order of magnitude apart, from distances or along matched pairs."""
+    photos = measurements.photos
     sizes: list[float | None] = list(gsd)
     if sum(value is not None for value in sizes) < len(photos):
-        sizes = _relative_sizes(seen.pairs, len(photos))
+        sizes = _relative_sizes(measurements.pairs, len(photos))
     known = {i: value for i, value in enumerate(sizes) if value is not None}
     if len(known) < 2:
         return []
@@ -196,27 +203,27 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
     return [sizes.get(i) for i in range(count)]
 
 
-def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
-    """Findings on GPS positions: whether and how well they would register a model."""
+def position_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
+    """Return findings on GPS positions: whether and how well they would register a model."""
     positions = metres_from_gps(photos)
     known = np.isfinite(positions[:, 0])
     placed = [photo for photo, k in zip(photos, known, strict=True) if k]
     names = tuple(photo.name for photo in placed)
     if not placed:
         return [Finding("no-gps", photos=(), value=0)]
-    found = []
-    at = positions[known]
-    if len(placed) > 1 and _radius(at) < 0.05:
+    findings = []
+    located = positions[known]
+    if len(placed) > 1 and _radius(located) < 0.05:
         return [Finding("gps-equal", photos=names, value=len(placed))]
     if len(placed) < 0.5 * len(photos):
-        found.append(Finding("gps-few", photos=names, value=len(placed), total=len(photos)))
+        findings.append(Finding("gps-few", photos=names, value=len(placed), total=len(photos)))
     if len(placed) >= 3:
-        found.append(_of_gps_accuracy(placed, at, limits))
-    return found
+        findings.append(_gps_accuracy_finding(placed, located, limits))
+    return findings
 
 
-def _of_gps_accuracy(placed: Sequence[Photo], at: FloatArray, limits: Limits) -> Finding:
-    """How well the positions `at` (n, 3) of these photos determine the rotation of a model."""
+def _gps_accuracy_finding(placed: Sequence[Photo], at: FloatArray, limits: Limits) -> Finding:
+    """Report how well positions (n, 3) of photos determine the rotation of a model."""
     sigma, stated = accuracy_of(placed)
     error, _ = rotation_error95_deg(at, sigma)
     if straightness(at) < limits.straight and error > limits.rotation_deg:
@@ -234,5 +241,5 @@ def _of_gps_accuracy(placed: Sequence[Photo], at: FloatArray, limits: Limits) ->
 
 
 def _radius(at: FloatArray) -> float:
-    """Largest horizontal distance of positions (n, 3) from their mean."""
+    """Return the largest horizontal distance of positions (n, 3) from their mean."""
     return float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())

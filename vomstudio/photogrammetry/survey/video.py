@@ -1,4 +1,4 @@
-"""Sharp frames of a video for a reconstruction, and whether it is worth one (textbook 3.2.4)."""
+"""Extract sharp frames of a video for a reconstruction, and assess it (textbook 3.2.4)."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ VIDEO_ENDINGS = (
     ".3gp",
 )
 """Extensions of videos of phones, cameras and drones, for file dialogs."""
-_RECORD = "frames.json"
-# Bytes at places of the head: of AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
-# elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 as cameras write.
-_FILMS = (
+_RECORD_FILE = "frames.json"
+# Bytes at offsets of the header: AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
+# elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 by cameras.
+_SIGNATURES = (
     ((0, b"RIFF"), (8, b"AVI")),
     ((4, b"ftyp"),),
     ((4, b"moov"),),
@@ -60,23 +60,23 @@ _FILMS = (
     ((0, b"G"), (188, b"G"), (376, b"G")),
     ((4, b"G"), (196, b"G"), (388, b"G")),
 )
-# Of a second's frames only some are compared for sharpness.
+# Number of frames per interval that are compared for sharpness.
 _CANDIDATES = 5
-_BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
-# Share of the picture's long side by which it must have moved: 96 % overlap is "nearly 100 %".
-_LEAST_SHIFT = 0.04
-_MOST_SHIFT = 0.4
-_SMALL = 480
-_FEWEST = 8
+_BLUR_PX, _BLUR_TIMES, _MAX_BLUR_PX = 2.5, 1.8, 4.0
+# Limits of the shift between frames, as a share of the long side: 96 % overlap is "nearly 100 %".
+_MIN_SHIFT = 0.04
+_MAX_SHIFT = 0.4
+_TRACKING_SIZE = 480
+_MIN_FRAMES = 8
 NO_DETAIL = to_translate("without any detail")
 BLURRED = to_translate("blurred")
 UNCHANGED = to_translate("nearly the same as the one before")
-"""Reasons for leaving frames out: keys of `FrameReport.skipped` and of the command's JSON."""
+"""Reasons for skipped frames: keys of `FrameReport.skipped` and of the command's JSON."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """name : of its file; number : in the video, from 0; seconds : from its start"""
+    """Extracted frame: name of its file, number in the video, seconds from its start."""
 
     name: str
     number: int
@@ -134,11 +134,16 @@ def take_frames(
     force: bool = False,
     progress: Progress | None = None,
 ) -> FrameReport:
-    """Write the sharpest frame of every 1 / fps seconds as JPEG into `folder`, unless it is blurred
-    or shows the same as the last one taken. The folder appears whole or not at all; one that an
-    earlier call made is replaced, another that is not empty only with `force`.
+    """Write the sharpest frame of every 1 / fps seconds as JPEG into `folder`.
 
-    Raises InputError for what is no video, UsageError, TargetError, Cancelled.
+    Frames that are blurred or nearly the same as the last one are skipped. The folder is written
+    atomically; one of an earlier call is replaced, another that is not empty only with `force`.
+
+    Raises
+    ------
+    InputError
+        For a file that is not a video.
+    UsageError, TargetError, Cancelled
     """
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
@@ -152,7 +157,7 @@ def take_frames(
                 file=folder,
             ) from error
         try:
-            report = _add_verdict(_choose_frames(source, target, part, fps, progress), fps)
+            report = _add_verdict(_select_frames(source, target, part, fps, progress), fps)
             if not report.frames:
                 reasons = ", ".join(
                     tr("{reason}: {count}", reason=tr(reason), count=count)
@@ -173,17 +178,21 @@ def take_frames(
     return report
 
 
-def _is_film(path: Path) -> bool:
-    """Whether it begins as files of `VIDEO_ENDINGS` do. The decoder goes by the content, and a list
-    of films or a numbered name would have it open other files."""
+def _is_video(path: Path) -> bool:
+    """Return whether a file starts as files of `VIDEO_ENDINGS` do.
+
+    The decoder detects the content, and would open other files for a playlist or a numbered name.
+    """
     with open_regular(path) as file:
         head = file.read(400)
-    return any(all(head[at : at + len(sign)] == sign for at, sign in signs) for signs in _FILMS)
+    return any(
+        all(head[at : at + len(sign)] == sign for at, sign in signs) for signs in _SIGNATURES
+    )
 
 
 class _Video:
     def __init__(self, path: Path) -> None:
-        # The decoder's own complaints would stand among ours.
+        # Suppress messages of the decoder.
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
         os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
         import cv2
@@ -195,7 +204,7 @@ class _Video:
         if path.stat().st_size == 0:
             raise InputError(Finding("file.empty"), file=path)
         self.path = path
-        if not _is_film(path):
+        if not _is_video(path):
             raise InputError(Finding("video.not-a-video"), file=path)
         with utf8_name(path) as named:
             self._capture = cv2.VideoCapture(str(named))
@@ -216,12 +225,12 @@ class _Video:
     def __exit__(self, *exc: object) -> None:
         self._capture.release()
 
-    def frames(self, wanted: int) -> Iterator[tuple[int, ByteArray]]:
-        """Every `wanted`-th frame with its number; the others are not converted."""
+    def frames(self, interval: int) -> Iterator[tuple[int, ByteArray]]:
+        """Return every `interval`-th frame with its number; the others are not converted."""
         yield 0, np.asarray(self._first, np.uint8)
         number = 1
         while self._capture.grab():
-            if number % wanted == 0:
+            if number % interval == 0:
                 ok, frame = self._capture.retrieve()
                 if ok and frame is not None:
                     yield number, np.asarray(frame, np.uint8)
@@ -229,7 +238,7 @@ class _Video:
         self.count = number
 
 
-def _choose_frames(
+def _select_frames(
     source: _Video, target: Path, part: Path, fps: float, progress: Progress
 ) -> FrameReport:
     import cv2
@@ -251,16 +260,16 @@ def _choose_frames(
             _count(report, NO_DETAIL)
             continue
         sigmas.append(sigma)
-        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MOST_BLUR_PX):
+        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MAX_BLUR_PX):
             _count(report, BLURRED)
             continue
         small = _reduced(frame)
         if last is not None:
             shift = _shift(last, small)
-            if shift is not None and shift < _LEAST_SHIFT:
+            if shift is not None and shift < _MIN_SHIFT:
                 _count(report, UNCHANGED)
                 continue
-            if shift is None or shift > _MOST_SHIFT:
+            if shift is None or shift > _MAX_SHIFT:
                 report.gaps_s.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
         done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
@@ -276,7 +285,7 @@ def _choose_frames(
 
 
 def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
-    """The frames to choose from, for one moment after the other."""
+    """Return the candidate frames of each interval."""
     every = max(1, window // _CANDIDATES)
     group: list[tuple[int, ByteArray]] = []
     end = window
@@ -292,8 +301,10 @@ def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int,
 
 
 def _detail(frame: ByteArray) -> float:
-    """Variance of the Laplacian: ranks frames of one and the same scene by sharpness (Pech-Pacheco
-    et al. 2000)."""
+    """Return the variance of the Laplacian, which ranks frames of one scene by sharpness.
+
+    Pech-Pacheco et al. 2000.
+    """
     import cv2
 
     grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
@@ -303,29 +314,29 @@ def _detail(frame: ByteArray) -> float:
 def _reduced(frame: ByteArray) -> ByteArray:
     import cv2
 
-    scale = _SMALL / max(frame.shape[:2])
+    scale = _TRACKING_SIZE / max(frame.shape[:2])
     small = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
 
 
 def _shift(before: ByteArray, after: ByteArray) -> float | None:
-    """Median displacement of corners over the long side; None where they cannot be followed."""
+    """Return the median displacement of corners over the long side; None if not tracked."""
     import cv2
 
     corners = cv2.goodFeaturesToTrack(before, 300, 0.01, 7)
     if corners is None or len(corners) < 20:
         return None
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+    forward, status, _ = cv2.calcOpticalFlowPyrLK(
         before, after, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    back, again, _ = cv2.calcOpticalFlowPyrLK(
-        after, before, moved, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+    back, back_status, _ = cv2.calcOpticalFlowPyrLK(
+        after, before, forward, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    returned = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
-    good = (found.ravel() == 1) & (again.ravel() == 1) & returned
+    is_consistent = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
+    good = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
     if good.sum() < max(12, 0.15 * len(corners)):
         return None
-    steps = np.linalg.norm((moved - corners).reshape(-1, 2)[good], axis=1)
+    steps = np.linalg.norm((forward - corners).reshape(-1, 2)[good], axis=1)
     return float(np.median(steps)) / float(max(before.shape))
 
 
@@ -341,8 +352,8 @@ def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
     still = report.skipped.get(UNCHANGED, 0)
     reasons = report.reasons
     size = max(report.width, report.height)
-    if n_frames < _FEWEST:
-        reasons.append(Finding("video.few-frames", count=n_frames, least=_FEWEST))
+    if n_frames < _MIN_FRAMES:
+        reasons.append(Finding("video.few-frames", count=n_frames, least=_MIN_FRAMES))
     if blurred > 0.5:
         reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
     if n_frames and len(report.gaps_s) > 0.3 * n_frames:
@@ -390,10 +401,10 @@ def _checked_target(folder: Path, force: bool) -> Path:
 
 
 def is_ours(folder: Path) -> bool:
-    """Made by an earlier call, and holding nothing else."""
+    """Return whether a folder is of an earlier call, without other content."""
     try:
-        record = read_json(folder / _RECORD)
-        names = {frame["name"] for frame in record["frames"]} | {_RECORD}
+        record = read_json(folder / _RECORD_FILE)
+        names = {frame["name"] for frame in record["frames"]} | {_RECORD_FILE}
     except (OSError, ValueError, KeyError, TypeError):
         return False
     return {path.name for path in folder.iterdir()} <= names
@@ -407,7 +418,7 @@ def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
             for f in report.frames
         ],
     }
-    (part / _RECORD).write_text(json.dumps(record, indent=1), encoding="utf-8")
+    (part / _RECORD_FILE).write_text(json.dumps(record, indent=1), encoding="utf-8")
     if target.is_dir() and is_ours(target):
         shutil.rmtree(target)
     if not target.is_dir():

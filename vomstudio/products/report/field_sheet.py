@@ -98,7 +98,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
         ("perpendicular", PERPENDICULAR, "o"),
         ("oblique", OBLIQUE, "^"),
     ):
-        some = plan.of_kind(kind)
+        some = plan.select_kind(kind)
         if not some:
             continue
         x = [s.along_m for s in some]
@@ -130,7 +130,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 fontsize=7.0,
                 color=CONTROL,
             )
-        first = plan.of_kind("perpendicular")[0]
+        first = plan.select_kind("perpendicular")[0]
         w, h = plan.footprint_m
         axes.add_patch(
             Rectangle(
@@ -193,8 +193,8 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
             tr(
                 "{count}: {perpendicular} perpendicular, {oblique} oblique",
                 count=len(plan.positions),
-                perpendicular=len(plan.of_kind("perpendicular")),
-                oblique=len(plan.of_kind("oblique")),
+                perpendicular=len(plan.select_kind("perpendicular")),
+                oblique=len(plan.select_kind("oblique")),
             ),
         ),
         (

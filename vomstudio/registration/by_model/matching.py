@@ -1,8 +1,7 @@
-"""A model brought to a reference near which it lies: ICP from coarse to fine (Open3D).
+"""Match a model to a nearby reference by ICP, coarse to fine (Open3D).
 
-Point to plane (Chen & Medioni 1992, Image and Vision Computing 10, 145) with Tukey's biweight; each
-step halves the distance within which points may belong to each other, and the size of the cells to
-whose means the points are thinned.
+Point to plane (Chen & Medioni 1992, Image and Vision Computing 10, 145) with Tukey's biweight. Each
+step halves the maximum distance of correspondences and the cell size of the thinned points.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.registration.similarity import Similarity
 
-_CELLS = 4.0
-"""In the distance of a step: cells this small show what the points of it can tell."""
+_CELLS_PER_DISTANCE = 4.0
+"""Cells per correspondence distance; smaller cells add no information."""
 _NEIGHBOURS = 20
-_LEAST = 12
-_ITERATIONS = 40
-_STEPS = 8
+_MIN_POINTS = 12
+_MAX_ITERATIONS = 40
+_MAX_STEPS = 8
 
 
 def match(
@@ -33,22 +32,32 @@ def match(
     nearest: float,
     progress: Progress,
 ) -> Similarity:
-    """The start, turned and shifted so that the model (n, 3) lies on the reference (m, 3), World.
+    """Rotate and shift a model to a reference.
 
-    farthest, nearest : metres within which points may belong to each other at first and at last
-    Raises Cancelled through `progress`.
+    Parameters
+    ----------
+    model : (n, 3) array
+        In its own frame.
+    reference : (m, 3) array
+        World, metres.
+    start : Similarity
+    farthest, nearest : float
+        Maximum distance of correspondences in the first and in the last step, metres.
+    progress : Progress
+        Raises Cancelled.
     """
     from scipy.spatial.transform import Rotation
 
-    moved = start(model)
+    placed = start(model)
     origin = np.round(reference.mean(axis=0))
-    # No step looks closer than the last one.
+    # No step needs more detail than the last one.
     source, target = (
-        _cloud(points - origin).voxel_down_sample(nearest / _CELLS) for points in (moved, reference)
+        _cloud(points - origin).voxel_down_sample(nearest / _CELLS_PER_DISTANCE)
+        for points in (placed, reference)
     )
     turn: FloatArray = np.eye(4)
     distances = [farthest]
-    while distances[-1] > nearest and len(distances) < _STEPS:
+    while distances[-1] > nearest and len(distances) < _MAX_STEPS:
         distances.append(max(distances[-1] / 2.0, nearest))
     progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
     for number, distance in enumerate(distances):
@@ -72,25 +81,25 @@ def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatA
 
     o3d: Any = open3d
     icp = o3d.t.pipelines.registration
-    cell = distance / _CELLS
-    thin, there = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
-    if min(len(thin.point.positions), len(there.point.positions)) < _LEAST:
+    cell = distance / _CELLS_PER_DISTANCE
+    thin_source, thin_target = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
+    if min(len(thin_source.point.positions), len(thin_target.point.positions)) < _MIN_POINTS:
         return turn
-    there.estimate_normals(max_nn=_NEIGHBOURS)
+    thin_target.estimate_normals(max_nn=_NEIGHBOURS)
     kernel = icp.robust_kernel.RobustKernel(
         icp.robust_kernel.RobustKernelMethod.TukeyLoss, distance / 2.0, 1.0
     )
     try:
-        found = icp.icp(
-            thin,
-            there,
+        result = icp.icp(
+            thin_source,
+            thin_target,
             distance,
             turn,
             icp.TransformationEstimationPointToPlane(kernel),
-            icp.ICPConvergenceCriteria(1e-7, 1e-7, _ITERATIONS),
+            icp.ICPConvergenceCriteria(1e-7, 1e-7, _MAX_ITERATIONS),
         )
     except RuntimeError:  # no pair of points, or a plane along which all slide
         return turn
-    matrix = np.asarray(found.transformation.numpy(), np.float64)
-    sound = np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3]) - 1.0) < 1e-3
-    return matrix if sound else turn
+    matrix = np.asarray(result.transformation.numpy(), np.float64)
+    is_valid = np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3]) - 1.0) < 1e-3
+    return matrix if is_valid else turn

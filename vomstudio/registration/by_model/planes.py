@@ -1,7 +1,8 @@
-"""Places of a model and of a reference as the means and planes of their points within one radius.
+"""Local planes of a model and of a reference, by their points within one radius.
 
-Both are smoothed alike, so that what edges and bends do to such a mean falls out of the difference,
-as with M3C2. Points held against planes are not: they lie before each edge and behind each notch.
+Both are smoothed alike, so the effect of edges and bends on the means cancels in the difference, as
+with M3C2. It does not cancel for points and planes: points lie in front of edges and behind
+notches.
 """
 
 from __future__ import annotations
@@ -15,22 +16,28 @@ from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.registration.similarity import Similarity
 
 RADIUS = 4.0
-"""In resolutions of the coarser of the two: some fifty points, and their noise well inside."""
-_FEWEST = 6
-_ASIDE = 0.3
-"""In radii: means that are farther apart along the surface are those of different pieces of it."""
-_LIKE = 0.7
-"""Cosine: normals that differ more belong to different faces."""
-_MOST = 20_000
+"""In resolutions of the coarser surface: some fifty points, well above their noise."""
+_MIN_POINTS = 6
+_MAX_OFFSET_RADII = 0.3
+"""Maximum distance of two means along the surface, in radii."""
+_MIN_NORMAL_COSINE = 0.7
+"""Minimum cosine between normals of one face."""
+_MAX_POINTS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Met:
-    """What of a reference the places of a model lie on.
+class PlaneMatches:
+    """Places of a model that lie on a reference.
 
-    places : (k, 3) World; miss : (k,) along the normal, model less reference; normal : (k, 3)
-    tilt : (k,) variance of the normals, rad squared in each direction, by the noise of the points
-        that made them
+    Attributes
+    ----------
+    places : (k, 3) array
+        World.
+    miss : (k,) array
+        Along the normal, model minus reference, metres.
+    normal : (k, 3) array
+    tilt : (k,) array
+        Variance of the normals in each direction by the noise of their points, rad².
     """
 
     places: FloatArray
@@ -39,69 +46,91 @@ class Met:
     tilt: FloatArray
 
 
-class Places:
-    """Places of a model that are spread evenly over it.
+class ModelPlanes:
+    """Local planes of a model, evenly distributed.
 
-    points : (n, 3) of the model in its own frame; radius : in its unit
+    Parameters
+    ----------
+    points : (n, 3) array
+        In the frame of the model.
+    radius : float
+        In its unit.
     """
 
     def __init__(self, points: FloatArray, radius: float) -> None:
         grid = PointGrid(points, radius)
-        # A mean lies on the surface, which a single point does not.
-        middles = grid.planes(thinned(points, radius / 2.0), radius).mean
-        found = grid.planes(middles, radius)
-        sound = _have_planes(found)
-        self.count = len(sound)
-        self.middle = middles[sound]
-        self.mean, self.normal = found.mean[sound], found.normal[sound]
-        self.tilt = _tilt(found)[sound]
+        # A mean lies on the surface, unlike a single point.
+        middles = grid.planes(thin_points(points, radius / 2.0), radius).mean
+        planes = grid.planes(middles, radius)
+        is_plane = _have_planes(planes)
+        self.count = len(is_plane)
+        self.middle = middles[is_plane]
+        self.mean, self.normal = planes.mean[is_plane], planes.normal[is_plane]
+        self.tilt = _tilt(planes)[is_plane]
 
 
-class Reference:
-    """points : (n, 3) World; radius : metres"""
+class ReferencePlanes:
+    """Local planes of a reference.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        World.
+    radius : float
+        Metres.
+    """
 
     def __init__(self, points: FloatArray, radius: float) -> None:
         self.radius = radius
         self._grid = PointGrid(points, radius)
 
-    def met(self, places: Places, fit: Similarity) -> Met:
-        """Of the places of a model at a similarity, those that lie on it."""
+    def match(self, places: ModelPlanes, fit: Similarity) -> PlaneMatches:
+        """Return the places of a model that lie on the reference after a similarity."""
         placed = fit(places.mean)
-        # Around the same middle, or the rim of the model would be held against what lies within.
-        found = self._grid.planes(fit(places.middle), self.radius)
-        mine = places.normal @ fit.rotation.T
-        signs = np.where(np.einsum("ij,ij->i", mine, found.normal) < 0, -1.0, 1.0)
-        mean = mine + signs[:, None] * found.normal
+        # Use the same middle, or the rim of the model would be compared with its inside.
+        planes = self._grid.planes(fit(places.middle), self.radius)
+        model_normals = places.normal @ fit.rotation.T
+        signs = np.where(np.einsum("ij,ij->i", model_normals, planes.normal) < 0, -1.0, 1.0)
+        mean = model_normals + signs[:, None] * planes.normal
         size = np.linalg.norm(mean, axis=1)
         with np.errstate(invalid="ignore"):
             normal = mean / size[:, None]
-            off = placed - found.mean
+            off = placed - planes.mean
             miss = np.einsum("ij,ij->i", off, normal)
-            aside = np.einsum("ij,ij->i", off, off) - miss**2
+            squared_offset = np.einsum("ij,ij->i", off, off) - miss**2
             # The mean of two unit vectors is as long as the cosine of half of their angle.
-            like = size / 2.0 > np.sqrt((1.0 + _LIKE) / 2.0)
-            sound = _have_planes(found) & like & (aside <= (_ASIDE * self.radius) ** 2)
-        # Of the mean of two normals.
-        tilt = (places.tilt + _tilt(found)) / 4.0
-        return Met(placed[sound], miss[sound], normal[sound], tilt[sound])
+            is_parallel = size / 2.0 > np.sqrt((1.0 + _MIN_NORMAL_COSINE) / 2.0)
+            is_match = (
+                _have_planes(planes)
+                & is_parallel
+                & (squared_offset <= (_MAX_OFFSET_RADII * self.radius) ** 2)
+            )
+        # Variance of the mean of two normals.
+        tilt = (places.tilt + _tilt(planes)) / 4.0
+        return PlaneMatches(placed[is_match], miss[is_match], normal[is_match], tilt[is_match])
 
 
-def _have_planes(found: LocalPlanes) -> BoolArray:
-    flat = found.spread[:, 1] > 1e-6 * found.spread[:, 2]
-    return np.asarray((found.count >= _FEWEST) & flat, np.bool_)
+def _have_planes(planes: LocalPlanes) -> BoolArray:
+    flat = planes.spread[:, 1] > 1e-6 * planes.spread[:, 2]
+    return np.asarray((planes.count >= _MIN_POINTS) & flat, np.bool_)
 
 
-def _tilt(found: LocalPlanes) -> FloatArray:
-    """(k,) Of a plane by n points with the variance l0 across it and l1, l2 along it: the normal's
-    variances are l0 / n l1 and l0 / n l2, here their mean."""
-    l0, l1, l2 = np.maximum(found.spread, 0.0).T
+def _tilt(planes: LocalPlanes) -> FloatArray:
+    """Return the mean variance (k,) of the normals of planes, rad².
+
+    For n points with the variance l0 across and l1, l2 along the plane, the variances of the normal
+    are l0 / (n l1) and l0 / (n l2).
+    """
+    l0, l1, l2 = np.maximum(planes.spread, 0.0).T
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(l0 / np.maximum(found.count - 3, 1) * (1 / l1 + 1 / l2) / 2, np.float64)
+        return np.asarray(l0 / np.maximum(planes.count - 3, 1) * (1 / l1 + 1 / l2) / 2, np.float64)
 
 
-def thinned(points: FloatArray, cell: float, most: int = _MOST) -> FloatArray:
-    """One of the points (n, 3) for each cell of a grid, of larger cells where these are too many:
-    dense parts count no more than others."""
+def thin_points(points: FloatArray, cell: float, max_points: int = _MAX_POINTS) -> FloatArray:
+    """Return one of the points (n, 3) for each cell of a grid, so that density does not matter.
+
+    Cells are enlarged if there are more than `max_points`.
+    """
     local = points - points.min(axis=0)
     order = np.random.default_rng(0).permutation(len(points))
     while True:
@@ -109,6 +138,6 @@ def thinned(points: FloatArray, cell: float, most: int = _MOST) -> FloatArray:
         wide = cells.max(axis=0) + 1
         keys = cells[:, 0] + wide[0] * (cells[:, 1] + wide[1] * cells[:, 2])
         first = np.unique(keys[order], return_index=True)[1]
-        if len(first) <= most:
+        if len(first) <= max_points:
             return points[np.sort(order[first])]
-        cell *= max(1.1, 0.95 * np.sqrt(len(first) / most))
+        cell *= max(1.1, 0.95 * np.sqrt(len(first) / max_points))

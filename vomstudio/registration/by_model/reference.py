@@ -1,4 +1,4 @@
-"""A model fitted to a reference that stands where it should."""
+"""Fit of a model to a registered reference."""
 
 from __future__ import annotations
 
@@ -13,32 +13,43 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
 from vomstudio.registration.by_model.matching import match
-from vomstudio.registration.by_model.planes import RADIUS, Places, Reference, thinned
-from vomstudio.registration.by_model.refining import Refined, refine
-from vomstudio.registration.by_model.subsets import Spread, spread_of
+from vomstudio.registration.by_model.planes import RADIUS, ModelPlanes, ReferencePlanes, thin_points
+from vomstudio.registration.by_model.refining import Refinement, refine
+from vomstudio.registration.by_model.subsets import JackknifeError, jackknife_error
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.similarity import Similarity
 
 NAME = "reference"
-_CAPTURE = 0.05
-"""Of the reference's diagonal: within so much points may belong to each other at first."""
-_MATCHED = 300_000
-_SCALE_HELD = 1e-4
-"""One sigma, relative, of a scale that is known beforehand."""
-_LEAST_SHARE, _FEW_SHARE = 0.02, 0.3
+_CAPTURE_SHARE = 0.05
+"""Initial maximum distance of correspondences, as a share of the reference's diagonal."""
+_MAX_MATCHED_POINTS = 300_000
+_FIXED_SCALE_SIGMA = 1e-4
+"""Relative weight of a fixed scale, one sigma."""
+_MIN_OVERLAP, _PARTIAL_OVERLAP = 0.02, 0.3
 _ROUNDING = 1e-6
-"""Of the size of the model: misses that are smaller are the computer's."""
-_INTO = 0.1
-"""Part of a free direction, in units of the size, from which on it is named."""
+"""Share of the model's size below which residuals are rounding."""
+_MIN_COMPONENT = 0.1
+"""Minimum component of a free direction, in units of the size, that is reported."""
 
 
 @dataclass(frozen=True, eq=False)
 class FittedToReference:
-    """observation : for the adjustment, together with whatever else is known
-    places : of the model that were used, each the mean of its points within radius_m; overlap :
-        their share; rms_m : robust, of their misses
-    blocks, block_m : into which the overlap was cut for the error
-    free : what the surfaces leave free, in words; warnings : sentences
+    """Fit of a model to a reference.
+
+    Attributes
+    ----------
+    observation : Combined
+        For the adjustment with other observations.
+    places : int
+        Used places of the model, each the mean of its points within `radius_m`.
+    overlap : float
+        Their share of all places.
+    rms_m : float
+        Robust RMS of their residuals.
+    blocks, block_m : int, float
+        Number and size of the blocks of the jackknife.
+    free : tuple of str
+        What the surfaces leave undetermined, in words.
     """
 
     observation: Combined = field(metadata=HIDDEN)
@@ -63,15 +74,31 @@ def fit_to_reference(
     scale_error: float | None = None,
     progress: Progress | None = None,
 ) -> FittedToReference:
-    """By ICP from coarse to fine, then by all seven numbers, with errors from repeated subsets.
+    """Fit a model to a reference by ICP, then refine all parameters, with errors by jackknife.
 
-    model : (n, 3) in its own frame; reference : (m, 3) World, metres
-    start : model to World, within a twentieth of the reference's size
-    spacing : of the model and of the reference, metres; scale : whether it is unknown
-    stable : (m,) the points of the reference that have stayed where they were; None for all
-    scale_error : relative error of a scale that is not fitted, one sigma; None if not known. It is
-        propagated to the errors of rotation and shift
-    Raises GeometryError where they do not overlap, Cancelled through `progress`.
+    Parameters
+    ----------
+    model : (n, 3) array
+        In its own frame.
+    reference : (m, 3) array
+        World, metres.
+    start : Similarity
+        Model to World, within a twentieth of the reference's size.
+    spacing : (float, float)
+        Of the model and of the reference, metres.
+    scale : bool
+        Whether the scale is estimated.
+    stable : (m,) array of bool, optional
+        Points of the reference that have not moved; default: all.
+    scale_error : float, optional
+        Relative error of a fixed scale, one sigma, which is propagated to rotation and shift.
+    progress : Progress, optional
+        Raises Cancelled.
+
+    Raises
+    ------
+    GeometryError
+        If the model and the reference do not overlap.
     """
     progress = progress or Silent()
     target = reference if stable is None else reference[stable]
@@ -79,44 +106,44 @@ def fit_to_reference(
         raise GeometryError(Finding("reference.nothing-stable"))
     radius = RADIUS * max(spacing)
     diagonal = float(np.linalg.norm(np.ptp(reference, axis=0)))
-    farthest = max(_CAPTURE * diagonal, radius)
+    farthest = max(_CAPTURE_SHARE * diagonal, radius)
     _require_near(start(model), reference, farthest)
-    some = thinned(model, spacing[0] / start.scale, _MATCHED)
-    fit = match(some, target, start, farthest=farthest, nearest=radius, progress=progress)
-    there = Reference(target, radius)
+    thin_model = thin_points(model, spacing[0] / start.scale, _MAX_MATCHED_POINTS)
+    fit = match(thin_model, target, start, farthest=farthest, nearest=radius, progress=progress)
+    target_planes = ReferencePlanes(target, radius)
     for _ in range(2 if scale else 1):
-        # By the scale that is found the model's points lie within the same radius.
-        places = Places(model, radius / fit.scale)
-        found = refine(places, there, fit, scale=scale, progress=progress)
-        fit = found.fit
-    share = len(found.miss) / max(places.count, 1)
-    if share < _LEAST_SHARE:
+        # Repeat with the radius by the estimated scale.
+        places = ModelPlanes(model, radius / fit.scale)
+        refinement = refine(places, target_planes, fit, scale=scale, progress=progress)
+        fit = refinement.fit
+    share = len(refinement.miss) / max(places.count, 1)
+    if share < _MIN_OVERLAP:
         raise GeometryError(Finding("reference.little-overlap", share_percent=100.0 * share))
-    spread = spread_of(found, radius)
+    spread = jackknife_error(refinement, radius)
     whitening = spread.whitening
     if not scale:
-        held = np.zeros((1, 7))
-        held[0, 3] = 1.0 / _SCALE_HELD
-        whitening = np.vstack([whitening, held])
-    free = _free(found, scale)
+        scale_row = np.zeros((1, 7))
+        scale_row[0, 3] = 1.0 / _FIXED_SCALE_SIGMA
+        whitening = np.vstack([whitening, scale_row])
+    free = _free_parameters(refinement, scale)
     return FittedToReference(
         Combined(
             [NAME],
-            found.fit,
-            found.about,
+            refinement.fit,
+            refinement.about,
             whitening,
-            found.size,
+            refinement.size,
             scale_error=0.0 if scale else scale_error or 0.0,
-            scale_response=found.scale_response,
+            scale_response=refinement.scale_response,
         ),
-        len(found.miss),
+        len(refinement.miss),
         radius,
         share,
-        found.sigma,
+        refinement.sigma,
         spread.blocks,
         spread.side_m,
         free,
-        tuple(_findings(found, spread, share, free)),
+        tuple(_findings(refinement, spread, share, free)),
     )
 
 
@@ -126,38 +153,40 @@ def _require_near(placed: FloatArray, reference: FloatArray, farthest: float) ->
     step = max(1, len(placed) // 5000)
     thin = reference[:: max(1, len(reference) // 200_000)]
     distance, _ = cKDTree(thin).query(placed[::step], distance_upper_bound=farthest)
-    if np.isfinite(distance).mean() > _LEAST_SHARE:
+    if np.isfinite(distance).mean() > _MIN_OVERLAP:
         return
     apart = float(np.linalg.norm(placed.mean(axis=0) - reference.mean(axis=0)))
     raise GeometryError(Finding("reference.apart", apart_m=apart))
 
 
-def _free(found: Refined, scale: bool) -> tuple[str, ...]:
-    """What is not determined, in words."""
-    wanted = 7 if scale else 6
-    if found.held.shape[1] >= wanted:
+def _free_parameters(refinement: Refinement, scale: bool) -> tuple[str, ...]:
+    """Return the undetermined parameters, in words."""
+    unknowns = 7 if scale else 6
+    if refinement.determined.shape[1] >= unknowns:
         return ()
     numbers = [0, 1, 2, 4, 5, 6, *([3] if scale else [])]
-    axes = np.linalg.svd((found.held.T @ found.information)[:, numbers])[2]
-    null = axes[found.held.shape[1] :]
-    reach = np.linalg.norm(null, axis=0)
+    axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, numbers])[2]
+    null = axes[refinement.determined.shape[1] :]
+    components = np.linalg.norm(null, axis=0)
     words = []
-    if reach[3:6].max() > _INTO:
+    if components[3:6].max() > _MIN_COMPONENT:
         words.append(tr("sliding along the surface"))
-    if reach[:3].max() > _INTO:
+    if components[:3].max() > _MIN_COMPONENT:
         words.append(tr("a turn"))
-    if scale and reach[6] > _INTO:
+    if scale and components[6] > _MIN_COMPONENT:
         words.append(tr("the scale"))
     return tuple(words)
 
 
-def _findings(found: Refined, spread: Spread, share: float, free: tuple[str, ...]) -> list[Finding]:
+def _findings(
+    refinement: Refinement, spread: JackknifeError, share: float, free: tuple[str, ...]
+) -> list[Finding]:
     findings = []
     if free:
         findings.append(Finding("reference.little-relief", free=list(free)))
-    if share < _FEW_SHARE:
+    if share < _PARTIAL_OVERLAP:
         findings.append(Finding("reference.partial", share_percent=100.0 * share))
-    # Rounding is alike, too.
-    if spread.alike and found.sigma > _ROUNDING * found.size:
+    # Rounding errors are correlated, too.
+    if spread.alike and refinement.sigma > _ROUNDING * refinement.size:
         findings.append(Finding("reference.bent", side_m=spread.side_m))
     return findings

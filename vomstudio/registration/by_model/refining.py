@@ -1,7 +1,7 @@
-"""The last steps of a fit of a model to a reference, on all seven numbers of a similarity.
+"""Refine the fit of a model to a reference, with all seven parameters of a similarity.
 
-Why not Open3D's alone: it knows no scale from point to plane, and tells neither what each point
-says nor in which directions the surfaces slide along each other.
+Open3D's ICP does not suffice: its point-to-plane variant has no scale, and it reports neither the
+influence of each point nor the directions in which the surfaces slide along each other.
 """
 
 from __future__ import annotations
@@ -15,39 +15,57 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.registration.by_model.planes import Places, Reference
+from vomstudio.registration.by_model.planes import ModelPlanes, ReferencePlanes
 from vomstudio.registration.similarity import Similarity, jacobians
 
 _TUKEY = 4.685
-"""95 % efficient where errors are normal (Holland & Welsch 1977)."""
+"""95 % efficient for normal errors (Holland & Welsch 1977)."""
 _MAD = 1.4826
-_STEPS = 40
-_FEWEST = 60
-_NOTHING = 1e-8
-"""Share of the largest: less information is rounding."""
+_MAX_ITERATIONS = 40
+_MIN_PLACES = 60
+_MIN_INFORMATION = 1e-8
+"""Share of the largest eigenvalue below which information is rounding."""
 _ROUNDING = 1e-6
-"""Of the radius: surfaces that are one and the same are moved by no less to see what they hold, or
-only the rounding of their coordinates would answer."""
-_NOISE = 0.5
-"""Share of the information in a direction above which it is made up by the noise of normals."""
-_TRIED = 0.3
-"""In sigmas, the mean miss to which the model is moved to see how it is pulled back."""
-_ANSWERS = 0.3
-"""Share of what normals promise: in which it is pulled back by less is free."""
+"""Lower limit of sigma as a share of the radius, for identical surfaces: smaller test shifts would
+respond to the rounding of coordinates only."""
+_MAX_NOISE_SHARE = 0.5
+"""Share of information by noise of normals above which a direction is undetermined."""
+_TEST_SHIFT_SIGMAS = 0.3
+"""Shift by which the response is measured, in sigmas of the mean residual."""
+_MIN_RESPONSE = 0.3
+"""Minimum response, relative to that by normals, of a determined direction."""
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
-    """fit : model to World; about : (3,) World, the middle of what was used; size : m, its radius
-    places : (k, 3) World, points that were used, miss : (k,) along the reference's normals
-    moves : (k, 7) derivatives of the misses by the seven numbers, in units of `size`
-    pull, slope : (k,) the robust loss's first and second derivatives
-    sigma : robust, of the misses
-    held : (7, d) see `determined`
-    response : (d, d) by how much the sum of pulls in these directions changes where the model is
-        moved along them: 1 and 0 if normals knew no noise and the surfaces no bend
-    scale_response : (7,) change of turn, scale and shift (m) about `about` per relative error of a
-        fixed scale; None if the scale was fitted
+class Refinement:
+    """Refined fit.
+
+    Attributes
+    ----------
+    fit : Similarity
+        Model to World.
+    about : (3,) array
+        World, mean of the used places.
+    size : float
+        Their RMS radius, metres.
+    places : (k, 3) array
+        Used places, World.
+    miss : (k,) array
+        Their residuals along the normals of the reference, metres.
+    moves : (k, 7) array
+        Derivatives of the residuals by the seven parameters, in units of `size`.
+    pull, slope : (k,) array
+        First and second derivative of the robust loss.
+    sigma : float
+        Robust standard deviation of the residuals.
+    determined : (7, d) array
+        Determined directions, see `determined_directions`.
+    response : (d, d) array
+        Change of the summed pull in these directions per shift along them; the identity for
+        noise-free normals of unbent surfaces.
+    scale_response : (7,) array or None
+        Change of turn, scale and shift (m) about `about` per relative error of a fixed scale; None
+        if the scale was fitted.
     """
 
     fit: Similarity
@@ -59,99 +77,119 @@ class Refined:
     pull: FloatArray
     slope: FloatArray
     sigma: float
-    held: FloatArray
+    determined: FloatArray
     response: FloatArray
     scale_response: FloatArray | None = None
 
     @property
     def information(self) -> FloatArray:
-        """(7, 7)"""
+        """Return the information matrix (7, 7)."""
         return np.asarray((self.moves * self.slope[:, None]).T @ self.moves, np.float64)
 
 
 def refine(
-    model: Places,
-    reference: Reference,
+    model: ModelPlanes,
+    reference: ReferencePlanes,
     start: Similarity,
     *,
     scale: bool,
     progress: Progress,
-) -> Refined:
-    """From a start at which the model lies within the reference's radius of it.
+) -> Refinement:
+    """Refine a fit from a start within the reference's radius.
 
-    scale : whether it is one of the unknowns
-    Raises GeometryError where too little of the two overlaps, Cancelled through `progress`.
+    Parameters
+    ----------
+    model : Places
+    reference : Reference
+    start : Similarity
+    scale : bool
+        Whether the scale is estimated.
+    progress : Progress
+        Raises Cancelled.
+
+    Raises
+    ------
+    GeometryError
+        If too little of the two overlaps.
     """
-    progress.stage(tr("Refining the fit"), _STEPS)
+    progress.stage(tr("Refining the fit"), _MAX_ITERATIONS)
     fit = start
-    for number in range(_STEPS):
-        found = _look(model, reference, fit, scale)
-        step = _newton(found)
-        fit = _moved(fit, step, found.about, found.size)
+    for number in range(_MAX_ITERATIONS):
+        result = _linearise(model, reference, fit, scale)
+        step = _newton(result)
+        fit = _apply_step(fit, step, result.about, result.size)
         progress.step(number + 1)
-        # In metres at the rim: a hundredth of what the mean of so many points is known to.
-        if np.abs(step).max() * found.size < 0.01 * found.sigma / np.sqrt(len(found.miss)):
+        # Metres at the rim: a hundredth of the standard error of the mean.
+        if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
             break
-    found = _look(model, reference, fit, scale)
-    response = _response(model, reference, found, scale)
+    result = _linearise(model, reference, fit, scale)
+    response = _response(model, reference, result, scale)
     values, axes = np.linalg.eigh((response + response.T) / 2.0)
-    kept = axes[:, values > _ANSWERS]
-    found = replace(found, held=found.held @ kept, response=kept.T @ response @ kept)
+    responding = axes[:, values > _MIN_RESPONSE]
+    result = replace(
+        result,
+        determined=result.determined @ responding,
+        response=responding.T @ response @ responding,
+    )
     if scale:
-        return found
-    return replace(found, scale_response=_scale_response(model, reference, found))
+        return result
+    return replace(result, scale_response=_scale_response(model, reference, result))
 
 
-def _scale_response(model: Places, reference: Reference, result: Refined) -> FloatArray:
+def _scale_response(
+    model: ModelPlanes, reference: ReferencePlanes, result: Refinement
+) -> FloatArray:
     """Return the response (7,) of a fit to a relative error of its fixed scale, numerically."""
-    step = _TRIED * result.sigma / result.size
+    step = _TEST_SHIFT_SIGMAS * result.sigma / result.size
     ends = []
     for sign in (1.0, -1.0):
-        scaled = _moved(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
-        there = _look(model, reference, scaled, False, result)
-        ends.append(result.held.T @ (there.moves.T @ there.pull))
+        scaled = _apply_step(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
+        shifted = _linearise(model, reference, scaled, False, result)
+        ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
     pull_change = (ends[0] - ends[1]) / (2.0 * step)
-    change = -result.held @ np.linalg.solve(result.response, pull_change)
+    change = -result.determined @ np.linalg.solve(result.response, pull_change)
     change[4:] *= result.size
     change[3] = 1.0
     return np.asarray(change, np.float64)
 
 
-def _response(model: Places, reference: Reference, found: Refined, scale: bool) -> FloatArray:
-    """(d, d) as told of `Refined`, by moving the model a little to and fro."""
-    step = _TRIED * found.sigma * np.sqrt(len(found.miss))
+def _response(
+    model: ModelPlanes, reference: ReferencePlanes, result: Refinement, scale: bool
+) -> FloatArray:
+    """Measure `Refinement.response` (d, d) by small shifts of the model."""
+    step = _TEST_SHIFT_SIGMAS * result.sigma * np.sqrt(len(result.miss))
     columns = []
-    for way in found.held.T:
+    for direction in result.determined.T:
         ends = []
         for sign in (1.0, -1.0):
-            fit = _moved(found.fit, sign * step * way, found.about, found.size)
-            there = _look(model, reference, fit, scale, found)
-            ends.append(found.held.T @ (there.moves.T @ there.pull))
+            fit = _apply_step(result.fit, sign * step * direction, result.about, result.size)
+            shifted = _linearise(model, reference, fit, scale, result)
+            ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
         columns.append((ends[0] - ends[1]) / (2.0 * step))
     return np.column_stack(columns) if columns else np.zeros((0, 0))
 
 
-def _look(
-    model: Places,
-    reference: Reference,
+def _linearise(
+    model: ModelPlanes,
+    reference: ReferencePlanes,
     fit: Similarity,
     scale: bool,
-    like: Refined | None = None,
-) -> Refined:
-    """What the places say at a similarity. like : with its middle, size and sigma"""
-    met = reference.met(model, fit)
-    if len(met.miss) < _FEWEST:
-        raise GeometryError(Finding("reference.few-places", places=len(met.miss)))
-    sigma = max(_MAD * float(np.median(np.abs(met.miss))), _ROUNDING * reference.radius)
-    if like is not None:
-        sigma = like.sigma
-    # Points that miss by much more belong to what has changed, or to nothing.
-    near = np.abs(met.miss) < _TUKEY * sigma
-    places, miss, normal = met.places[near], met.miss[near], met.normal[near]
-    about = places.mean(axis=0) if like is None else like.about
+    previous: Refinement | None = None,
+) -> Refinement:
+    """Linearise the fit at a similarity. like : keep its middle, size and sigma"""
+    matches = reference.match(model, fit)
+    if len(matches.miss) < _MIN_PLACES:
+        raise GeometryError(Finding("reference.few-places", places=len(matches.miss)))
+    sigma = max(_MAD * float(np.median(np.abs(matches.miss))), _ROUNDING * reference.radius)
+    if previous is not None:
+        sigma = previous.sigma
+    # Points with much larger residuals belong to parts that have changed.
+    near = np.abs(matches.miss) < _TUKEY * sigma
+    places, miss, normal = matches.places[near], matches.miss[near], matches.normal[near]
+    about = places.mean(axis=0) if previous is None else previous.about
     size = max(float(np.sqrt(((places - about) ** 2).sum(axis=1).mean())), 1e-9)
-    if like is not None:
-        size = like.size
+    if previous is not None:
+        size = previous.size
     units = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
     whole = jacobians(places - about) * units
     if not scale:
@@ -160,43 +198,55 @@ def _look(
     share = np.minimum((miss / (_TUKEY * sigma)) ** 2, 1.0)
     pull = miss * (1.0 - share) ** 2
     slope = (1.0 - share) * (1.0 - 5.0 * share)
-    # The information that a normal gets by its own noise alone.
-    weight = slope * met.tilt[near]
+    # Information that the noise of the normals alone contributes.
+    weight = slope * matches.tilt[near]
     noise = np.einsum("n,nxk,nxl->kl", weight, whole, whole, optimize=True)
     noise -= (moves * weight[:, None]).T @ moves
     information = (moves * slope[:, None]).T @ moves
-    held = determined(information, noise)
-    return Refined(
-        fit, about, size, places, miss, moves, pull, slope, sigma, held, np.eye(held.shape[1])
+    directions = determined_directions(information, noise)
+    return Refinement(
+        fit,
+        about,
+        size,
+        places,
+        miss,
+        moves,
+        pull,
+        slope,
+        sigma,
+        directions,
+        np.eye(directions.shape[1]),
     )
 
 
-def determined(information: FloatArray, noise: FloatArray) -> FloatArray:
-    """(7, d) the directions that are determined, with information (7, 7) of 1 each and 0 between
-    them. The others hold no more information than rounding, or mostly such as noise (7, 7) makes
-    up."""
-    values, axes = np.linalg.eigh(information)
-    there = values > _NOTHING * max(values[-1], 1e-300)
-    inside = axes[:, there] / np.sqrt(values[there])
-    shares, turns = np.linalg.eigh(inside.T @ noise @ inside)
-    kept = shares <= _NOISE
-    return np.asarray(inside @ turns[:, kept], np.float64)
+def determined_directions(information: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return the determined directions (7, d), scaled to unit information.
 
-
-def _newton(found: Refined) -> FloatArray:
-    """(7,) the change in units of the size; nothing in what is free.
-
-    By Fisher scoring: the mean slope in place of each point's, which is negative of far ones.
+    The others have no more information (7, 7) than rounding, or mostly such as noise (7, 7)
+    contributes.
     """
-    moves = found.moves @ found.held
+    values, axes = np.linalg.eigh(information)
+    has_information = values > _MIN_INFORMATION * max(values[-1], 1e-300)
+    scaled_axes = axes[:, has_information] / np.sqrt(values[has_information])
+    shares, turns = np.linalg.eigh(scaled_axes.T @ noise @ scaled_axes)
+    is_signal = shares <= _MAX_NOISE_SHARE
+    return np.asarray(scaled_axes @ turns[:, is_signal], np.float64)
+
+
+def _newton(result: Refinement) -> FloatArray:
+    """Return the change (7,) in units of the size, zero in free directions.
+
+    By Fisher scoring: the mean slope replaces that of each point, which is negative for far ones.
+    """
+    moves = result.moves @ result.determined
     if not moves.shape[1]:
         return np.zeros(7)
-    weight = max(float(found.slope.mean()), 0.2)
-    step = np.linalg.lstsq(weight * moves.T @ moves, moves.T @ found.pull, rcond=1e-12)[0]
-    return -np.asarray(found.held @ step, np.float64)
+    weight = max(float(result.slope.mean()), 0.2)
+    step = np.linalg.lstsq(weight * moves.T @ moves, moves.T @ result.pull, rcond=1e-12)[0]
+    return -np.asarray(result.determined @ step, np.float64)
 
 
-def _moved(fit: Similarity, step: FloatArray, about: FloatArray, size: float) -> Similarity:
+def _apply_step(fit: Similarity, step: FloatArray, about: FloatArray, size: float) -> Similarity:
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_rotvec(step[:3]).as_matrix()

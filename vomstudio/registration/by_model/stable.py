@@ -1,4 +1,4 @@
-"""The part of a reference that has stayed where it was, by a mask."""
+"""Select the stable part of a reference by a mask."""
 
 from __future__ import annotations
 
@@ -14,18 +14,32 @@ from vomstudio.io.gate.points import ModelFrame
 
 POLYGONS = (".geojson", ".json", ".gpkg", ".shp", ".kml")
 REACH = 3.0
-"""Of the spacing of a cloud that is a mask: points of the reference this near to it are stable."""
+"""Distance to a mask cloud, in its spacings, within which reference points are stable."""
 
 
 def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
-    """(n,) which of the points (n, 3) lie within REACH spacings of those of a mask (m, 3), and that
-    distance."""
+    """Find the points near a mask cloud.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    mask : (m, 3) array
+    spacing : float
+        Of the mask.
+
+    Returns
+    -------
+    near : (n,) array of bool
+        Within REACH spacings of the mask.
+    distance : float
+        That distance.
+    """
     reach = REACH * spacing
     return near_places(points, mask, reach), reach
 
 
 def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
-    """(n,) which of the points (n, 3) lie within `reach` of one of the places (m, 3)."""
+    """Return a mask (n,) of the points (n, 3) within `reach` of one of the places (m, 3)."""
     from scipy.spatial import cKDTree
 
     origin = points.mean(axis=0)
@@ -35,7 +49,7 @@ def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArr
     return np.asarray(np.isfinite(distance), np.bool_)
 
 
-def in_polygons(
+def find_inside_polygons(
     points: FloatArray, path: Path, crs: str | None = None, progress: Progress | None = None
 ) -> tuple[BoolArray, tuple[Finding, ...]]:
     """Find the points inside the polygons of a layer, seen from above.

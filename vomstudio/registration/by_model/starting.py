@@ -1,4 +1,4 @@
-"""What a fit of one model to another begins with: points of both, and where the model stands."""
+"""Inputs of a fit of one model to another: points of both, and the start."""
 
 from __future__ import annotations
 
@@ -19,8 +19,13 @@ from vomstudio.registration.surface_points import surface_points
 
 
 def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray, float]:
-    """(n, 3) points of the surface, and their resolution. path : of its file. Raises InputError for
-    a model that is a single point or none."""
+    """Return points (n, 3) of a surface and their resolution.
+
+    Raises
+    ------
+    InputError
+        For a model with fewer than two points.
+    """
     spacing = resolution(data)
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(Finding("reference.no-extent"), file=path)
@@ -28,19 +33,19 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray,
 
 
 def box_of(points: FloatArray) -> FloatArray:
-    """(2, 3) around the points (n, 3) that are finite."""
+    """Return the bounding box (2, 3) of the finite points of (n, 3)."""
     sound = points[np.isfinite(points).all(axis=1)]
     return np.array([sound.min(axis=0), sound.max(axis=0)])
 
 
 def similarity_of(rows: Any) -> Similarity:
-    """Of a 4 x 4 matrix."""
+    """Return the similarity of a 4 x 4 matrix."""
     matrix = transform.matrix(rows)
     scale = float(transform.scale_of(matrix))
     return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
 
 
-def with_scale(fit: Similarity, scale: float, middle: FloatArray) -> Similarity:
-    """The same place and attitude of the model's middle (3,) with another scale."""
-    there = fit(middle[None])[0]
-    return Similarity(scale, fit.rotation, there - scale * fit.rotation @ middle)
+def replace_scale(fit: Similarity, scale: float, middle: FloatArray) -> Similarity:
+    """Replace the scale of a similarity and keep the place of the model's middle (3,)."""
+    placed_middle = fit(middle[None])[0]
+    return Similarity(scale, fit.rotation, placed_middle - scale * fit.rotation @ middle)

@@ -1,11 +1,10 @@
-"""How well a fit of a model to a reference is known, from repeated subsets of it.
+"""Estimate the error of a fit of a model to a reference by a block jackknife.
 
-ICP's own covariance takes every point as independent and is far too small: the errors of
-neighbours are alike. So the overlap is cut into blocks, and the fits without one of them after the
-other show how much they disagree (the jackknife over blocks, here to first order in closed form),
-with the degrees of freedom that so many unequal blocks leave (Bell & McCaffrey 2002, Survey
-Methodology 28, 169). Blocks must be larger than the distance over which errors are alike: they grow
-until neighbours are no more alike than chance makes them.
+The covariance of ICP treats all points as independent and is far too small, because the errors of
+neighbours are correlated. The overlap is cut into blocks, and the fits without each of them show
+the error (to first order in closed form), with the degrees of freedom of unequal blocks (Bell &
+McCaffrey 2002, Survey Methodology 28, 169). Blocks must exceed the correlation length: they grow
+until neighbouring blocks are uncorrelated.
 """
 
 from __future__ import annotations
@@ -15,23 +14,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.registration.by_model.refining import Refined
+from vomstudio.registration.by_model.refining import Refinement
 
-_BLOCKS = (100, 50, 25)
-"""So many are wanted, as long as they do not prove to be too small."""
-_RADII = 4.0
-"""Places within two radii share points: blocks are larger than that."""
-_ALIKE = 2.33
-"""Standard deviations: by chance one in a hundred."""
-_LEAST_FREE = 3.0
-_EXACT = 1e-7
-"""Of the size, and rad: no fit is known better, even of a model to its own copy."""
+_BLOCK_COUNTS = (100, 50, 25)
+"""Numbers of blocks to try, until blocks are large enough."""
+_MIN_BLOCK_RADII = 4.0
+"""Minimum block size in radii; places within two radii share points."""
+_MORAN_LIMIT_SIGMAS = 2.33
+"""Significance of Moran's I in standard deviations (1 %)."""
+_MIN_FREEDOM = 3.0
+_MIN_ERROR = 1e-7
+"""Minimum error as a share of the size, and rad, even for a copy of the model."""
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
-    """whitening : (d, 7) see `combined.Combined`, with Student's widening in it
-    blocks : how many; side_m : of a block; alike : neighbouring blocks miss alike even so
+class JackknifeError:
+    """Error of a fit by the block jackknife.
+
+    Attributes
+    ----------
+    whitening : (d, 7) array
+        See `combined.Combined`; includes Student's widening.
+    blocks : int
+    side_m : float
+        Size of a block.
+    alike : bool
+        Whether neighbouring blocks are correlated even so.
     """
 
     whitening: FloatArray
@@ -40,54 +48,65 @@ class Spread:
     alike: bool
 
 
-def spread_of(found: Refined, radius: float) -> Spread:
-    """The errors of what a fit has determined. radius : within which places have their points"""
-    side = float(np.ptp(found.places, axis=0).max())
-    named, alike = np.zeros(len(found.places), np.int64), True
-    for wanted in _BLOCKS:
-        named, side = cut_into_blocks(found.places, wanted, _RADII * radius)
-        alike = _neighbours_alike(found, named)
+def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
+    """Estimate the error of a fit. radius : of the points of each place, metres"""
+    side = float(np.ptp(refinement.places, axis=0).max())
+    block_of_place, alike = np.zeros(len(refinement.places), np.int64), True
+    for count_target in _BLOCK_COUNTS:
+        block_of_place, side = cut_into_blocks(
+            refinement.places, count_target, _MIN_BLOCK_RADII * radius
+        )
+        alike = _neighbours_alike(refinement, block_of_place)
         if not alike:
             break
-    count = int(named.max()) + 1
-    covariance = _covariance(found, named)
-    # Functionals of the seven numbers: what is not determined has no part in them.
-    units = np.array([1.0, 1.0, 1.0, 1.0, found.size, found.size, found.size])
-    told = found.held.T @ found.information
-    root = np.linalg.cholesky(covariance + _EXACT**2 * told @ told.T)
-    return Spread(np.linalg.solve(root, told / units), count, side, alike)
+    count = int(block_of_place.max()) + 1
+    covariance = _covariance(refinement, block_of_place)
+    # Functionals of the parameters, free of the undetermined directions.
+    units = np.array([1.0, 1.0, 1.0, 1.0, refinement.size, refinement.size, refinement.size])
+    functionals = refinement.determined.T @ refinement.information
+    root = np.linalg.cholesky(covariance + _MIN_ERROR**2 * functionals @ functionals.T)
+    return JackknifeError(np.linalg.solve(root, functionals / units), count, side, alike)
 
 
-def cut_into_blocks(places: FloatArray, wanted: int, least: float) -> tuple[IntArray, float]:
-    """(k,) the block of each place, from 0 on; and the side of these cubes, at least `least` as
-    long as there are enough of them."""
+def cut_into_blocks(places: FloatArray, target: int, min_side: float) -> tuple[IntArray, float]:
+    """Assign places (k, 3) to cubic blocks.
+
+    Returns
+    -------
+    blocks : (k,) array of int
+        From 0.
+    side : float
+        At least `min_side` if there are enough blocks.
+    """
     low = places.min(axis=0)
     side = float(np.ptp(places, axis=0).max())
-    named = np.zeros(len(places), np.int64)
+    block_of_place = np.zeros(len(places), np.int64)
     for _ in range(60):
         cells = np.floor((places - low) / max(side, 1e-12)).astype(np.int64)
         wide = cells.max(axis=0) + 1
         keys = cells[:, 0] + wide[0] * (cells[:, 1] + wide[1] * cells[:, 2])
-        named = np.unique(keys, return_inverse=True)[1]
-        count = int(named.max()) + 1
-        if count >= min(wanted, len(places)) or (count >= _BLOCKS[-1] and 0.9 * side < least):
+        block_of_place = np.unique(keys, return_inverse=True)[1]
+        count = int(block_of_place.max()) + 1
+        if count >= min(target, len(places)) or (
+            count >= _BLOCK_COUNTS[-1] and 0.9 * side < min_side
+        ):
             break
         side *= 0.9
-    return np.asarray(named, np.int64), side
+    return np.asarray(block_of_place, np.int64), side
 
 
-def _neighbours_alike(found: Refined, named: IntArray) -> bool:
-    """Whether the mean misses of neighbouring blocks are alike (Moran's I; Cliff & Ord 1981)."""
+def _neighbours_alike(refinement: Refinement, block_of_place: IntArray) -> bool:
+    """Return whether neighbouring blocks are correlated (Moran's I; Cliff & Ord 1981)."""
     from scipy.spatial import cKDTree
 
-    count = np.bincount(named)
+    count = np.bincount(block_of_place)
     size = len(count)
     if size < 10:
         return False
     middle = np.column_stack(
-        [np.bincount(named, found.places[:, axis]) / count for axis in range(3)]
+        [np.bincount(block_of_place, refinement.places[:, axis]) / count for axis in range(3)]
     )
-    mean = np.bincount(named, found.pull) / np.sqrt(count)
+    mean = np.bincount(block_of_place, refinement.pull) / np.sqrt(count)
     mean = mean - mean.mean()
     near = cKDTree(middle).query(middle, k=min(5, size))[1][:, 1:]
     weights = np.zeros((size, size))
@@ -99,35 +118,35 @@ def _neighbours_alike(found: Refined, named: IntArray) -> bool:
     s2 = 4.0 * float((weights.sum(axis=1) ** 2).sum())
     variance = (size**2 * s1 - size * s2 + 3 * total**2) / ((size**2 - 1) * total**2)
     variance -= 1.0 / (size - 1) ** 2
-    return bool(index + 1.0 / (size - 1) > _ALIKE * np.sqrt(max(variance, 0.0)))
+    return bool(index + 1.0 / (size - 1) > _MORAN_LIMIT_SIGMAS * np.sqrt(max(variance, 0.0)))
 
 
-def _covariance(found: Refined, named: IntArray) -> FloatArray:
-    """(d, d) of the determined directions, each known to its Student's t."""
+def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
+    """Return the covariance (d, d) of the determined directions, widened by Student's t."""
     from scipy.stats import norm, t
 
-    moves = found.moves @ found.held
+    moves = refinement.moves @ refinement.determined
     d = moves.shape[1]
-    blocks = int(named.max()) + 1
-    order = np.argsort(named, kind="stable")
-    begins = np.searchsorted(named[order], np.arange(blocks))
-    each = (moves * found.slope[:, None])[order]
+    blocks = int(block_of_place.max()) + 1
+    order = np.argsort(block_of_place, kind="stable")
+    begins = np.searchsorted(block_of_place[order], np.arange(blocks))
+    each = (moves * refinement.slope[:, None])[order]
     inside = np.add.reduceat(each[:, :, None] * moves[order][:, None, :], begins, axis=0)
-    pulls = np.add.reduceat((moves * found.pull[:, None])[order], begins, axis=0)
-    # The information of all is 1 in these directions, and less by its own without a block.
+    pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], begins, axis=0)
+    # The total information is 1 in these directions, less that of the block without it.
     adjusted, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
         values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)
         turns[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
         adjusted[block] = turns[block] @ pulls[block]
-    real = np.linalg.inv(found.response)
-    covariance = real @ (adjusted.T @ adjusted) @ real.T
+    inverse_response = np.linalg.inv(refinement.response)
+    covariance = inverse_response @ (adjusted.T @ adjusted) @ inverse_response.T
     factor = np.ones(d)
     for k in range(d):
-        left = turns[:, k, :]
-        own = np.einsum("bi,bij,bj->b", left, inside, left)
-        across = np.einsum("bi,bij->bj", left, inside)
-        scatter = np.diag(own) - across @ across.T
+        rows = turns[:, k, :]
+        variances = np.einsum("bi,bij,bj->b", rows, inside, rows)
+        across = np.einsum("bi,bij->bj", rows, inside)
+        scatter = np.diag(variances) - across @ across.T
         free = float(np.trace(scatter)) ** 2 / max(float((scatter**2).sum()), 1e-300)
-        factor[k] = t.ppf(0.975, max(free, _LEAST_FREE)) / norm.ppf(0.975)
+        factor[k] = t.ppf(0.975, max(free, _MIN_FREEDOM)) / norm.ppf(0.975)
     return np.asarray(covariance * np.outer(factor, factor), np.float64)

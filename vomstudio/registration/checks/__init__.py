@@ -1,1 +1,1 @@
-"""What given coordinates are mistaken for: readings of them that fit far better than as written."""
+"""Checks for misread coordinates: other readings that fit far better."""

@@ -1,4 +1,4 @@
-"""Whether coordinates lie in the area that a CRS is made for."""
+"""Check whether coordinates lie in the area of use of a CRS."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 
-# Systems of coordinates are used this far beyond their area without harm, degrees.
+# Tolerated distance beyond the area of use.
 BEYOND_DEG = 1.0
 
 
 def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
-    """(n,) which of the coordinates (n, 3) lie in the area of a CRS; none of them without one."""
+    """Return a mask (n,) of the coordinates (n, 3) in the area of a CRS, False without one."""
     beyond = degrees_beyond(crs)
     if beyond is None:
         return np.zeros(len(world), bool)
@@ -21,8 +21,10 @@ def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
 
 
 def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, float, float]] | None:
-    """What tells how many degrees x and y lie outside of the area of a CRS, and their longitude and
-    latitude; None where it has none."""
+    """Return a function of x and y for the distance beyond the area of a CRS.
+
+    It returns that distance in degrees, longitude and latitude. None if the CRS has no area.
+    """
     from pyproj import CRS, Transformer
 
     area = None if crs is None else CRS.from_user_input(crs).area_of_use

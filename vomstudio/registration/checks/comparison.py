@@ -1,4 +1,4 @@
-"""Two readings of the same points, held against each other by what a similarity leaves over."""
+"""Compare two readings of the same points by the residuals of a similarity."""
 
 from __future__ import annotations
 
@@ -8,24 +8,42 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.similarity import fit_similarity
 
-# Of squares, beside those of the points from their middle: less is rounding.
+# Share of the squared extent below which squared residuals are rounding.
 _ROUNDING = 1e-18
 _UNKNOWNS = 7
 
 
 @dataclass(frozen=True)
-class Left:
-    """What a fit leaves over. variance : of one coordinate; free : how many free misses it is as
-    good as, fewer where one axis misses by more than the others (Satterthwaite 1946)"""
+class Misfit:
+    """Residuals of a fit.
+
+    Attributes
+    ----------
+    variance : float
+        Of one coordinate, m².
+    free : float
+        Effective redundancy, lower if one axis has larger residuals (Satterthwaite 1946).
+    """
 
     variance: float
     free: float
 
 
-def left_over(model: FloatArray, world: FloatArray, more: int = 0) -> Left | None:
-    """By points of the model (n, 3) with their coordinates (n, 3); None where they leave nothing
-    over, or cannot be fitted. more : unknowns beside those of the similarity"""
-    freedom = 3 * len(model) - _UNKNOWNS - more
+def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 0) -> Misfit | None:
+    """Return the residual variance of a similarity between points (n, 3).
+
+    Parameters
+    ----------
+    model, world : (n, 3) array
+    more : int
+        Unknowns besides those of the similarity.
+
+    Returns
+    -------
+    Misfit or None
+        None without redundancy, or if the fit fails.
+    """
+    freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
     if freedom < 1:
         return None
     local = world - world.mean(axis=0)
@@ -35,17 +53,19 @@ def left_over(model: FloatArray, world: FloatArray, more: int = 0) -> Left | Non
         return None
     axes = ((fit(model) - local) ** 2).sum(axis=0)
     squares = float(axes.sum())
-    least = _ROUNDING * float((local**2).sum())
-    if squares <= least:
-        return Left(max(least, 1e-300) / freedom, float(freedom))
-    return Left(squares / freedom, freedom / 3.0 * squares**2 / float((axes**2).sum()))
+    min_squares = _ROUNDING * float((local**2).sum())
+    if squares <= min_squares:
+        return Misfit(max(min_squares, 1e-300) / freedom, float(freedom))
+    return Misfit(squares / freedom, freedom / 3.0 * squares**2 / float((axes**2).sum()))
 
 
-def far_better(other: Left | None, given: Left | None, chance: float) -> bool:
-    """Whether the other reading fits better than it would by chance, were the given one right."""
+def fits_far_better(other: Misfit | None, reference: Misfit | None, significance: float) -> bool:
+    """Return whether another reading fits better than chance if the given one is correct."""
     from scipy.stats import f
 
-    if other is None or given is None:
+    if other is None or reference is None:
         return False
-    # By the upper tail: a chance of 1e-9 taken from one loses its digits.
-    return given.variance > other.variance * float(f.isf(chance, given.free, other.free))
+    # The upper tail keeps the digits of small probabilities.
+    return reference.variance > other.variance * float(
+        f.isf(significance, reference.free, other.free)
+    )

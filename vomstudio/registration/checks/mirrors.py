@@ -1,7 +1,7 @@
-"""Points that fit as a mirror image, and models that a registration turns upside down.
+"""Check for points that fit as a mirror image, and models that a registration turns upside down.
 
-A similarity never mirrors: of points on flat ground whose easting and northing are exchanged it
-makes a model that lies on its face, which fits nearly as well as the right one.
+A similarity does not mirror: if easting and northing of points on flat ground are exchanged, it
+turns the model upside down, which fits nearly as well as the right position.
 """
 
 from __future__ import annotations
@@ -11,48 +11,54 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.checks.comparison import Left, far_better, left_over
-from vomstudio.registration.checks.point_order import other_order
+from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
+from vomstudio.registration.checks.point_order import find_row_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly
 
-_BY_CHANCE = 0.001
-# By so many points that miss by so much of their reach a mirror image with a wrong one is told.
-_FEWEST_WITHOUT, _FITS = 7, 0.01
-_FLIPPED = np.array([1.0, 1.0, -1.0])
-_ON_ITS_SIDE_DEG = 90.0
-# Of a model whose up nobody knows: one frame in a hundred and thirty is tipped so far by chance.
-_ON_ITS_FACE_DEG = 170.0
+_SIGNIFICANCE = 0.001
+# Number of points, and residual as a share of the extent, from which outliers are considered.
+_MIN_POINTS_WITH_OUTLIERS, _MIN_RESIDUAL_SHARE = 7, 0.01
+_MIRROR = np.array([1.0, 1.0, -1.0])
+_MAX_TIP_DEG = 90.0
+# For an unknown up direction: one random frame in 130 is tipped so far.
+_MAX_TIP_UNKNOWN_UP_DEG = 170.0
 
 
 def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
-    """Whether points of the model (n, 3) fit their coordinates (n, 3) far better as a mirror image,
-    and no other order of them explains it better."""
-    mirrored, given = left_over(model * _FLIPPED, world), left_over(model, world)
-    if mirrored is None or given is None:
+    """Return whether points fit far better mirrored, and not by another row order."""
+    mirror_misfit, misfit = residual_misfit(model * _MIRROR, world), residual_misfit(model, world)
+    if mirror_misfit is None or misfit is None:
         return False
-    if not far_better(mirrored, given, _BY_CHANCE):
-        # A wrong point lies in both; without it the better one is the better one still.
-        return mirrored.variance < given.variance and _most_fit_so(model, world, given)
-    order = other_order(model, world)
-    return order is None or order.left.variance > mirrored.variance
+    if not fits_far_better(mirror_misfit, misfit, _SIGNIFICANCE):
+        # An outlier affects both readings; compare them without it.
+        return mirror_misfit.variance < misfit.variance and _most_fit_as_mirror(
+            model, world, misfit
+        )
+    order = find_row_order(model, world)
+    return order is None or order.misfit.variance > mirror_misfit.variance
 
 
-def _most_fit_so(model: FloatArray, world: FloatArray, given: Left) -> bool:
-    """Whether all but a few points, which are wrong besides, fit as a mirror image."""
+def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) -> bool:
+    """Return whether all but a few outliers fit as a mirror image."""
     n = len(model)
-    reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
-    if n < _FEWEST_WITHOUT or 3.0 * given.variance < _FITS**2 * reach:
+    squared_extent = float(((world - world.mean(axis=0)) ** 2).sum()) / n
+    if (
+        n < _MIN_POINTS_WITH_OUTLIERS
+        or 3.0 * misfit.variance < _MIN_RESIDUAL_SHARE**2 * squared_extent
+    ):
         return False
     try:
-        _, agree = fit_robustly(model * _FLIPPED, world)
+        _, agree = fit_robustly(model * _MIRROR, world)
     except GeometryError:
         return False
     if agree.all() or int((~agree).sum()) > n // 3:
         return False
-    # Those that agree as a mirror image are chosen for it, and so by much less chance.
-    own, mirrored = (left_over(m[agree], world[agree]) for m in (model, model * _FLIPPED))
-    return far_better(mirrored, own, _BY_CHANCE**2)
+    # The points were selected for the mirror image, so test at a higher significance.
+    misfit_of_inliers, mirror_misfit = (
+        residual_misfit(m[agree], world[agree]) for m in (model, model * _MIRROR)
+    )
+    return fits_far_better(mirror_misfit, misfit_of_inliers, _SIGNIFICANCE**2)
 
 
 def mirror_findings(points: Points | None) -> list[Finding]:
@@ -67,21 +73,29 @@ def tipping_findings(
 ) -> list[Finding]:
     """Return a finding if a registration turns the model upside down.
 
-    up : (3,) up direction of the model by its file or user; None if not known, then the finding
-    requires that the points do not exclude a mirror image
+    Parameters
+    ----------
+    rotation : (3, 3) array
+        Model to World.
+    up : (3,) array or None
+        Up direction of the model by its file or user; None if not known, then the finding requires
+        that the points do not exclude a mirror image.
+    points : Points or None
     """
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)
     tip = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
     if up is not None:
-        if tip <= _ON_ITS_SIDE_DEG:
+        if tip <= _MAX_TIP_DEG:
             return []
         return [Finding("registration.upside-down", tip_deg=tip)]
-    if tip <= _ON_ITS_FACE_DEG or points is None or _tell_from_mirror(points):
+    if tip <= _MAX_TIP_UNKNOWN_UP_DEG or points is None or _exclude_mirror(points):
         return []
     return [Finding("registration.upside-down-or-mirror", tip_deg=tip)]
 
 
-def _tell_from_mirror(points: Points) -> bool:
-    """Whether the points fit far better than their mirror image does."""
-    given = left_over(points.model, points.world)
-    return far_better(given, left_over(points.model * _FLIPPED, points.world), _BY_CHANCE)
+def _exclude_mirror(points: Points) -> bool:
+    """Return whether the points fit far better than their mirror image."""
+    misfit = residual_misfit(points.model, points.world)
+    return fits_far_better(
+        misfit, residual_misfit(points.model * _MIRROR, points.world), _SIGNIFICANCE
+    )

@@ -1,6 +1,8 @@
-"""Some points whose values mean something else than those of the others: heights of another system
-or unit, or columns exchanged in some rows alone. They are so many that the others do not outvote
-them, and no single one stands out."""
+"""Check for points whose values mean something else than those of the others.
+
+Examples are heights of another system or unit, or columns exchanged in some rows. They are so many
+that the others do not outvote them, and none stands out as an outlier.
+"""
 
 from __future__ import annotations
 
@@ -15,76 +17,90 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.registration.checks.comparison import Left, far_better, left_over
+from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
 from vomstudio.registration.similarity import Similarity, fit_similarity
 
 _FOOT_M = 0.3048
-_FEWEST, _MOST = 5, 40
-# Of the reach: points that fit so well are not looked into.
-_FITS = 0.005
-_BY_CHANCE = 0.001
-# Of the variance: what explains a misfit leaves little of it.
-_EXPLAINS = 0.05
-_TRIPLES = 150
+_MIN_POINTS, _MAX_POINTS = 5, 40
+# Residual as a share of the extent below which points are not checked.
+_MIN_RESIDUAL_SHARE = 0.005
+_SIGNIFICANCE = 0.001
+# Maximum share of the variance that remains after an explanation.
+_MAX_REMAINING_VARIANCE = 0.05
+_MAX_TRIPLES = 150
 
 
-class Mixed(NamedTuple):
-    """which : (n,) are read in another way; offset_m : added to their heights, None for others"""
+class MixedValues(NamedTuple):
+    """Rows that are read in another way. offset_m : added to their heights, None for other kinds"""
 
     kind: str
     which: BoolArray
     offset_m: float | None
-    left: Left
+    misfit: Misfit
 
 
-def mixed_values(model: FloatArray, world: FloatArray) -> Mixed | None:
-    """What points of the model (n, 3) fit their coordinates (n, 3) by far better with, where some
-    of these are read in another way; None where nothing does."""
+def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | None:
+    """Find rows of points that fit far better if they are read in another way.
+
+    model, world : (n, 3). Returns None if there are none.
+    """
     n = len(model)
-    given = left_over(model, world) if _FEWEST <= n <= _MOST else None
-    if given is None:
+    misfit = residual_misfit(model, world) if _MIN_POINTS <= n <= _MAX_POINTS else None
+    if misfit is None:
         return None
-    reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
-    if 3.0 * given.variance < _FITS**2 * reach:
+    squared_extent = float(((world - world.mean(axis=0)) ** 2).sum()) / n
+    if 3.0 * misfit.variance < _MIN_RESIDUAL_SHARE**2 * squared_extent:
         return None
     fits = list(_fits_of_triples(model, world))
-    best: Mixed | None = None
+    best: MixedValues | None = None
     for kind, changed in (
         ("feet", world * [1.0, 1.0, _FOOT_M]),
         ("exchanged", world[:, [1, 0, 2]]),
         ("offset", None),
     ):
-        found = _some_read_so(kind, fits, model, world, changed)
-        if found is not None and (best is None or found.left.variance < best.left.variance):
-            best = found
-    # Any of these ways to part the points in two might have fitted by chance.
-    tried = 3.0 * 2.0 ** (n - 1)
-    if best is None or best.left.variance > _EXPLAINS * given.variance:
+        division = _best_division(kind, fits, model, world, changed)
+        if division is not None and (
+            best is None or division.misfit.variance < best.misfit.variance
+        ):
+            best = division
+    # Each division of the points into two groups is one of many tests.
+    tests = 3.0 * 2.0 ** (n - 1)
+    if best is None or best.misfit.variance > _MAX_REMAINING_VARIANCE * misfit.variance:
         return None
-    return best if far_better(best.left, given, _BY_CHANCE / tried) else None
+    return best if fits_far_better(best.misfit, misfit, _SIGNIFICANCE / tests) else None
 
 
-def _some_read_so(
+def _best_division(
     kind: str,
     fits: Sequence[Similarity],
     model: FloatArray,
     world: FloatArray,
     changed: FloatArray | None,
-) -> Mixed | None:
+) -> MixedValues | None:
     best: tuple[float, BoolArray, float] | None = None
     for fit in fits:
         misses = fit(model) - world
-        given = (misses**2).sum(axis=1)
+        squares = (misses**2).sum(axis=1)
         if changed is not None:
-            other = ((misses + world - changed) ** 2).sum(axis=1)
-            cost, which, offset = float(np.minimum(given, other).sum()), other < given, 0.0
+            changed_squares = ((misses + world - changed) ** 2).sum(axis=1)
+            cost, which, offset = (
+                float(np.minimum(squares, changed_squares).sum()),
+                changed_squares < squares,
+                0.0,
+            )
         else:
-            level = (misses[:, :2] ** 2).sum(axis=1)
+            horizontal_squares = (misses[:, :2] ** 2).sum(axis=1)
             offsets = misses[:, 2]
-            others = level + (offsets[None, :] - offsets[:, None]) ** 2
-            costs = np.minimum(given[None, :], others).sum(axis=1)
-            at = int(costs.argmin())
-            cost, which, offset = float(costs[at]), others[at] < given, float(offsets[at])
+            changed_squares_by_offset = (
+                horizontal_squares + (offsets[None, :] - offsets[:, None]) ** 2
+            )
+            costs = np.minimum(squares[None, :], changed_squares_by_offset).sum(axis=1)
+            index = int(costs.argmin())
+            cost, which, offset = (
+                float(costs[index]),
+                changed_squares_by_offset[index] < squares,
+                float(offsets[index]),
+            )
         if best is None or cost < best[0]:
             best = cost, which, offset
     if best is None:
@@ -94,40 +110,40 @@ def _some_read_so(
     if not 1 <= count < len(model) or (changed is None and min(count, len(model) - count) < 2):
         return None
     if changed is None:
-        return _with_offset(model, world, which, offset)
-    left = left_over(model, np.where(which[:, None], changed, world))
-    return None if left is None else Mixed(kind, which, None, left)
+        return _fit_offset(model, world, which, offset)
+    misfit = residual_misfit(model, np.where(which[:, None], changed, world))
+    return None if misfit is None else MixedValues(kind, which, None, misfit)
 
 
-def _with_offset(
+def _fit_offset(
     model: FloatArray, world: FloatArray, which: BoolArray, offset: float
-) -> Mixed | None:
-    """With the offset that leaves least over: the least of a parabola, twice."""
+) -> MixedValues | None:
+    """Fit the height offset of some rows by two steps of a parabola."""
 
-    def tried(value: float) -> Left | None:
-        return left_over(model, world + np.outer(which, [0.0, 0.0, value]), more=1)
+    def misfit_at(value: float) -> Misfit | None:
+        return residual_misfit(model, world + np.outer(which, [0.0, 0.0, value]), extra_unknowns=1)
 
     step = max(0.05 * abs(offset), 1e-3)
     for _ in range(3):
-        left = [tried(offset + side * step) for side in (-1.0, 0.0, 1.0)]
-        if any(each is None for each in left):
+        misfits = [misfit_at(offset + side * step) for side in (-1.0, 0.0, 1.0)]
+        if any(each is None for each in misfits):
             return None
-        below, middle, above = (each.variance for each in left if each is not None)
-        bent = below - 2.0 * middle + above
-        if not bent > 0.0:
+        below, middle, above = (each.variance for each in misfits if each is not None)
+        curvature = below - 2.0 * middle + above
+        if not curvature > 0.0:
             break
-        offset += float(np.clip(0.5 * step * (below - above) / bent, -5.0 * step, 5.0 * step))
+        offset += float(np.clip(0.5 * step * (below - above) / curvature, -5.0 * step, 5.0 * step))
         step *= 0.3
-    found = tried(offset)
-    return None if found is None else Mixed("offset", which, offset, found)
+    misfit = misfit_at(offset)
+    return None if misfit is None else MixedValues("offset", which, offset, misfit)
 
 
 def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
     n = len(model)
     every = itertools.combinations(range(n), 3)
     chance = np.random.default_rng(0)
-    few = math.comb(n, 3) <= _TRIPLES
-    triples = every if few else (chance.choice(n, 3, replace=False) for _ in range(_TRIPLES))
+    few = math.comb(n, 3) <= _MAX_TRIPLES
+    triples = every if few else (chance.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES))
     for triple in triples:
         rows = np.asarray(triple)
         try:
@@ -140,7 +156,7 @@ def mixed_row_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
     """Return a finding if some points are in another unit or column order than the others."""
-    mixed = mixed_values(model, world)
+    mixed = find_mixed_values(model, world)
     if mixed is None:
         return []
     which, offset = mixed.which, mixed.offset_m

@@ -1,4 +1,4 @@
-"""Points in two groups far apart, as in two zones, and which group is at the model."""
+"""Check for two distant groups of points, as in two zones, and find the one at the model."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from vomstudio.core.findings import Finding
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
 
-# Times what points are usually apart: in another place altogether.
-_FAR = 30.0
-# Of the reach: points in two places that are right fit better.
-_FITS = 0.05
-_MOST = 2000
-# Numbers of degrees beside numbers of metres.
-_NO_DEGREES = 1000.0
+# Ratio to the median spacing from which groups are separate.
+_SEPARATION_FACTOR = 30.0
+# Residual as a share of the extent below which two groups are correct.
+_MAX_RESIDUAL_SHARE = 0.05
+_MAX_POINTS = 2000
+# Minimum size of coordinates that cannot be degrees.
+_MIN_METRES = 1000.0
 
 
-def two_places(model: FloatArray, world: FloatArray) -> BoolArray | None:
+def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
     """Return a mask (n,) of the larger of two groups of points (n, 3) that are far apart.
 
     None if there is one group, or if the groups are far apart on the model too.
     """
     from scipy.cluster.hierarchy import fcluster, linkage
 
-    if not 4 <= len(world) <= _MOST:
+    if not 4 <= len(world) <= _MAX_POINTS:
         return None
     tree = linkage(world - world.mean(axis=0), "single")
     gaps = tree[:, 2]
-    limit = _FAR * max(float(np.median(gaps)), 1e-9)
-    if gaps[-1] <= limit or fit_as_they_are(model, world):
+    limit = _SEPARATION_FACTOR * max(float(np.median(gaps)), 1e-9)
+    if gaps[-1] <= limit or distances_agree(model, world):
         return None
     numbers = fcluster(tree, limit, "distance")
     largest = int(np.bincount(numbers).argmax())
     return np.asarray(numbers == largest)
 
 
-def fit_as_they_are(model: FloatArray, world: FloatArray) -> bool:
+def distances_agree(model: FloatArray, world: FloatArray) -> bool:
     """Return whether the distances of points on the model (n, 3) and in World (n, 3) agree."""
     local = world - world.mean(axis=0)
     try:
@@ -48,29 +48,29 @@ def fit_as_they_are(model: FloatArray, world: FloatArray) -> bool:
     except GeometryError:
         return False
     miss = float(((fit(model) - local) ** 2).sum())
-    return miss < _FITS**2 * float((local**2).sum())
+    return miss < _MAX_RESIDUAL_SHARE**2 * float((local**2).sum())
 
 
 def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask (n,) of the points in degrees, if the others are in metres."""
     flat = np.abs(world[:, :2])
     small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
-    large = flat.max(axis=1) > _NO_DEGREES
+    large = flat.max(axis=1) > _MIN_METRES
     both = small.any() and int(large.sum()) > 1 and (small | large).all()
     # A site is less than a degree across, which few are in metres.
     both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
-    return small if both and not fit_as_they_are(model, world) else np.zeros(len(world), bool)
+    return small if both and not distances_agree(model, world) else np.zeros(len(world), bool)
 
 
-def where_the_model_is(
+def select_group_at_model(
     model: FloatArray, world: FloatArray, which: BoolArray, inside: BoolArray
 ) -> BoolArray | None:
     """Return a mask (n,) of the correct one of two groups, None if it is not clear.
 
     which : (n,) mask of one group; inside : (n,) in the area of the CRS, False without one
     """
-    for own in (inside, _near_own(model, world)):
-        first, second = float(own[which].mean()), float(own[~which].mean())
+    for is_at_model in (inside, _near_model_coordinates(model, world)):
+        first, second = float(is_at_model[which].mean()), float(is_at_model[~which].mean())
         if first > 0.5 > second or second > 0.5 > first:
             return which if first > second else ~which
     count = int(which.sum())
@@ -79,12 +79,12 @@ def where_the_model_is(
     return which if 2 * count > len(world) else ~which
 
 
-def _near_own(model: FloatArray, world: FloatArray) -> BoolArray:
+def _near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask of points whose World coordinates are close to those on the model."""
     reach = float(np.linalg.norm(np.ptp(model, axis=0)))
     away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
-    far_out = np.linalg.norm(model[:, :2], axis=1) > _FAR * reach
-    return np.asarray(far_out & (away < _FAR * reach))
+    far_out = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * reach
+    return np.asarray(far_out & (away < _SEPARATION_FACTOR * reach))
 
 
 def separate_group_findings(
@@ -94,7 +94,7 @@ def separate_group_findings(
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
     names = [selected(labels, rows) for rows in (which, ~which)]
     off = float(np.linalg.norm(middles[0] - middles[1]))
-    if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _FAR:
+    if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _SEPARATION_FACTOR:
         return [Finding("control.group-swapped", first=names[0], second=names[1])]
     return [Finding("control.apart", first=names[0], second=names[1], distance_m=off)]
 

@@ -1,4 +1,4 @@
-"""Lists of points that were numbered in another order than the coordinates beside them."""
+"""Check for points whose coordinates are in another row order than their labels."""
 
 from __future__ import annotations
 
@@ -9,39 +9,43 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IndexArray
 from vomstudio.core.findings import Finding
-from vomstudio.registration.checks.comparison import Left, far_better, left_over
+from vomstudio.registration.checks.comparison import Misfit, fits_far_better, residual_misfit
 
-_FEWEST, _MOST = 5, 60
-_BY_CHANCE = 0.001
+_MIN_POINTS, _MAX_POINTS = 5, 60
+_SIGNIFICANCE = 0.001
 
 
-class Order(NamedTuple):
-    """The points `rows` have the coordinates of those in `others`; what is left over then."""
+class RowOrder(NamedTuple):
+    """Row order by which points fit: the points `rows` have the coordinates of `others`."""
 
     rows: IndexArray
     others: IndexArray
-    left: Left
+    misfit: Misfit
 
 
-def other_order(model: FloatArray, world: FloatArray) -> Order | None:
-    """The order of coordinates (n, 3) that fits points of the model (n, 3) best: some rows on, or
-    in reverse; None where none fits far better than the one given."""
+def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
+    """Find the shifted or reversed row order of coordinates that fits the points best.
+
+    model, world : (n, 3). Returns None if no order fits far better than the given one.
+    """
     n = len(model)
-    given = left_over(model, world)
-    if not _FEWEST <= n <= _MOST or given is None:
+    misfit_as_given = residual_misfit(model, world)
+    if not _MIN_POINTS <= n <= _MAX_POINTS or misfit_as_given is None:
         return None
     rows = np.arange(n)
-    tried = [(rows, np.roll(rows, -k)) for k in range(1, n)]
-    tried += [(rows, np.roll(rows[::-1], k)) for k in range(n)]
-    # A row was added to one of two lists, and the last one has no partner.
-    for k in range(1, min(n // 3, n - _FEWEST) + 1):
-        tried += [(rows[:-k], rows[k:]), (rows[k:], rows[:-k])]
-    best: Order | None = None
-    for own, others in tried:
-        left = left_over(model[own], world[others])
-        if left is not None and (best is None or left.variance < best.left.variance):
-            best = Order(own, others, left)
-    if best is None or not far_better(best.left, given, _BY_CHANCE / len(tried)):
+    orders = [(rows, np.roll(rows, -k)) for k in range(1, n)]
+    orders += [(rows, np.roll(rows[::-1], k)) for k in range(n)]
+    # A row was added to one of the lists, and the last one has no partner.
+    for k in range(1, min(n // 3, n - _MIN_POINTS) + 1):
+        orders += [(rows[:-k], rows[k:]), (rows[k:], rows[:-k])]
+    best: RowOrder | None = None
+    for model_rows, others in orders:
+        misfit = residual_misfit(model[model_rows], world[others])
+        if misfit is not None and (best is None or misfit.variance < best.misfit.variance):
+            best = RowOrder(model_rows, others, misfit)
+    if best is None or not fits_far_better(
+        best.misfit, misfit_as_given, _SIGNIFICANCE / len(orders)
+    ):
         return None
     return best
 
@@ -50,14 +54,14 @@ def row_order_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray, *, photos: bool = False
 ) -> list[Finding]:
     """Return a message if the coordinates of points or photos are those of other rows."""
-    found, given = other_order(model, world), left_over(model, world)
-    if found is None or given is None:
+    order, misfit = find_row_order(model, world), residual_misfit(model, world)
+    if order is None or misfit is None:
         return []
     words = {
-        "after_m": float(np.sqrt(3.0 * found.left.variance)),
-        "before_m": float(np.sqrt(3.0 * given.variance)),
-        "first": labels[int(found.rows[0])],
-        "second": labels[int(found.others[0])],
+        "after_m": float(np.sqrt(3.0 * order.misfit.variance)),
+        "before_m": float(np.sqrt(3.0 * misfit.variance)),
+        "first": labels[int(order.rows[0])],
+        "second": labels[int(order.others[0])],
     }
     if photos:
         return [Finding("control.other-order", **words, photos=True)]

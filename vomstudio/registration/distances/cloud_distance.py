@@ -1,4 +1,4 @@
-"""Signed distances from points to a cloud: to the planes that are fitted to it locally."""
+"""Signed distances from points to a cloud: to planes that are fitted to it locally."""
 
 from __future__ import annotations
 
@@ -8,26 +8,29 @@ from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.point_grid import PointGrid
-from vomstudio.registration.surface_points import Opposite
+from vomstudio.registration.surface_points import Counterparts
 
 RADIUS = 4.0
-"""Of the ball whose points make a local plane, in resolutions of the cloud: some fifty points, a
-surface's own bends as far as it shows them."""
-_GAP = 3.0
-"""A place this many resolutions from the nearest point, along the surface, is beyond its edge: of
-points at random on a plane one in 1e12 has its nearest neighbour so far away."""
-_BLOCK = 200_000
-_COARSE = 20_000
+"""Radius of the ball of a local plane, in resolutions of the cloud: some fifty points."""
+_MAX_GAP = 3.0
+"""Distance to the nearest point along the surface, in resolutions, that is beyond the edge: one in
+1e12 random points on a plane has its nearest neighbour so far away."""
+_BLOCK_SIZE = 200_000
+_MAX_COARSE_POINTS = 20_000
 _NEIGHBOURS = 10
-_OF_ONE_SIDE = 0.05
+_MIN_MEAN_NORMAL = 0.05
 
 
 class CloudSides:
-    """A cloud, ready to be asked on which side of it places lie, and how far.
+    """Cloud with consistent normals, for signed distances.
 
-    resolution : of its points, in its own unit
-    toward : (m, 3) places and (m, 3) normals of a surface with sides that lies near, for a cloud
-        whose file tells none
+    Parameters
+    ----------
+    cloud : PointCloud
+    resolution : float
+        Of its points, in its own unit.
+    toward : ((m, 3) array, (m, 3) array), optional
+        Places and normals of a nearby surface with sides, for a cloud whose file has no normals.
     """
 
     def __init__(
@@ -38,8 +41,8 @@ class CloudSides:
     ) -> None:
         from scipy.spatial import cKDTree
 
-        sound = np.isfinite(cloud.points).all(axis=1)
-        self._points = np.asarray(cloud.points[sound], np.float64)
+        is_finite = np.isfinite(cloud.points).all(axis=1)
+        self._points = np.asarray(cloud.points[is_finite], np.float64)
         self._origin = self._points[0] if len(self._points) else np.zeros(3)
         self.resolution = resolution
         self._tree = cKDTree(
@@ -47,71 +50,79 @@ class CloudSides:
         )
         self._radius = RADIUS * resolution
         self._grid = PointGrid(self._points, self._radius)
-        self.told_by = "file"
+        self.source = "file"
         if has_sides(cloud):
             assert cloud.normals is not None
-            self._own: FloatArray | None = np.asarray(cloud.normals[sound], np.float64)
+            self._file_normals: FloatArray | None = np.asarray(cloud.normals[is_finite], np.float64)
             self._sides = None
         else:
-            self._own = None
+            self._file_normals = None
             self._sides = self._find_sides(toward)
 
     @property
     def mean_normal(self) -> FloatArray:
-        """(3,) sum of the normals of points spread over it."""
-        if self._own is not None:
-            return np.asarray(self._own.sum(axis=0), np.float64)
+        """Return the sum (3,) of the normals of points spread over the cloud."""
+        if self._file_normals is not None:
+            return np.asarray(self._file_normals.sum(axis=0), np.float64)
         assert self._sides is not None
         return np.asarray(self._sides[1].sum(axis=0), np.float64)
 
     @property
     def total(self) -> float:
-        """As long as that sum would be if all lay alike."""
-        normals = self._own if self._own is not None else self._sides[1]  # type: ignore[index]
+        """Return the length of that sum if all normals were parallel."""
+        normals = self._file_normals if self._file_normals is not None else self._sides[1]  # type: ignore[index]
         return float(np.linalg.norm(normals, axis=1).sum())
 
-    def opposite(self, places: FloatArray, progress: Progress | None = None) -> Opposite:
-        """What of the cloud lies opposite the places (n, 3). Raises Cancelled through `progress`,
-        whose steps are places."""
+    def find_counterparts(
+        self, places: FloatArray, progress: Progress | None = None
+    ) -> Counterparts:
+        """Return the signed distances of places (n, 3).
+
+        Raises Cancelled through `progress`, whose steps are places.
+        """
         progress = progress or Silent()
         n = len(places)
-        distance, beside, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
-        for start in range(0, n, _BLOCK):
-            rows = slice(start, min(start + _BLOCK, n))
-            distance[rows], beside[rows], normal[rows] = self._block(places[rows])
+        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        for start in range(0, n, _BLOCK_SIZE):
+            rows = slice(start, min(start + _BLOCK_SIZE, n))
+            distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
             progress.step(rows.stop)
-        return Opposite(distance, beside, normal)
+        return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         n = len(places)
-        distance, beside, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         rows = np.flatnonzero(np.isfinite(places).all(axis=1))
         _, nearest = self._tree.query(places[rows] - self._origin, workers=-1)
-        which, again = np.unique(nearest, return_inverse=True)
-        planes = self._grid.planes(self._points[which], self._radius)
+        unique_nearest, inverse = np.unique(nearest, return_inverse=True)
+        planes = self._grid.planes(self._points[unique_nearest], self._radius)
         # Fewer than three points, or points on a line, have no plane: the nearest point counts.
-        flat = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
-        ways = self.turned(self._points[which], planes.normal, which)
-        ways, flat, middle = ways[again], flat[again], planes.mean[again]
+        has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
+        normals = self.turned(self._points[unique_nearest], planes.normal, unique_nearest)
+        normals, has_plane, middle = normals[inverse], has_plane[inverse], planes.mean[inverse]
         off = places[rows] - self._points[nearest]
-        straight = np.linalg.norm(off, axis=1)
-        along = np.einsum("ij,ij->i", off, ways)
-        aside = np.sqrt(np.maximum(straight**2 - along**2, 0.0))
-        signed = np.einsum("ij,ij->i", places[rows] - middle, ways)
-        distance[rows] = np.where(flat, signed, straight)
-        beside[rows] = np.where(flat & (aside <= _GAP * self.resolution), 0.0, aside)
-        normal[rows] = ways
-        return distance, beside, normal
+        length = np.linalg.norm(off, axis=1)
+        height = np.einsum("ij,ij->i", off, normals)
+        along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
+        signed = np.einsum("ij,ij->i", places[rows] - middle, normals)
+        distance[rows] = np.where(has_plane, signed, length)
+        beyond_edge[rows] = np.where(
+            has_plane & (along_surface <= _MAX_GAP * self.resolution), 0.0, along_surface
+        )
+        normal[rows] = normals
+        return distance, beyond_edge, normal
 
     def turned(
         self, places: FloatArray, normals: FloatArray, rows: IntArray | None = None
     ) -> FloatArray:
-        """(k, 3) normals at places turned to the cloud's side. rows : of its points, where the
-        places are these"""
-        if self._own is not None:
+        """Orient normals (k, 3) at places (k, 3) to the side of the cloud.
+
+        rows : (k,) points of the cloud, if the places are these
+        """
+        if self._file_normals is not None:
             if rows is None:
                 rows = np.asarray(self._tree.query(places - self._origin, workers=-1)[1])
-            sides = self._own[rows]
+            sides = self._file_normals[rows]
         else:
             from scipy.spatial import cKDTree
 
@@ -124,10 +135,10 @@ class CloudSides:
     def _find_sides(
         self, toward: tuple[FloatArray, FloatArray] | None
     ) -> tuple[FloatArray, FloatArray]:
-        """Some places of the cloud, and normals that are all on one side."""
+        """Return some places of the cloud, and normals that are all on one side."""
         from scipy.spatial import cKDTree
 
-        places = self._points[:: max(1, len(self._points) // _COARSE)]
+        places = self._points[:: max(1, len(self._points) // _MAX_COARSE_POINTS)]
         # Normals of a scale at which neighbours of these few places are like each other.
         sparse = self.resolution * np.sqrt(max(len(self._points) / max(len(places), 1), 1.0))
         radius = max(self._radius, 2.0 * sparse)
@@ -140,7 +151,7 @@ class CloudSides:
         near = None
         if toward is not None and len(toward[0]):
             near = toward[1][cKDTree(toward[0]).query(places)[1]]
-        self.told_by = "up" if near is None else "model"
+        self.source = "up" if near is None else "model"
         for part in np.unique(parts):
             rows = parts == part
             if near is not None:
@@ -153,24 +164,35 @@ class CloudSides:
 
 
 def has_sides(cloud: PointCloud) -> bool:
-    """Whether each point has a normal; some files have columns of zeros."""
+    """Return whether each point has a normal; some files have columns of zeros."""
     normals = cloud.normals
     return normals is not None and bool((np.abs(normals).max(axis=1, initial=0.0) > 0.5).all())
 
 
 def upper_side(mean: FloatArray) -> float:
-    """Positive of a vector that points up; of one nearly level that points east, or north."""
+    """Return 1 for a vector that points up (if nearly level: east, or north), else -1."""
     size = float(np.linalg.norm(mean))
     for axis in (2, 0, 1):
-        if abs(mean[axis]) > _OF_ONE_SIDE * size:
+        if abs(mean[axis]) > _MIN_MEAN_NORMAL * size:
             return float(mean[axis])
     return 1.0
 
 
 def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
-    """(k, 3) normals of k places on a surface turned to one side, which spreads from neighbour to
-    neighbour, most alike first (Hoppe et al. 1992, SIGGRAPH 26, 71); and (k,) which of them hang
-    together."""
+    """Orient normals consistently by propagation between neighbours.
+
+    The most parallel neighbours come first (Hoppe et al. 1992, SIGGRAPH 26, 71).
+
+    Parameters
+    ----------
+    places, normals : (k, 3) array
+
+    Returns
+    -------
+    normals : (k, 3) array
+    parts : (k,) array of int
+        Connected part of each place.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import (
         breadth_first_order,

@@ -1,4 +1,4 @@
-"""How far a model lies from a benchmark, and what of that is more than chance."""
+"""Distances of a model from a benchmark, and their level of detection."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.registration.distances import m3c2
 from vomstudio.registration.distances.cloud_distance import CloudSides, has_sides
 from vomstudio.registration.distances.mesh_distance import MeshSides
-from vomstudio.registration.overlap import refuse_apart
-from vomstudio.registration.surface_points import Opposite, points_of, surface_points
+from vomstudio.registration.overlap import require_overlap
+from vomstudio.registration.surface_points import Counterparts, points_of, surface_points
 
-# Nearly all nearest distances, and what a normal of the model's lengthens them by.
-_MOST_SHARE, _LONGER = 99.0, 1.5
-# A benchmark whose normals cancel out has no side as a whole.
-_ONE_SIDED = 0.2
-_FEW_SHARE = 0.5
-# Of the cylinder's radius: faces larger than the square of it get points.
+# Percentile of the nearest distances that cylinders cover, and margin for inclined normals.
+_REACH_PERCENTILE, _REACH_FACTOR = 99.0, 1.5
+# Ratio of the mean normal below which a benchmark has no overall side.
+_MIN_MEAN_NORMAL = 0.2
+_PARTIAL_SHARE = 0.5
+# Spacing of added points on large faces, as a share of the cylinder's radius.
 _POINT_SPACING = 0.25
 
 
 @dataclass(frozen=True)
 class Toward:
-    """A direction, degrees."""
+    """Direction, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -44,18 +44,33 @@ class Toward:
 class Comparison(PrintableResult):
     """Signed distances from a benchmark to a model, metres, and their statistics.
 
-    n : distances; beyond : points of the model that have no counterpart, and no distance
-    mean_m, median_m : accuracy, what is wrong throughout; std_m (n - 1), mad_m (median absolute
-        deviation from the median, as it is): precision, what differs from place to place
-    rms_m : both together
-    lod95_m : median level of detection, significant_share : of the distances that have one, those
-        beyond it; None without M3C2
-    method : "nearest" or "m3c2"; radius_m, normal_radius_m, reach_m : of its cylinders and balls
-    registration_error_m : one sigma, as it entered the level of detection
-    positive_toward : where distances are positive, on the whole; None of a closed body
-    sides_by : what tells the benchmark's side: the "winding" of its faces, the "normals" of its
-        file, the "model", or "up"
-    distances, lod95 : (k,) of all points of the model in their order, NaN where there is none
+    Attributes
+    ----------
+    n : int
+        Number of distances.
+    beyond : int
+        Points of the model without a counterpart or a distance.
+    mean_m, median_m : float
+        Accuracy: the systematic error.
+    std_m, mad_m : float
+        Precision: standard deviation (n - 1), and median absolute deviation from the median.
+    rms_m : float
+    lod95_m : float or None
+        Median level of detection; None without M3C2.
+    significant_share : float or None
+        Share of the distances with a level of detection that exceed it; None without M3C2.
+    method : {"nearest", "m3c2"}
+    radius_m, normal_radius_m, reach_m : float or None
+        Of cylinders and balls of M3C2.
+    registration_error_m : float or None
+        One sigma, as part of the level of detection.
+    positive_toward : Toward or None
+        Mean direction of positive distances; None for a closed body.
+    sides_by : str
+        Source of the benchmark's side: "winding" of its faces, "normals" of its file, "model", or
+        "up".
+    distances, lod95 : (k,) array
+        Of all points of the model in their order, NaN if there is none.
     """
 
     n: int
@@ -79,14 +94,13 @@ class Comparison(PrintableResult):
     lod95: FloatArray | None = field(metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, AnyArray]:
-        """Fields of the model's points: `distance_m`, and with M3C2 `lod95_m` and `significant`
-        (0 or 1)."""
-        told: dict[str, AnyArray] = {"distance_m": self.distances}
+        """Return `distance_m` of the points, with M3C2 `lod95_m` and `significant` (0 or 1)."""
+        columns: dict[str, AnyArray] = {"distance_m": self.distances}
         if self.lod95 is not None:
-            told["lod95_m"] = self.lod95
+            columns["lod95_m"] = self.lod95
             with np.errstate(invalid="ignore"):
-                told["significant"] = (np.abs(self.distances) > self.lod95).astype(np.uint8)
-        return told
+                columns["significant"] = (np.abs(self.distances) > self.lod95).astype(np.uint8)
+        return columns
 
 
 def compare(
@@ -97,26 +111,41 @@ def compare(
     registration_error_m: float | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """The distances of a model's points from a benchmark, both in World.
+    """Compute the distances of a model's points from a benchmark.
 
-    Without `radius_m` to the nearest point of the benchmark: of a mesh, on its triangles; of a
-    cloud, on the plane that is fitted to it there. With it M3C2 in cylinders of this radius.
-    registration_error_m : one sigma of how they are placed to each other, for M3C2
-    Raises GeometryError where they do not overlap, Cancelled through `progress`, whose steps are
-    points.
+    Parameters
+    ----------
+    model, benchmark : Mesh or PointCloud
+        World.
+    radius_m : float, optional
+        Radius of the cylinders of M3C2. Default: distances to the nearest triangle of a mesh, or to
+        the nearest local plane of a cloud.
+    registration_error_m : float, optional
+        Relative position of the two, one sigma, for M3C2.
+    progress : Progress, optional
+        Raises Cancelled; its steps are points.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    GeometryError
+        If the two do not overlap.
     """
     progress = progress or Silent()
     places = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
             raise GeometryError(Finding("comparison.no-points", name=name))
-    refuse_apart(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
+    require_overlap(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
     progress.stage(tr("Preparing the benchmark"), None)
     sides, by = _sides(model, benchmark)
     progress.stage(tr("Computing distances"), len(places))
-    near = sides.opposite(places, progress)
+    near = sides.find_counterparts(places, progress)
     slack = _spacing(model)
-    beyond = ~np.isfinite(near.distance) | (near.beside > (slack if by == "winding" else 0.0))
+    beyond = ~np.isfinite(near.distance) | (near.beyond_edge > (slack if by == "winding" else 0.0))
     findings: list[Finding] = []
     distances, lod95, reach = np.where(beyond, np.nan, near.distance), None, None
     if radius_m is not None:
@@ -128,7 +157,7 @@ def compare(
         if registration_error_m is None:
             findings.append(Finding("comparison.error-assumed"))
     figures = statistics(distances, lod95)
-    if len(places) - figures["n"] > _FEW_SHARE * len(places):
+    if len(places) - figures["n"] > _PARTIAL_SHARE * len(places):
         findings.append(
             Finding("comparison.partial", share_percent=100.0 * figures["n"] / len(places))
         )
@@ -148,28 +177,44 @@ def compare(
 
 
 def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any]:
-    """n, beyond, mean_m, median_m, std_m, mad_m, rms_m, lod95_m and significant_share of distances
-    (k,), of which those that are not finite are beyond. Raises GeometryError where none is left."""
-    there = np.isfinite(distances)
-    left = distances[there]
-    if not len(left):
+    """Compute the statistics of a comparison.
+
+    Parameters
+    ----------
+    distances : (k,) array
+        Metres; not finite for points beyond the benchmark.
+    lod95 : (k,) array or None
+
+    Returns
+    -------
+    dict
+        Fields of `Comparison` from `n` to `significant_share`.
+
+    Raises
+    ------
+    GeometryError
+        If no distance is finite.
+    """
+    is_finite = np.isfinite(distances)
+    valid = distances[is_finite]
+    if not len(valid):
         raise GeometryError(Finding("comparison.no-overlap"))
-    median = float(np.median(left))
+    median = float(np.median(valid))
     lod: float | None = None
     share: float | None = None
     if lod95 is not None:
-        known = there & np.isfinite(lod95)
+        known = is_finite & np.isfinite(lod95)
         if known.any():
             lod = float(np.median(lod95[known]))
             share = float((np.abs(distances[known]) > lod95[known]).mean())
     return {
-        "n": len(left),
-        "beyond": len(distances) - len(left),
-        "mean_m": float(left.mean()),
+        "n": len(valid),
+        "beyond": len(distances) - len(valid),
+        "mean_m": float(valid.mean()),
         "median_m": median,
-        "std_m": float(left.std(ddof=1)) if len(left) > 1 else None,
-        "mad_m": float(np.median(np.abs(left - median))),
-        "rms_m": float(np.sqrt((left**2).mean())),
+        "std_m": float(valid.std(ddof=1)) if len(valid) > 1 else None,
+        "mad_m": float(np.median(np.abs(valid - median))),
+        "rms_m": float(np.sqrt((valid**2).mean())),
         "lod95_m": lod,
         "significant_share": share,
     }
@@ -177,12 +222,12 @@ def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any
 
 def _bounds(data: Mesh | PointCloud) -> FloatArray:
     points = points_of(data)
-    sound = points[np.isfinite(points).all(axis=1)]
-    return np.array([sound.min(axis=0), sound.max(axis=0)])
+    finite_points = points[np.isfinite(points).all(axis=1)]
+    return np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
 
 
 def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any, str]:
-    """The benchmark with its sides, and by what these are told."""
+    """Return the benchmark with its sides, and their source."""
     if isinstance(benchmark, Mesh) and len(benchmark.faces):
         return MeshSides(benchmark), "winding"
     cloud = benchmark
@@ -199,31 +244,31 @@ def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any,
         assert model.normals is not None
         step = max(1, len(model.points) // 50_000)
         toward = (model.points[::step], np.asarray(model.normals[::step], np.float64))
-    found = CloudSides(cloud, _spacing(cloud), toward)
-    return found, {"file": "normals", "model": "model", "up": "up"}[found.told_by]
+    cloud_sides = CloudSides(cloud, _spacing(cloud), toward)
+    return cloud_sides, {"file": "normals", "model": "model", "up": "up"}[cloud_sides.source]
 
 
 def _spacing(data: Mesh | PointCloud) -> float:
-    """Effective resolution; of points that tell none, nothing."""
+    """Return the effective resolution, a tiny number if it is unknown."""
     from vomstudio.io.models.opening import resolution
 
     if isinstance(data, PointCloud):
         data = PointCloud(data.points[np.isfinite(data.points).all(axis=1)])
-    found = resolution(data)
-    return found if np.isfinite(found) and found > 0 else 1e-9
+    spacing = resolution(data)
+    return spacing if np.isfinite(spacing) and spacing > 0 else 1e-9
 
 
 def _reach(distances: FloatArray, radius: float) -> float:
-    """How far a cylinder goes to either side: past nearly all of the nearest distances."""
-    found = np.abs(distances[np.isfinite(distances)])
-    far = float(np.percentile(found, _MOST_SHARE)) if len(found) else 0.0
-    return max(2.0 * radius, _LONGER * far + radius)
+    """Return the half length of cylinders that covers nearly all nearest distances."""
+    absolute = np.abs(distances[np.isfinite(distances)])
+    far = float(np.percentile(absolute, _REACH_PERCENTILE)) if len(absolute) else 0.0
+    return max(2.0 * radius, _REACH_FACTOR * far + radius)
 
 
 def _m3c2(
     model: Mesh | PointCloud,
     benchmark: Mesh | PointCloud,
-    near: Opposite,
+    near: Counterparts,
     beyond: BoolArray,
     radius: float,
     reach: float,
@@ -244,7 +289,7 @@ def _m3c2(
     normals = m3c2.normals_at(
         clouds[0], core, m3c2.NORMAL_SCALE * radius, near.normal[rows], progress
     )
-    found = m3c2.project(
+    projection = m3c2.project(
         core,
         normals,
         clouds[0],
@@ -254,25 +299,28 @@ def _m3c2(
         registration_error=error,
         progress=progress,
     )
-    there = np.isfinite(found.distance)
-    few = there & ~np.isfinite(found.lod95)
-    if few.sum() > 0.1 * max(there.sum(), 1):
+    has_distance = np.isfinite(projection.distance)
+    few = has_distance & ~np.isfinite(projection.lod95)
+    if few.sum() > 0.1 * max(has_distance.sum(), 1):
         findings.append(
             Finding(
                 "comparison.few-points",
-                share_percent=100.0 * few.sum() / there.sum(),
-                count=m3c2.FEWEST,
+                share_percent=100.0 * few.sum() / has_distance.sum(),
+                count=m3c2.MIN_POINTS,
             )
         )
     distances, lod95 = np.full(len(places), np.nan), np.full(len(places), np.nan)
-    distances[rows], lod95[rows] = found.distance, np.where(there, found.lod95, np.nan)
+    distances[rows], lod95[rows] = (
+        projection.distance,
+        np.where(has_distance, projection.lod95, np.nan),
+    )
     return distances, lod95
 
 
 def _toward(sides: MeshSides | CloudSides) -> Toward | None:
     mean = sides.mean_normal
     size = float(np.linalg.norm(mean))
-    if not size > _ONE_SIDED * sides.total:
+    if not size > _MIN_MEAN_NORMAL * sides.total:
         return None
     line = Line.from_vector(mean, directed=True)
     return Toward(line.trend_deg, line.plunge_deg)

@@ -1,8 +1,8 @@
-"""Distances between clouds along local normals, with what of them can be told from roughness.
+"""Distances between clouds along local normals, with a level of detection from roughness.
 
-M3C2 after Lague, Brodu & Leroux 2013 (ISPRS J. Photogramm. Remote Sens. 82, 10): around each core
-point a normal at one scale, along it a cylinder at another, in the cylinder the mean of each cloud;
-the distance is what lies between the means, the level of detection (95 %)
+M3C2 after Lague, Brodu & Leroux 2013 (ISPRS J. Photogramm. Remote Sens. 82, 10): a normal at one
+scale around each core point, and along it a cylinder at another scale with the mean of each cloud.
+The distance is that between the means, the level of detection (95 %)
 1.96 (sqrt(s1^2 / n1 + s2^2 / n2) + reg).
 """
 
@@ -20,17 +20,24 @@ from vomstudio.geometry.nearby.point_grid import PointGrid
 Z95 = 1.96
 """As published."""
 NORMAL_SCALE = 2.0
-"""Radius of the ball that gives a normal, in radii of the cylinder."""
-FEWEST = 5
-"""Points of each cloud below which a standard deviation tells nothing."""
+"""Radius of the ball of a normal, in radii of the cylinder."""
+MIN_POINTS = 5
+"""Minimum number of points of each cloud for a standard deviation."""
 
 
 @dataclass(frozen=True, eq=False)
-class Projected:
-    """distance : (n,) the first cloud less the second along the normal; NaN where either has no
-        point in the cylinder
-    lod95 : (n,) below which a distance is none; NaN where either cloud has fewer than FEWEST points
-    normal : (n, 3); count : (n, 2) points of each cloud in the cylinder
+class Projection:
+    """Result of `project`.
+
+    Attributes
+    ----------
+    distance : (n,) array
+        First cloud minus second along the normal; NaN if either has no point in the cylinder.
+    lod95 : (n,) array
+        Level of detection; NaN if either cloud has fewer than MIN_POINTS points.
+    normal : (n, 3) array
+    count : (n, 2) array
+        Points of each cloud in the cylinder.
     """
 
     distance: FloatArray
@@ -46,11 +53,26 @@ def normals_at(
     sides: FloatArray,
     progress: Progress | None = None,
 ) -> FloatArray:
-    """(n, 3) unit normals of a cloud (m, 3) at places (n, 3), by the points within `radius`, turned
-    to the side of the vectors `sides` (n, 3); NaN where there are fewer than three points."""
-    found = PointGrid(cloud, radius).planes(places, radius, progress).normal
-    signs = np.where(np.einsum("ij,ij->i", found, sides) < 0, -1.0, 1.0)
-    return np.asarray(found * signs[:, None], np.float64)
+    """Compute unit normals of a cloud.
+
+    Parameters
+    ----------
+    cloud : (m, 3) array
+    places : (n, 3) array
+    radius : float
+        Of the points of a normal.
+    sides : (n, 3) array
+        Vectors to whose side the normals are turned.
+    progress : Progress, optional
+
+    Returns
+    -------
+    (n, 3) array
+        NaN for fewer than three points.
+    """
+    normals = PointGrid(cloud, radius).planes(places, radius, progress).normal
+    signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
+    return np.asarray(normals * signs[:, None], np.float64)
 
 
 def project(
@@ -63,13 +85,23 @@ def project(
     reach: float,
     registration_error: float = 0.0,
     progress: Progress | None = None,
-) -> Projected:
-    """Distances at core points (n, 3) along unit normals (n, 3) between two clouds, (k, 3) and
-    (l, 3), all in one frame and unit.
+) -> Projection:
+    """Compute distances between two clouds along normals at core points.
 
-    radius : of the cylinder; reach : how far it goes to either side of the core point
-    registration_error : one sigma of how the clouds are placed to each other
-    Raises Cancelled through `progress`.
+    Parameters
+    ----------
+    core, normals : (n, 3) array
+        Core points and unit normals.
+    first, second : (k, 3) and (l, 3) array
+        Clouds in the same frame and unit.
+    radius : float
+        Of the cylinder.
+    reach : float
+        Half length of the cylinder.
+    registration_error : float
+        Relative position of the clouds, one sigma.
+    progress : Progress, optional
+        Raises Cancelled.
     """
     progress = progress or Silent()
     sums = []
@@ -82,5 +114,5 @@ def project(
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.sqrt(a.deviation**2 / a.count + b.deviation**2 / b.count)
     lod95 = Z95 * (spread + registration_error)
-    lod95[(count < FEWEST).any(axis=1)] = np.nan
-    return Projected(a.mean - b.mean, lod95, normals, count)
+    lod95[(count < MIN_POINTS).any(axis=1)] = np.nan
+    return Projection(a.mean - b.mean, lod95, normals, count)

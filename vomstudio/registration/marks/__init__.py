@@ -1,1 +1,1 @@
-"""Marks of points in photos: which contradict each other, and which meet nothing."""
+"""Marks of points in photos: contradictions, and labels or photos without counterparts."""

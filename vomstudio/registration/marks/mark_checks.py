@@ -1,5 +1,8 @@
-"""Marks of control points in photos that do not meet what they belong to: labels without
-coordinates, photos that are no cameras of the model, and pixels that are counted otherwise."""
+"""Check marks of control points for labels, photos and pixels that do not match.
+
+Labels may lack coordinates, photos may not be cameras of the model, and pixels may be counted in
+another way.
+"""
 
 from __future__ import annotations
 
@@ -21,45 +24,45 @@ from vomstudio.registration.similarity import fit_similarity
 
 Marked = tuple[str, str, float, float]
 
-_ALIKE = 0.6
-# Photos that are looked at, those with most marks.
-_MOST_PHOTOS = 40
-# Pixels: rays of hand-set marks that miss by less agree, and surveyed points that are seen so near.
-_AGREE_PX, _SEEN_PX = 4.0, 20.0
-# Counted otherwise, they must meet so many times as well.
-_FAR_BETTER = 5.0
-# Observations beyond those that place the points: of fewer a scale could please all by chance.
-_FEWEST_LEFT = 6
-_FEWEST_POINTS = 4
-_INSIDE = 0.9
-# Natural logarithms of how many times as large the photos may be as those that were marked.
-_SCALES = np.linspace(-3.0, 3.0, 61)
-_SAME_SIZE = 0.05
-# Sizes that copies usually have are taken where they fit about as well as the best.
-_USUAL_SIZES = [math.log(times) for times in (0.125, 0.25, 1 / 3, 0.5, 2 / 3, 0.75)]
-_USUAL_SIZES += [-logarithm for logarithm in _USUAL_SIZES]
-_AS_GOOD = 2.0
+_MIN_SIMILARITY = 0.6
+# Maximum number of checked photos, those with most marks.
+_MAX_PHOTOS = 40
+# Pixels within which marks agree with each other, and with surveyed points.
+_MAX_RAY_PX, _MAX_POINT_PX = 4.0, 20.0
+# Minimum improvement of residuals by another pixel convention.
+_MIN_IMPROVEMENT = 5.0
+# Minimum redundancy: with less, a scale could fit by chance.
+_MIN_REDUNDANCY = 6
+_MIN_POINTS = 4
+_MIN_SHARE_INSIDE = 0.9
+# Natural logarithms of the size of the photos relative to the marked copies.
+_LOG_SIZES = np.linspace(-3.0, 3.0, 61)
+_SIZE_TOLERANCE = 0.05
+# Common sizes of copies are preferred if they fit about as well as the best.
+_COMMON_LOG_SIZES = [math.log(times) for times in (0.125, 0.25, 1 / 3, 0.5, 2 / 3, 0.75)]
+_COMMON_LOG_SIZES += [-logarithm for logarithm in _COMMON_LOG_SIZES]
+_COMMON_SIZE_FACTOR = 2.0
 
 
 # --- names ----------------------------------------------------------------------------------------
 def nearest(name: str, known: Sequence[str]) -> str | None:
-    """The one of the known names that is most like this one, None where none is."""
-    wanted = _plain(name)
-    same = [other for other in known if _plain(other) == wanted]
+    """Return the known name that is most similar to a name, if any."""
+    normalised = _normalise(name)
+    same = [other for other in known if _normalise(other) == normalised]
     if len(same) == 1:
         return same[0]
-    close = get_close_matches(name, known, 1, _ALIKE)
+    close = get_close_matches(name, known, 1, _MIN_SIMILARITY)
     return close[0] if close else None
 
 
-def _plain(name: str) -> str:
-    """Without case, spaces, punctuation and leading zeros."""
-    bare = re.sub(r"[\W_]+", "", name.casefold())
-    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), bare)
+def _normalise(name: str) -> str:
+    """Remove case, spaces, punctuation and leading zeros."""
+    letters = re.sub(r"[\W_]+", "", name.casefold())
+    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), letters)
 
 
-def _with_nearest(names: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return the names, each with the known one that it is most like."""
+def _suggest_names(names: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return the names, each with the most similar known one."""
     hints = []
     for name in names:
         near = nearest(name, known)
@@ -70,24 +73,29 @@ def _with_nearest(names: Sequence[str], known: Sequence[str]) -> list[str]:
 def name_findings(
     points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
 ) -> list[Finding]:
-    """What keeps marks and points apart: photos that are no cameras, labels that have no
-    coordinates, points in fewer than two photos.
+    """Return findings about marks and points that do not match.
 
-    points : labels that have coordinates
+    Photos that are not cameras, labels without coordinates, points in fewer than two photos.
+
+    points : labels with coordinates
     """
     find = finder(list(views))
-    strange = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
-    unknown = sorted({label for label, *_ in marks} - set(points))
-    seen = photos_of(points, marks, views)
-    few = [label for label, photos in seen.items() if len(photos) < 2]
+    unknown_photos = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
+    unknown_labels = sorted({label for label, *_ in marks} - set(points))
+    photos_by_label = photos_of(points, marks, views)
+    few = [label for label, photos in photos_by_label.items() if len(photos) < 2]
     findings = []
-    if strange:
+    if unknown_photos:
         findings.append(
-            Finding("control.photos-without-pose", photos=_with_nearest(strange, list(views)))
+            Finding(
+                "control.photos-without-pose", photos=_suggest_names(unknown_photos, list(views))
+            )
         )
-    if unknown:
+    if unknown_labels:
         findings.append(
-            Finding("control.without-coordinates", labels=_with_nearest(unknown, list(points)))
+            Finding(
+                "control.without-coordinates", labels=_suggest_names(unknown_labels, list(points))
+            )
         )
     if few:
         findings.append(Finding("control.few-marks", labels=few))
@@ -97,30 +105,30 @@ def name_findings(
 def photos_of(
     points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
 ) -> dict[str, set[str]]:
-    """Of each label in `points` the photos of the model in which it is marked."""
+    """Return the photos of the model in which each label of `points` is marked."""
     find = finder(list(views))
-    seen: dict[str, set[str]] = {label: set() for label in points}
+    photos_by_label: dict[str, set[str]] = {label: set() for label in points}
     for label, photo, _, _ in marks:
         name = find(photo)
-        if name is not None and label in seen:
-            seen[label].add(name)
-    return seen
+        if name is not None and label in photos_by_label:
+            photos_by_label[label].add(name)
+    return photos_by_label
 
 
 def finder(names: Sequence[str]) -> Callable[[str], str | None]:
-    """What finds the one of these names that a photo is meant by."""
+    """Return a function that finds the name of a photo among names."""
     find = photo_finder(names)
 
-    def found(photo: str) -> str | None:
+    def find_name(photo: str) -> str | None:
         number = find(photo.replace("\\", "/"))
         return None if number is None else names[number]
 
-    return found
+    return find_name
 
 
 # --- pixels that are counted otherwise ------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _PhotoMarks:
     """All marks of one photo: rows of their points, and pixels."""
 
     view: View
@@ -129,9 +137,11 @@ class _Seen:
 
 
 @dataclass(frozen=True)
-class _Otherwise:
-    """turn : (2, 2), of (column, row); start : where their beginning lies in the photo, as shares
-    of its size"""
+class _PixelConvention:
+    """Another convention of pixels.
+
+    turn : (2, 2), of (column, row); start : its origin in the photo, as shares of the size
+    """
 
     words: str
     turn: tuple[tuple[int, int], tuple[int, int]]
@@ -142,108 +152,134 @@ class _Otherwise:
         return np.asarray(pixels @ np.array(self.turn, np.float64).T + size * self.start)
 
 
-def _counted_otherwise() -> Iterator[_Otherwise]:
-    """All ways in which a corner, or the middle, of a photo is taken for the beginning."""
-    yield _Otherwise(tr("column and row are exchanged"), ((0, 1), (1, 0)))
-    yield _Otherwise(tr("rows are counted from the lower edge"), ((1, 0), (0, -1)), (0, 1))
-    yield _Otherwise(tr("columns are counted from the right edge"), ((-1, 0), (0, 1)), (1, 0))
+def _other_conventions() -> Iterator[_PixelConvention]:
+    """Return all conventions with the origin at a corner or the middle of a photo."""
+    yield _PixelConvention(tr("column and row are exchanged"), ((0, 1), (1, 0)))
+    yield _PixelConvention(tr("rows are counted from the lower edge"), ((1, 0), (0, -1)), (0, 1))
+    yield _PixelConvention(tr("columns are counted from the right edge"), ((-1, 0), (0, 1)), (1, 0))
     for angle, turn, start in (
         (180, ((-1, 0), (0, -1)), (1, 1)),
         (90, ((0, 1), (-1, 0)), (0, 1)),
         (270, ((0, -1), (1, 0)), (1, 0)),
     ):
         turned = tr("the photos were turned by {angle}° when they were marked", angle=angle)
-        yield _Otherwise(turned, turn, start)
+        yield _PixelConvention(turned, turn, start)
     exchanged = tr("column and row are exchanged and counted from the lower right corner")
-    yield _Otherwise(exchanged, ((0, -1), (-1, 0)), (1, 1))
+    yield _PixelConvention(exchanged, ((0, -1), (-1, 0)), (1, 1))
     middle = tr("they are counted from the middle of the photo, with rows upward")
-    yield _Otherwise(middle, ((1, 0), (0, -1)), (0.5, 0.5))
+    yield _PixelConvention(middle, ((1, 0), (0, -1)), (0.5, 0.5))
     middle = tr("they are counted from the middle of the photo, with rows downward")
-    yield _Otherwise(middle, ((1, 0), (0, 1)), (0.5, 0.5))
+    yield _PixelConvention(middle, ((1, 0), (0, 1)), (0.5, 0.5))
 
 
 def require_pixels_of_photos(
     marks: Sequence[Marked], views: Mapping[str, View], world: Mapping[str, Sequence[float]]
 ) -> None:
-    """Raises GeometryError for marks that do not meet as they are, and do where they were made in
-    copies of another size, or where rows and columns are counted otherwise.
+    """Check that marks are pixels of the photos.
 
-    world : coordinates of the points, by their labels
+    Parameters
+    ----------
+    marks : sequence of (label, photo, x, y)
+    views : mapping
+    world : mapping
+        Coordinates of the points, by label.
+
+    Raises
+    ------
+    GeometryError
+        If the marks meet only with another size of the photos, or another pixel convention.
     """
-    labels, photos = _by_photo(marks, views)
+    labels, photos = _group_by_photo(marks, views)
     counts = np.bincount(np.concatenate([p.rows for p in photos]) if photos else [0], minlength=1)
-    if int(np.maximum(2 * counts - 3, 0).sum()) < _FEWEST_LEFT:
+    if int(np.maximum(2 * counts - 3, 0).sum()) < _MIN_REDUNDANCY:
         return
     targets = np.array([world.get(label, (math.nan,) * 3) for label in labels], np.float64)
-    own, seen = _misses(photos, targets, lambda pixels, _: pixels)
-    if own <= _AGREE_PX and not seen > _SEEN_PX:
+    ray_px, point_px = _misses(photos, targets, lambda pixels, _: pixels)
+    if ray_px <= _MAX_RAY_PX and not point_px > _MAX_POINT_PX:
         return
     best: tuple[float, float, str] | None = None
-    for words, size, change in _ways(photos, targets):
-        if _share_inside(photos, change) < _INSIDE:
+    for words, size, change in _conversions(photos, targets):
+        if _share_inside(photos, change) < _MIN_SHARE_INSIDE:
             continue
-        # In pixels of the photos that were marked.
-        own_, seen_ = (miss / size for miss in _misses(photos, targets, change))
-        better = own_ * _FAR_BETTER < own and not seen_ * 2.0 > seen
-        places = own_ <= max(own, _AGREE_PX) and seen_ * _FAR_BETTER < seen
-        if (better or places) and (best is None or own_ + np.nan_to_num(seen_) < best[0]):
-            best = own_ + float(np.nan_to_num(seen_)), max(own_, np.nan_to_num(seen_)), words
+        # Convert to pixels of the marked copies.
+        changed_ray_px, changed_point_px = (
+            miss / size for miss in _misses(photos, targets, change)
+        )
+        better = (
+            changed_ray_px * _MIN_IMPROVEMENT < ray_px and not changed_point_px * 2.0 > point_px
+        )
+        places = (
+            changed_ray_px <= max(ray_px, _MAX_RAY_PX)
+            and changed_point_px * _MIN_IMPROVEMENT < point_px
+        )
+        if (better or places) and (
+            best is None or changed_ray_px + np.nan_to_num(changed_point_px) < best[0]
+        ):
+            best = (
+                changed_ray_px + float(np.nan_to_num(changed_point_px)),
+                max(changed_ray_px, np.nan_to_num(changed_point_px)),
+                words,
+            )
     if best is not None:
         raise GeometryError(
             Finding(
                 "control.other-pixels",
-                miss_px=max(own, float(np.nan_to_num(seen))),
+                miss_px=max(ray_px, float(np.nan_to_num(point_px))),
                 better_px=best[1],
                 change=best[2],
             )
         )
 
 
-def _by_photo(marks: Sequence[Marked], views: Mapping[str, View]) -> tuple[list[str], list[_Seen]]:
+def _group_by_photo(
+    marks: Sequence[Marked], views: Mapping[str, View]
+) -> tuple[list[str], list[_PhotoMarks]]:
     find = finder(list(views))
     numbers: dict[str, int] = {}
-    of_photo: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
+    marks_by_photo: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
         name = find(photo)
         if name is not None:
-            rows, pixels = of_photo.setdefault(name, ([], []))
+            rows, pixels = marks_by_photo.setdefault(name, ([], []))
             rows.append(numbers.setdefault(label, len(numbers)))
             pixels.append((x, y))
-    most = sorted(of_photo, key=lambda name: -len(of_photo[name][0]))[:_MOST_PHOTOS]
+    largest = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[:_MAX_PHOTOS]
     return list(numbers), [
-        _Seen(views[name], np.array(of_photo[name][0]), np.array(of_photo[name][1]))
-        for name in most
+        _PhotoMarks(
+            views[name], np.array(marks_by_photo[name][0]), np.array(marks_by_photo[name][1])
+        )
+        for name in largest
     ]
 
 
-def _ways(
-    photos: Sequence[_Seen], targets: FloatArray
+def _conversions(
+    photos: Sequence[_PhotoMarks], targets: FloatArray
 ) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
-    """Words, how many times as large the photos are as those that were marked, and the change."""
-    for way in _counted_otherwise():
-        yield way.words, 1.0, way
+    """Return other conventions: description, size relative to the marked copies, and conversion."""
+    for convention in _other_conventions():
+        yield convention.words, 1.0, convention
 
     def change(logarithm: float) -> Callable[[FloatArray, View], FloatArray]:
         return lambda pixels, _: pixels * math.exp(logarithm)
 
     def miss(logarithm: float) -> float:
-        if _share_inside(photos, change(logarithm)) < _INSIDE:
+        if _share_inside(photos, change(logarithm)) < _MIN_SHARE_INSIDE:
             return math.inf
-        own, seen = _misses(photos, targets, change(logarithm))
-        return (own + float(np.nan_to_num(seen))) * math.exp(-logarithm)
+        ray_px, point_px = _misses(photos, targets, change(logarithm))
+        return (ray_px + float(np.nan_to_num(point_px))) * math.exp(-logarithm)
 
-    step = float(_SCALES[1] - _SCALES[0])
-    misses = [miss(float(value)) for value in _SCALES]
+    step = float(_LOG_SIZES[1] - _LOG_SIZES[0])
+    misses = [miss(float(value)) for value in _LOG_SIZES]
     if not np.isfinite(misses).any():
         return
-    best = float(_SCALES[int(np.argmin(misses))])
+    best = float(_LOG_SIZES[int(np.argmin(misses))])
     while step > 1e-3:
         step /= 2.0
         best = min((best, best - step, best + step), key=miss)
-    if abs(best) < _SAME_SIZE:
+    if abs(best) < _SIZE_TOLERANCE:
         return
-    usual = min(_USUAL_SIZES, key=lambda value: abs(value - best))
-    if abs(usual - best) < _SAME_SIZE and miss(usual) <= _AS_GOOD * miss(best):
+    usual = min(_COMMON_LOG_SIZES, key=lambda value: abs(value - best))
+    if abs(usual - best) < _SIZE_TOLERANCE and miss(usual) <= _COMMON_SIZE_FACTOR * miss(best):
         best = usual
     lens, size = photos[0].view.intrinsics, math.exp(best)
     words = tr(
@@ -259,24 +295,36 @@ def _ways(
 
 
 def _share_inside(
-    photos: Sequence[_Seen], change: Callable[[FloatArray, View], FloatArray]
+    photos: Sequence[_PhotoMarks], change: Callable[[FloatArray, View], FloatArray]
 ) -> float:
     inside = [photo.view.contains(change(photo.pixels, photo.view)) for photo in photos]
     return float(np.concatenate(inside).mean())
 
 
 def _misses(
-    photos: Sequence[_Seen], targets: FloatArray, change: Callable[[FloatArray, View], FloatArray]
+    photos: Sequence[_PhotoMarks],
+    targets: FloatArray,
+    change: Callable[[FloatArray, View], FloatArray],
 ) -> tuple[float, float]:
-    """Pixels (medians) by which marks miss the place in which their rays meet, and the surveyed
-    points; the latter NaN where these are too few to tell.
+    """Return the median residuals of marks from their meeting points and from surveyed points.
 
-    targets : (n, 3) World, NaN where not known
+    Parameters
+    ----------
+    photos : sequence of _PhotoMarks
+    targets : (n, 3) array
+        World, NaN if not known.
+    change : callable
+        Conversion of pixels.
+
+    Returns
+    -------
+    (float, float)
+        Pixels; the latter is NaN if there are too few surveyed points.
     """
     n = len(targets)
     normal, right, count = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
-    there = [change(photo.pixels, photo.view) for photo in photos]
-    for photo, pixels in zip(photos, there, strict=True):
+    converted = [change(photo.pixels, photo.view) for photo in photos]
+    for photo, pixels in zip(photos, converted, strict=True):
         rays = photo.view.rays(pixels)
         across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
         np.add.at(normal, photo.rows, across)
@@ -286,25 +334,27 @@ def _misses(
     for row in np.flatnonzero(count >= 2):
         if np.isfinite(normal[row]).all() and np.linalg.cond(normal[row]) < 1e8:
             places[row] = np.linalg.solve(normal[row], right[row])
-    own = _median_miss(photos, there, places)
+    ray_px = _median_miss(photos, converted, places)
     known = np.flatnonzero(np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1))
-    if len(known) < _FEWEST_POINTS:
-        return own, math.nan
+    if len(known) < _MIN_POINTS:
+        return ray_px, math.nan
     try:
         fit = fit_similarity(places[known], targets[known])
     except GeometryError:
-        return own, math.nan
+        return ray_px, math.nan
     back = np.full((n, 3), np.nan)
     back[known] = fit.inverse(targets[known])
-    return own, _median_miss(photos, there, back)
+    return ray_px, _median_miss(photos, converted, back)
 
 
-def _median_miss(photos: Sequence[_Seen], there: Sequence[FloatArray], places: FloatArray) -> float:
-    """Of all marks whose place is known; infinite behind a camera."""
-    found = []
-    for photo, pixels in zip(photos, there, strict=True):
+def _median_miss(
+    photos: Sequence[_PhotoMarks], converted: Sequence[FloatArray], places: FloatArray
+) -> float:
+    """Return the median residual of marks with a known place; infinite behind a camera."""
+    distances = []
+    for photo, pixels in zip(photos, converted, strict=True):
         known = np.isfinite(places[photo.rows]).all(axis=1)
         if known.any():
             off = photo.view.project(places[photo.rows][known]) - pixels[known]
-            found.append(np.nan_to_num(np.linalg.norm(off, axis=1), nan=np.inf))
-    return float(np.median(np.concatenate(found))) if found else math.inf
+            distances.append(np.nan_to_num(np.linalg.norm(off, axis=1), nan=np.inf))
+    return float(np.median(np.concatenate(distances))) if distances else math.inf

@@ -23,7 +23,7 @@ from vomstudio.geometry.triangulation import triangulate
 MIN_MARK_PX = 0.3
 """Error of a mark in one direction, one sigma, below which no estimate from marks is trusted."""
 HAND_MARK_PX = 1.0
-"""Error of a mark set by hand: the least that it is weighted with and that others are judged by."""
+"""Minimum error of a mark set by hand."""
 WARN_MARK_PX = 5.0
 """Scatter above which marks or poses should be checked."""
 _LIMIT_SIGMAS = 6.0
@@ -218,6 +218,6 @@ def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatAr
     distances = [float(np.linalg.norm(place - view.centre)) for view in marks.views]
     step = 1e-6 * max(1e-9, min(distances))
     offsets = np.vstack([np.eye(3) * step, -np.eye(3) * step])
-    seen = np.array([view.project(place + offsets) for view in marks.views])
-    moves = ((seen[:, :3] - seen[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
+    pixels = np.array([view.project(place + offsets) for view in marks.views])
+    moves = ((pixels[:, :3] - pixels[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
     return np.asarray(mark_px**2 * np.linalg.inv(moves.T @ moves))

@@ -12,28 +12,35 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
 
-# Marks that must agree before others are called wrong: two always nearly meet.
+# Marks that must agree before others are wrong: two always nearly meet.
 _MIN_AGREEING = 3
-# Of three marks, leaving out any other one must leave so many times as much.
+# Minimum ratio of residuals if one of three marks is left out instead of another.
 _CLEAR = 3.0
 
 
 @dataclass(frozen=True)
 class WrongMark:
-    """photo : its name; at, wanted : (x, y) where it is and where the other marks of the point say
-    that it should be, in pixels; wanted is None where only one of several can be wrong, and it is
-    not known which"""
+    """Mark that contradicts the other marks of its point.
+
+    Attributes
+    ----------
+    photo : str
+    at : (float, float)
+        Pixels of the mark.
+    expected : (float, float) or None
+        Pixels by the other marks; None if it is not known which of several marks is wrong.
+    """
 
     label: str
     photo: str
     at: tuple[float, float]
-    wanted: tuple[float, float] | None
+    expected: tuple[float, float] | None
 
     @property
     def finding(self) -> Finding:
         """The mark as a finding that names label, photo and place."""
         x, y = self.at
-        if self.wanted is None:
+        if self.expected is None:
             return Finding(
                 "control.contradicting-marks", label=self.label, photo=self.photo, x=x, y=y
             )
@@ -43,13 +50,13 @@ class WrongMark:
             photo=self.photo,
             x=x,
             y=y,
-            wanted_x=self.wanted[0],
-            wanted_y=self.wanted[1],
-            distance_px=math.dist(self.at, self.wanted),
+            wanted_x=self.expected[0],
+            wanted_y=self.expected[1],
+            distance_px=math.dist(self.at, self.expected),
         )
 
 
-def agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[WrongMark]]:
+def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict most of its marks.
 
     Two marks that contradict each other are both kept: only the place of the point can tell which
@@ -82,10 +89,10 @@ def agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[
         return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~near)]
     worst, place = _worst(marks)
     wrong = [_wrong(label, marks, worst, place)]
-    return (every if wrong[0].wanted is None else np.delete(every, worst)), wrong
+    return (every if wrong[0].expected is None else np.delete(every, worst)), wrong
 
 
-def misplaced(
+def find_misplaced(
     label: str, marks: Marks, place: FloatArray, limit_px: float, far_px: float
 ) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict its surveyed place.
@@ -120,20 +127,22 @@ def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
     """place : (3,) where the other marks of the point meet, NaN if it is not known"""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
-    there = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
-    wanted = (float(there[0]), float(there[1])) if np.isfinite(there).all() else None
-    return WrongMark(label, view.name, (x, y), wanted)
+    pixels = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
+    expected = (float(pixels[0]), float(pixels[1])) if np.isfinite(pixels).all() else None
+    return WrongMark(label, view.name, (x, y), expected)
 
 
 def meet(marks: Marks, limit_px: float) -> bool:
-    """Whether the rays of the marks meet in a place that no mark misses by more than a limit."""
+    """Return whether the rays of the marks meet within a limit of each mark."""
     place = triangulate(*marks)
     return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
 
 
 def _worst(marks: Marks) -> tuple[int, FloatArray]:
-    """The mark without which the others agree best, and where these meet; NaN if leaving out
-    another one is nearly as good."""
+    """Return the mark without which the others agree best, and their place.
+
+    The place is NaN if leaving out another mark is nearly as good.
+    """
     rows = np.arange(len(marks.views))
     remaining, places = [], []
     for row in rows:

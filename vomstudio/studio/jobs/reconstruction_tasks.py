@@ -138,7 +138,7 @@ def _reconstruct(request: ReconstructionRequest, progress: Progress) -> Reconstr
         )
     finally:
         executor.close()
-    with outputs.disk_trouble_reported(request.out):
+    with outputs.report_disk_errors(request.out):
         write_report(outputs.Outputs(request.out).report, result)
     return serialisation.decode(Reconstruction, result)
 

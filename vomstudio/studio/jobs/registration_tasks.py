@@ -96,12 +96,12 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     from vomstudio.registration.by_model.starting import (
         box_of,
         points_and_spacing,
+        replace_scale,
         similarity_of,
-        with_scale,
     )
     from vomstudio.registration.evidence import Evidence, register
-    from vomstudio.registration.overlap import refuse_apart
-    from vomstudio.registration.placing import with_warnings
+    from vomstudio.registration.overlap import require_overlap
+    from vomstudio.registration.placing import prepend_warnings
 
     registration = request.model.registration
     points, spacing = points_and_spacing(
@@ -116,11 +116,11 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         # One or two points support the fit, but give no initial placement.
         start = initial
         names = (request.model.name, request.reference.name)
-        refuse_apart(box_of(start(points)), box_of(target_points), names)
+        require_overlap(box_of(start(points)), box_of(target_points), names)
     else:
         start = similarity_of(register(evidence).matrix)
         if not request.scale:
-            start = with_scale(start, initial.scale, points.mean(axis=0))
+            start = replace_scale(start, initial.scale, points.mean(axis=0))
     flags, about_stable = _stable(target_points, request, progress)
     fitted = fit_to_reference(
         points,
@@ -133,7 +133,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         progress=progress,
     )
     evidence.reference = fitted.observation
-    placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
+    placed = prepend_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
         raise GeometryError(Finding("registration.undetermined", parameters=fitted.free))
     return FittedModel(
@@ -176,7 +176,7 @@ def _stable(
         low, high = np.array(part.box)
         flags &= ((target_points >= low) & (target_points <= high)).all(axis=1)
     if part.polygons is not None:
-        inside, messages = stable.in_polygons(
+        inside, messages = stable.find_inside_polygons(
             target_points, part.polygons, request.reference.crs, progress
         )
         flags &= inside

@@ -17,14 +17,14 @@ from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
-from vomstudio.registration.by_model.stable import POLYGONS, in_polygons, near_cloud
+from vomstudio.registration.by_model.stable import POLYGONS, find_inside_polygons, near_cloud
 from vomstudio.registration.by_model.starting import (
     box_of,
     points_and_spacing,
+    replace_scale,
     similarity_of,
-    with_scale,
 )
-from vomstudio.registration.overlap import crs_findings, refuse_apart
+from vomstudio.registration.overlap import crs_findings, require_overlap
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import points_of
 from vomstudio.studio.world_models import WorldModel, read_in_world
@@ -117,11 +117,11 @@ def fit_model(
     if near is None:
         messages += crs_findings(initial.crs, target.crs, names)
         start = similarity
-        refuse_apart(box_of(similarity(points)), box_of(points_of(target.data)), names)
+        require_overlap(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
         start = similarity_of(near.matrix)
         if not scale:
-            start = with_scale(start, similarity.scale, points.mean(axis=0))
+            start = replace_scale(start, similarity.scale, points.mean(axis=0))
     target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
     if stable is not None:
@@ -155,7 +155,7 @@ def _stable(
     messages: list[Finding]
     if path.suffix.lower() in POLYGONS:
         reach = None
-        flags, about_layer = in_polygons(points, path, target.crs, progress)
+        flags, about_layer = find_inside_polygons(points, path, target.crs, progress)
         messages = list(about_layer)
     else:
         mask = read_in_world(path, progress)

@@ -272,9 +272,9 @@ def _evidence(
     Messages are appended to `messages`; those about unused points and marks also to `unused`.
     """
     from vomstudio.io.control import observation_tables as tables
-    from vomstudio.registration.camera_positions import in_metres
+    from vomstudio.registration.camera_positions import positions_in_metres
     from vomstudio.registration.coordinate_checks import check_area
-    from vomstudio.registration.north import default_north_sigma_deg, on_grid
+    from vomstudio.registration.north import convert_to_grid_north, default_north_sigma_deg
     from vomstudio.registration.surface_points import known_resolution
     from vomstudio.studio.placing.marked_points import marked_pairs
 
@@ -311,14 +311,14 @@ def _evidence(
         messages += check_area(evidence.pairs.world, crs)
     if options.cameras is not None:
         positions = _positions(options.cameras, cameras)
-        evidence.positions, crs, place = in_metres(positions, crs, messages)
+        evidence.positions, crs, place = positions_in_metres(positions, crs, messages)
         messages += check_area(evidence.positions.places, crs, converted=place is not None)
     north = _north(options, evidence, crs, place)
     if options.attitudes is not None:
         table = _attitudes(options.attitudes, options.north, cameras)
         messages += table.notes
         if table.photos:
-            evidence.attitudes = on_grid(table, north, messages)
+            evidence.attitudes = convert_to_grid_north(table, north, messages)
     evidence.lengths = [_segment(text, "--scale") for text in options.scale]
     evidence.level_lines = [_known_direction(text, "--level") for text in options.level]
     evidence.plumb_lines = [_known_direction(text, "--plumb") for text in options.plumb]
@@ -361,20 +361,20 @@ def _own_cameras(options: RegisterOptions, loaded: LoadedModel | None) -> OwnCam
 def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
     """Read the positions of photos from a table or from the photos."""
     from vomstudio.io.control.observation_tables import read_positions
-    from vomstudio.registration.photo_evidence import positions_in
+    from vomstudio.registration.photo_evidence import read_photo_positions
 
     if source == BESIDE or Path(source).is_dir():
-        return positions_in(_photos(source, cameras, "--cameras"))
+        return read_photo_positions(_photos(source, cameras, "--cameras"))
     return read_positions(source)
 
 
 def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeTable:
     """Read the attitudes of photos from a table or from the photos."""
     from vomstudio.io.control.attitude_tables import read_attitudes
-    from vomstudio.registration.photo_evidence import attitudes_in
+    from vomstudio.registration.photo_evidence import read_photo_attitudes
 
     if source == BESIDE or Path(source).is_dir():
-        return attitudes_in(_photos(source, cameras, "--attitudes"), cameras.views)
+        return read_photo_attitudes(_photos(source, cameras, "--attitudes"), cameras.views)
     return read_attitudes(source, north)
 
 

@@ -30,7 +30,7 @@ from vomstudio.registration.coordinate_checks import (
     require_on_model,
 )
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.placing import with_warnings
+from vomstudio.registration.placing import prepend_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import jacobian
 from vomstudio.registration.turn_checks import worst_turn95_deg
@@ -241,7 +241,7 @@ def place_by_points(
         findings += relocation_findings(
             transform.apply(model.to_world, checked_points), placed(checked_points), crs
         )
-    return with_warnings(placed, findings)
+    return prepend_warnings(placed, findings)
 
 
 def create_registration(

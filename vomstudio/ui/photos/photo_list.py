@@ -62,7 +62,9 @@ class PhotoList(QListWidget):
         prediction = self._marks.prediction(label) if label else None
         own = marking.of(label) if label else {}
         first = [name for name in self._rows if name in own]
-        by_use = [] if prediction is None else [n for n in prediction.by_use if n in self._rows]
+        by_use = (
+            [] if prediction is None else [n for n in prediction.unmarked_photos if n in self._rows]
+        )
         cameras = self._marks.cameras
         rest = [name for name in self._rows if name not in own and name not in by_use]
         if cameras is not None and own:

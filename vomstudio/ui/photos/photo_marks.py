@@ -126,7 +126,7 @@ class PhotoMarks(QObject):
         """Take the marks of a table, in place of those of the same point and photo. Their number,
         and a warning or None. Raises InputError."""
         marks = read_marks(path)
-        made, strangers = self.marking.with_marks(marks, self.photos)
+        made, strangers = self.marking.add_marks(marks, self.photos)
         self.change(tr("Import {file}", file=path.name), made)
         return len(marks), unknown_photos(strangers) if strangers else None
 

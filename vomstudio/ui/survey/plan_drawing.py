@@ -41,7 +41,7 @@ class PlanDrawing(QWidget):
         """Least and largest along; least and largest up; largest away, m."""
         along = [s.along_m for s in plan.positions]
         up = [s.up_m for s in plan.positions]
-        first = plan.of_kind("perpendicular")[0]
+        first = plan.select_kind("perpendicular")[0]
         wide, high = plan.footprint_m[0] / 2, plan.footprint_m[1] / 2
         return (
             min(*along, 0.0, first.along_m - wide),
@@ -88,7 +88,7 @@ class PlanDrawing(QWidget):
             painter,
             QRectF(x0, y0 - plan.height_m * scale, plan.width_m * scale, plan.height_m * scale),
         )
-        first = plan.of_kind("perpendicular")[0]
+        first = plan.select_kind("perpendicular")[0]
         w, h = (side * scale for side in plan.footprint_m)
         pen = QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine)
         painter.setPen(pen)
@@ -161,7 +161,7 @@ class PlanDrawing(QWidget):
             ("perpendicular", tr("perpendicular"), PERPENDICULAR),
             ("oblique", tr("oblique"), OBLIQUE),
         ):
-            if not plan.of_kind(kind):
+            if not plan.select_kind(kind):
                 continue
             painter.setPen(QPen(QColor(color), 1.2))
             painter.setBrush(QColor(color))

@@ -29,7 +29,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.photogrammetry.survey.plan_camera import camera_of
-from vomstudio.photogrammetry.survey.plan_forecast import foretold
+from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
 from vomstudio.photogrammetry.survey.planning import MANNERS, SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.survey_options import (
     DEFAULT_CONTROL_M,
@@ -481,7 +481,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
             control_m=numbers["control"],
             **given,
         )
-        return foretold(plan_survey(camera, options), options.receiver_m, options.control_m)
+        return add_forecasts(plan_survey(camera, options), options.receiver_m, options.control_m)
     except VomError as error:
         name = _FIELDS.get(error.field or "", "")
         raise InputError(cause_of(error), field=tr(name) if name else None) from error

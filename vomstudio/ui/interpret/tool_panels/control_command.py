@@ -85,11 +85,11 @@ def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
     A scale other than 1 comes from an earlier registration. The file does not contain it, so it
     is passed as a known length.
     """
-    from vomstudio.registration.length_evidence import KEPT
+    from vomstudio.registration.length_evidence import FIXED_SCALE_ERROR
 
     if abs(scale - 1.0) < 1e-9:
         return replace(options, keep_scale=True)
-    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, KEPT * scale])
+    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
     return replace(options, scale=(*options.scale, text))
 
 
