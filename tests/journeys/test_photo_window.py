@@ -219,9 +219,9 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
         click(photo.canvas, on(photo, 600, 600))
         assert not photo.masks.used(NAMES[0])[600, 600]
         assert looked_at.message_bar.notice.code == "project.steps-in-memory"
-        assert looked_at.studio.project.journal.waits
+        assert looked_at.studio.project.journal.has_pending_rows
     click(photo.canvas, on(photo, 300, 300))
-    assert not looked_at.studio.project.journal.waits
+    assert not looked_at.studio.project.journal.has_pending_rows
     assert photo.close()
     again = open_by_double_click(looked_at, 0)
     assert not again.masks.used(NAMES[0])[600, 600]

@@ -333,7 +333,7 @@ class Project:
         check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
-        thresholds = self._measurements.otherwise
+        thresholds = self._measurements.default_thresholds
         with naming("format", "--to"):
             table = export_records(records, wanted, target, force=replace, thresholds=thresholds)
         warn(

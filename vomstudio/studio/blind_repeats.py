@@ -48,7 +48,7 @@ class BlindRepeats:
         records = self._projects.records
         return [
             f.id
-            for f in repeated_features.may_be_repeated(records)
+            for f in repeated_features.repeatable_features(records)
             if kind_of(f).orientations and kind_of(f).tool
         ]
 

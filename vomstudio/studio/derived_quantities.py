@@ -10,9 +10,9 @@ from vomstudio.geology.profiles import Thresholds
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
 from vomstudio.project.kinds import KINDS
-from vomstudio.project.kinds.reading import compared
+from vomstudio.project.kinds.reading import comparison_text
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.measurement_cache import Measurements, rests_on
+from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.reading_comparison import NearestPick, nearest_picks
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Feature, Model
@@ -38,7 +38,7 @@ class DerivedQuantities:
         """Forget what an edit has changed."""
         self._nearest = None
         self._affected = None
-        self.measurements.edited(self._projects.records, self.affected(edit))
+        self.measurements.keep_after_edit(self._projects.records, self.affected(edit))
 
     # --- figures -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
@@ -53,17 +53,17 @@ class DerivedQuantities:
 
     def measure(self, feature: Feature) -> Measurement:
         """The measurement of a feature that is not in the document."""
-        return self.measurements.one(self._projects.records, feature)
+        return self.measurements.measure(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """The pick with which a compass reading is compared; computed for all readings at once."""
+        """The pick with which a compass reading is compared, computed for all readings at once."""
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)
 
     def nearest_text(self, reading_id: str) -> str:
         """How far a reading is from the nearest pick, and from which, in words."""
-        return compared(self.nearest_pick(reading_id))
+        return comparison_text(self.nearest_pick(reading_id))
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
         """A feature of the project with what its figures are read from."""
@@ -115,8 +115,8 @@ def _affected(records: RecordMap, edit: Edit) -> list[str]:
     others = [
         feature
         for kind in KINDS
-        if all_may or kind.rests_on_features
+        if all_may or kind.depends_on_features
         for feature in records.of(kind.record)
         if feature.id not in ids
     ]
-    return own + [f.id for f in others if rests_on(records, f, ids)]
+    return own + [f.id for f in others if depends_on(records, f, ids)]

@@ -364,7 +364,7 @@ class HeadlessProject:
                 continue
             own = pick.kind or kind
             trace = trace_through(pick.name, points, model, own.id, set_name, surface)
-            trace = replace(trace, name=trace.name or names.of(own), domain=pick.domain)
+            trace = replace(trace, name=trace.name or names.next_for(own), domain=pick.domain)
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -373,7 +373,7 @@ class HeadlessProject:
             named = get(edit.after, trace.id, Trace)
             assert named is not None
             added[trace.id] = named
-            names.take(named)
+            names.reserve(named)
             traces.append(named)
         if not traces:
             first = ": ".join(map(str, skipped[0])) if skipped else ""
@@ -446,11 +446,11 @@ class HeadlessProject:
         """Add the stations, contact lines and rock areas of a file, all as one edit. Raises
         InputError."""
         from vomstudio.io.gis.crs import world_crs
-        from vomstudio.project.imports.feature_lists import read_listed
+        from vomstudio.project.imports.feature_lists import read_listed_features
 
         known = self._read(model)
         frame = model.frame
-        found = read_listed(
+        found = read_listed_features(
             path,
             model,
             self.session.records,

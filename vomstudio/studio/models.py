@@ -17,15 +17,15 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import (
-    bounds_in_world,
     check_frame,
     frame_of_file,
     registration_beside,
+    bounds_in_world,
 )
 from vomstudio.io.photos import cameras_file
 from vomstudio.project import edits
 from vomstudio.project.folder import is_project
-from vomstudio.project.photo_edits import reconstruction_in, registration_by
+from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model, Record
 from vomstudio.project.registration_frames import registration_in_project
@@ -297,7 +297,7 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
     made = reconstruction_in(records, parts[1])
-    return None if made is None else registration_by(records, made.id)
+    return None if made is None else reconstruction_registration(records, made.id)
 
 
 def name_of(path: Path) -> str:

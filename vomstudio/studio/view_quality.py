@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding, finding_of
 from vomstudio.geology.intersections import intersection_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
-from vomstudio.project.measurement import Measurement, as_uncertain
+from vomstudio.project.measurement import Measurement, plane_with_error
 from vomstudio.project.records import Model, Record
 from vomstudio.studio.model_loading import OpenModel
 
@@ -46,7 +46,7 @@ def across_slip(slipped: Measurement) -> Direction | Finding:
 
 def meeting_line(planes: Iterable[Measurement]) -> Direction | Finding:
     """The intersection of two planes, or why there is none."""
-    uncertain = [found for each in planes if (found := as_uncertain(each)) is not None]
+    uncertain = [found for each in planes if (found := plane_with_error(each)) is not None]
     if len(uncertain) != 2:
         return Finding("selection.not-two-planes")
     try:

@@ -173,9 +173,9 @@ def _locate(
     enter, leave = box_range(low, high, start, heading)
     slack = 1e-3 * (leave - enter) + 1e-6
     # The chunk's own stretch a little lengthened, but never beyond what may be picked.
-    firsts = np.maximum(enter - slack, between[0])
+    first_picks = np.maximum(enter - slack, between[0])
     lasts = np.minimum(leave + slack, between[1])
-    met = ((leave >= enter) & (lasts >= firsts)).nonzero()[0]
+    met = ((leave >= enter) & (lasts >= first_picks)).nonzero()[0]
     best, found = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
@@ -184,7 +184,7 @@ def _locate(
     for i in met[np.argsort(enter[met])]:
         if enter[i] > best:
             break
-        first, last = float(firsts[i]), float(lasts[i])
+        first, last = float(first_picks[i]), float(lasts[i])
         hit = model.locators[i].IntersectWithLine(
             (start + heading * first).tolist(),
             (start + heading * last).tolist(),

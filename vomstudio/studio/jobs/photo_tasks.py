@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
-from vomstudio.project.imports.sidecar_import import Beside
+from vomstudio.project.imports.sidecar_import import SidecarData
 from vomstudio.studio.jobs.job import Job, Lane
 
 
@@ -157,17 +157,17 @@ class SidecarImport:
     names: tuple[str, ...]
 
 
-def _import_sidecars(asked: SidecarImport, progress: Progress) -> Beside:
-    from vomstudio.project.imports.sidecar_import import read_beside
+def _import_sidecars(asked: SidecarImport, progress: Progress) -> SidecarData:
+    from vomstudio.project.imports.sidecar_import import read_sidecars
 
     progress.stage(tr("Importing points and masks"), len(asked.masks))
-    return read_beside(
+    return read_sidecars(
         asked.project, asked.control, asked.marks, asked.masks, asked.names, progress
     )
 
 
 IMPORT_SIDECARS = Job(
-    "take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars, _FEWER
+    "take_in_photos", Lane.PHOTOS, SidecarImport, SidecarData, _import_sidecars, _FEWER
 )
 """What lies beside photos, to become records."""
 

@@ -39,7 +39,7 @@ class LineMiss:
 def usable(lines: Sequence[KnownLine]) -> list[KnownLine]:
     """Those with two ends that place a model: something is known of them, and they do not only
     judge."""
-    return [line for line in lines if line.complete and not line.check and not line.by_compass]
+    return [line for line in lines if line.is_complete and not line.check and not line.is_read]
 
 
 def evidence_of(
@@ -181,9 +181,9 @@ def line_misses(
     """
     found = []
     for line in lines:
-        if not line.complete:
+        if not line.is_complete:
             continue
-        if line.by_compass:
+        if line.is_read:
             if line.id in seen:
                 off = miss_deg(line, seen[line.id], placed, turned_deg)
                 found.append(LineMiss(line.id, off))

@@ -18,7 +18,7 @@ from vomstudio.geology.quality import wider_of
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.project.kinds import kind_of
-from vomstudio.project.kinds.known_line import KnownLine, ReadKind, as_read
+from vomstudio.project.kinds.known_line import KnownLine, ReadKind, format_reading
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, OnAModel, Record, get_feature
 from vomstudio.registration.results import Placed
@@ -49,7 +49,7 @@ def directions_of(
     found = {}
     for line in lines:
         seen = measured.get(line.feature_id)
-        if not line.by_compass or seen is None:
+        if not line.is_read or seen is None:
             continue
         world = _direction(seen, line.kind == "plane")
         if world is not None:
@@ -84,7 +84,7 @@ def _own_error(measured: Measurement, plane: bool) -> float | None:
 
 def placing(lines: Iterable[KnownLine], seen: Mapping[str, OnModel]) -> list[KnownLine]:
     """Those that place a model: the model shows what was read, and they do not only judge."""
-    return [line for line in lines if line.complete and not line.check and line.id in seen]
+    return [line for line in lines if line.is_complete and not line.check and line.id in seen]
 
 
 def compass_table(lines: Sequence[KnownLine], seen: Mapping[str, OnModel]) -> CompassTable | None:
@@ -169,7 +169,7 @@ def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notatio
     else:
         return ""
     azimuth = round((azimuth - turned_deg) % 360.0, 2) % 360.0
-    return as_read(
+    return format_reading(
         KnownLine("", "", kind, "", "", (), azimuth, inclination_deg=inclination), notation
     )
 

@@ -27,7 +27,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             lambda: _why_not(studio),
         ),
         Command(
-            "take_back_compaction",
+            "undo_compaction",
             tr("Undo compaction"),
             lambda: _take_back(studio),
             None,
@@ -59,7 +59,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
         studio.fail(error)
         return
     studio.history_changed.emit()
-    studio.notice.emit(Notice(Finding("compaction.done"), "info", "take_back_compaction"))
+    studio.notice.emit(Notice(Finding("compaction.done"), "info", "undo_compaction"))
 
 
 def compaction_text(plan: Plan) -> str:
@@ -90,7 +90,7 @@ def compaction_text(plan: Plan) -> str:
 
 def _take_back(studio: Studio) -> None:
     try:
-        studio.project.take_back_compaction()
+        studio.project.undo_compaction()
     except VomError as error:
         studio.fail(error)
         return
