@@ -97,11 +97,11 @@ def _axes(
     """What is known of x, y and z: by the CRS, the registration or the cameras beside the model,
     or what was given."""
     from vomstudio.geometry.units import Axes
-    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.io.photos.cameras_file import has_known_scale
 
     if registration is not None:
         return registration.frame.axes
-    known = crs is not None or scale_known(loaded.path) is True
+    known = crs is not None or has_known_scale(loaded.path) is True
     return Axes(metric=known or unit is not None or loaded.unit_m is not None, north=known)
 
 

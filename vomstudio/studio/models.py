@@ -20,7 +20,7 @@ from vomstudio.io.models.frames import (
     check_frame,
     frame_of_file,
     registration_beside,
-    bounds_in_world,
+    world_bounds,
 )
 from vomstudio.io.photos import cameras_file
 from vomstudio.project import edits
@@ -246,12 +246,12 @@ class Models:
         made_here = registration_of_file(records, stored)
         if made_here is not None:
             return made_here, check_frame(
-                made_here.frame, bounds_in_world(bounds, made_here.matrix), file=path.name
+                made_here.frame, world_bounds(bounds, made_here.matrix), file=path.name
             )
         found = registration_beside(path, opened.content_hash, opened.crs)
         if found.registration is not None:
             registration = registration_in_project(records, found.registration)
-            placed = bounds_in_world(bounds, registration.matrix)
+            placed = world_bounds(bounds, registration.matrix)
             return registration, check_frame(registration.frame, placed, file=path.name)
         frame = frame_of_file(path, opened.crs)
         return frame, (*found.findings, *check_frame(frame, bounds, file=path.name))

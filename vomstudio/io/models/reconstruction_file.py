@@ -81,8 +81,8 @@ def result_registration(
         [finite_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
     )
     shape, lens = (
-        each if isinstance(each, dict) else {}
-        for each in map(registration.get, ("shape", "lens_bowing"))
+        value if isinstance(value, dict) else {}
+        for value in map(registration.get, ("shape", "lens_bowing"))
     )
     control = _control_points(registration)
     return Registration(

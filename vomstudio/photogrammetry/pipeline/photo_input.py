@@ -75,7 +75,7 @@ def usable_photos(
     )
     from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
-    found = read_photos(folder, progress).with_masks(masks)
+    found = read_photos(folder, progress).replace_masks(masks)
     if len(found.photos) < 2:
         reasons = [
             tr("{photo} was left out: {reason}", photo=name, reason=reason)

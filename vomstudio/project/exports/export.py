@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.exchange.columns import sibling_path, write_tables
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.project.exports.export_options import ExportFormat
 from vomstudio.project.garbage_collection import pause_collection
@@ -113,7 +113,7 @@ def export_records(
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
         lists = listed_tables(records, table, measurements)
-        texts = {beside(out, name): text for name, text in lists.items()}
+        texts = {sibling_path(out, name): text for name, text in lists.items()}
         for path in texts:
             check_target(path, force=force)
         result = write_csv(out, table, force=force)

@@ -17,7 +17,7 @@ from vomstudio.geometry.plane_discs import disc
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.gis.layers import Layer
-from vomstudio.io.models.writers._common import prj_text, says_the_same
+from vomstudio.io.models.writers._common import is_same_prj, prj_text
 from vomstudio.project import catalogue
 from vomstudio.project.records import FeatureType, Record
 
@@ -48,7 +48,7 @@ def write_shapefiles(
     prjs: list[Path] = []
     if crs is not None and text is not None:
         prj_paths = [name.with_suffix(".prj") for name in names]
-        prjs = [path for path in prj_paths if not says_the_same(path, text, crs)]
+        prjs = [path for path in prj_paths if not is_same_prj(path, text, crs)]
     parts = [name.with_suffix(ending) for name in names for ending in (".shp", ".shx", ".dbf")]
     pages = [name.with_suffix(".cpg") for name in names]
     paths = [*parts, *pages, *prjs]
@@ -123,7 +123,7 @@ def write_dxf(
     text = None if crs is None else prj_text(crs)
     if crs is not None and text is not None:
         prj = out.with_suffix(".prj")
-        prj_paths = [] if says_the_same(prj, text, crs) else [prj]
+        prj_paths = [] if is_same_prj(prj, text, crs) else [prj]
     with atomic_group([out, *prj_paths], force) as (temporary, *prj_temporaries):
         for prj in prj_temporaries:
             prj.write_text(text or "", encoding="utf-8")

@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.io.exchange import fault_slips, geological_models, orientation_programs
-from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.exchange.columns import sibling_path, write_tables
 from vomstudio.io.exchange.geojson import geojson_files
 from vomstudio.io.exchange.kml import kml_text
 from vomstudio.io.exchange.orientation_programs import is_plane
@@ -84,7 +84,7 @@ def _texts(
     if format_ == "stereonet":
         return _stereonet(out, rows)
     if format_ == "gempy":
-        points = beside(out, "surface_points")
+        points = sibling_path(out, "surface_points")
         return {
             out: geological_models.gempy_orientations(rows),
             points: geological_models.gempy_points(layers),
@@ -108,7 +108,7 @@ def _stereonet(out: Path, rows: Sequence[Row]) -> dict[Path, str]:
     if planes:
         texts[out] = orientation_programs.stereonet_planes(planes)
     if lines:
-        path = beside(out, "lines") if planes else out
+        path = sibling_path(out, "lines") if planes else out
         texts[path] = orientation_programs.stereonet_lines(lines)
     return texts
 
@@ -126,14 +126,14 @@ def _is_positioned_plane(row: Mapping[str, Any]) -> bool:
 
 
 def _has_slip(row: Mapping[str, Any]) -> bool:
-    return fault_slips.on_a_fault(row) and row["slip_rake_deg"] is not None
+    return fault_slips.is_line_on_plane(row) and row["slip_rake_deg"] is not None
 
 
 _ACCEPTED_ROWS: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
     "stereonet": (_all, _NO_ORIENTATION),
     "orient": (_all, _NO_ORIENTATION),
     "faultkin": (_has_slip, _NO_SLIP),
-    "wintensor": (fault_slips.on_a_fault, _NO_FAULT),
+    "wintensor": (fault_slips.is_line_on_plane, _NO_FAULT),
     "gempy": (_is_positioned_plane, _NO_PLANE),
     "loopstructural": (_is_positioned_plane, _NO_PLANE),
     "gems": (_has_position, _NO_PLACE),

@@ -87,7 +87,7 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models.opening import resolution
 
     kept = model_cache.folder_of(asked.path, asked.cache)
-    loaded, folder = model_cache.load_into(asked.path, kept, progress)
+    loaded, folder = model_cache.load_for_transfer(asked.path, kept, progress)
     spacing = loaded.resolution
     if spacing is None:
         spacing = resolution(loaded.data)

@@ -138,7 +138,7 @@ def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.check import check_photos
 
-    return check_photos(read_photos(asked.photos).with_masks(asked.masks), progress=progress)
+    return check_photos(read_photos(asked.photos).replace_masks(asked.masks), progress=progress)
 
 
 CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos, _FEWER)

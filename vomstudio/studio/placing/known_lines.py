@@ -16,7 +16,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import Model
 from vomstudio.registration.compass_evidence import Segment
@@ -127,7 +127,7 @@ def photo_up(path: Path) -> FloatArray | None:
     None if it was made otherwise, or registered. Such a model is turned so that z is up as they
     were held (`photogrammetry.georeferencing.local_frame`).
     """
-    return np.array([0.0, 0.0, 1.0]) if scale_known(path) is False else None
+    return np.array([0.0, 0.0, 1.0]) if has_known_scale(path) is False else None
 
 
 def _moved(evidence: Evidence, by: FloatArray) -> Evidence:

@@ -15,7 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
 from vomstudio.registration.by_model.stable import POLYGONS, in_polygons, near_cloud
 from vomstudio.registration.by_model.starting import (
@@ -71,7 +71,7 @@ def _stated_placement(loaded: LoadedModel) -> Standing:
             established.to_world(), frame.crs, frame.has_metres, registration.scale_error
         )
     known = loaded.unit_m is not None or frame.crs is not None
-    return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
+    return Standing(frame.to_world(), frame.crs, known or has_known_scale(loaded.path) is True)
 
 
 def fit_model(

@@ -175,7 +175,7 @@ class PhotoDocument(QObject):
 
         return self._apply(make, join)
 
-    def keep_mask(self, png: bytes) -> Asset:
+    def store_mask(self, png: bytes) -> Asset:
         """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
         return self._studio.project.assets.store(png, ".png")
 

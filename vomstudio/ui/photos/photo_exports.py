@@ -19,7 +19,7 @@ from vomstudio.core.files.disk_errors import write_error
 from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
+from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask
 from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
 from vomstudio.project.imports.sidecar_import import SidecarData, fallback_folder, read_sidecars
 from vomstudio.ui.common.qt_background import QtBackground
@@ -73,7 +73,7 @@ class PhotoExports(QObject):
         just_read: what lies beside the photos, where it has been taken in now"""
         self._rows = {row.name: row for row in rows}
         paths = [Path(row.path) for row in rows]
-        self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
+        self._places = {row.name: mask_path(Path(row.path), paths) for row in rows}
         self._found = {row.name: Path(row.found_mask) for row in rows if row.found_mask}
         self._waiting.clear()
         self.problem = None
@@ -253,7 +253,7 @@ class PhotoExports(QObject):
                         if mask is None
                         else load_mask(mask, row.width, row.height)
                     )
-                    return keep_mask(place, used, found)
+                    return store_mask(place, used, found)
                 except VomError as error:
                     return error
 

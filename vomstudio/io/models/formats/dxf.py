@@ -29,8 +29,8 @@ from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, value_text
 from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
-    drop_unsound,
-    drop_unsound_points,
+    drop_invalid,
+    drop_invalid_points,
     join_corners,
     read_whole,
 )
@@ -188,9 +188,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if drawing.corners:
         if drawing.points:
             drawing.left_out["POINT"] += sum(map(len, drawing.points))
-        model = drop_unsound(_mesh(drawing), messages, path)
+        model = drop_invalid(_mesh(drawing), messages, path)
     else:
-        model = drop_unsound_points(_cloud(drawing), messages, path)
+        model = drop_invalid_points(_cloud(drawing), messages, path)
     if drawing.left_out:
         messages.append(
             Finding(
@@ -337,13 +337,13 @@ def _unit(header: list[tuple[int, bytes]]) -> str | None:
 def _visible(block: _Block, entities: IntArray, drawing: _Drawing) -> IntArray:
     """Return the entities that are visible and not in paper space."""
     flags = block.numbers(entities, (60, 67), 0.0)
-    seen = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
+    is_visible = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
     if drawing.hidden:
         layers = block.layers(entities)
-        seen &= np.array([name not in drawing.hidden for name in layers], np.bool_)
-    if not seen.all():
-        drawing.left_out[tr("hidden")] += int((~seen).sum())
-    return np.asarray(entities[seen], np.int64)
+        is_visible &= np.array([name not in drawing.hidden for name in layers], np.bool_)
+    if not is_visible.all():
+        drawing.left_out[tr("hidden")] += int((~is_visible).sum())
+    return np.asarray(entities[is_visible], np.int64)
 
 
 def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
