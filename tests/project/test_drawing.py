@@ -22,7 +22,7 @@ from vomstudio.project.kind import (
     Attribute,
     GisLayer,
     KindGroup,
-    NetStyle,
+    NetAppearance,
     group_of,
     has_plane,
     is_picked_plane,
@@ -120,7 +120,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert kind.icon
     assert re.fullmatch("|#[0-9a-f]{6}", kind.color)
     # What has no feature type has a colour and a group of its own.
-    assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
+    assert bool(kind.color) == (not kind.has_feature_type) == (kind.group is not None)
     assert kind.evidence in ("", "picked", "read", "derived")
     assert kind.evidence == {
         "trace": "picked",
@@ -166,7 +166,7 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
     assert [look.suffix for look in apart] == [" (compass)", " (intersections)"]
     assert len({look.marker for look in apart} - {kind.symbol for kind in DEFAULT_TYPES}) == 2
     assert all(len(look.marker) == 1 for look in apart)
-    assert NetStyle() == looks["trace"]
+    assert NetAppearance() == looks["trace"]
 
 
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
@@ -174,7 +174,7 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
     assert [layer.name for layer in layers if layer.main] == ["traces"]
     sparse = [kind for kind in KINDS if kind.layer is not None and kind.layer.sparse]
     assert {kind.name for kind in sparse} >= {"dimension", "control_point", "known_line"}
-    assert not any(kind.typed for kind in sparse)
+    assert not any(kind.has_feature_type for kind in sparse)
     geometries = {layer.name: layer.geometry for layer in layers}
     assert set(geometries.values()) == {"line", "ring", "point"}
     assert (
@@ -201,7 +201,7 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 def test_what_has_no_type_is_listed_and_hidden_together():
     assert GROUPS[1] == KindGroup(id="dimensions", title="Measurements", icon="ruler")
-    untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.typed]
+    untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.has_feature_type]
     assert [group_of(feature) for feature in untyped] == [group.id for group in GROUPS]
     assert group_of(ONE_OF_EACH["contact"]) == "fault"
 

@@ -74,7 +74,7 @@ def test_every_field_that_may_be_changed_is_there_and_its_figures_have_one_name_
     assert len(set(names)) == len(names)
     if kind.layer is not None:
         assert {"id", "name"} <= {figure.name for figure in kind.layer.figures}
-    assert kind.typed == ("type_id" in fields)
+    assert kind.has_feature_type == ("type_id" in fields)
 
 
 def test_a_figure_is_the_same_under_its_name_in_every_kind():

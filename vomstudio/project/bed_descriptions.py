@@ -20,7 +20,7 @@ POINT = "#"
 def describe_bed(
     records: Mapping[str, Record], line_id: str, boundary: str, lithology: str, notes: str
 ) -> Edit:
-    """Describe the bed that begins at a boundary, or clear its description if both texts are empty.
+    """Describe the bed that begins at a boundary; two empty texts clear its description.
 
     Parameters
     ----------

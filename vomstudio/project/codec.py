@@ -103,7 +103,7 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS)
 
 
 def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
-    """Return the two maps of an edit: id -> None, a complete record, or the fields that differ."""
+    """Return the two maps of an edit: id -> None, a complete record, or changed fields."""
     before: Plain = {}
     after: Plain = {}
     for id_, new in edit.after.items():

@@ -1,4 +1,4 @@
-"""Comparisons stored in a project: distances of a model from a benchmark, with their settings.
+"""Comparisons stored in a project: distances of a model from a benchmark.
 
 They are files beside the journal and not records: a lost file means that the comparison has to be
 repeated.

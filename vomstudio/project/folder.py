@@ -97,7 +97,7 @@ class Project:
         self._lock = lock
 
     def _write_dependencies(self) -> None:
-        """Write what a row depends on: the lock, if it was not taken, and the files that rows name.
+        """Write what a row depends on: the lock, if not taken yet, and the named files.
 
         Raises VomError.
         """

@@ -16,7 +16,10 @@ MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
 
 
 def add_grid(records: Records, grid: FaceGrid) -> Edit:
-    """Add a grid over a face. Raises DocumentError if the model is missing or the grid is empty."""
+    """Add a grid over a face.
+
+    Raises DocumentError if the model is missing or the grid is empty.
+    """
     if get(records, grid.model_id, Model) is None:
         raise DocumentError(
             Finding("record.missing", kind="model", id=grid.model_id), field="model"
@@ -31,7 +34,10 @@ def add_grid(records: Records, grid: FaceGrid) -> Edit:
 
 
 def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) -> Edit:
-    """Set the mark of cells. Raises DocumentError for missing cells, or if nothing would change."""
+    """Set the mark of cells.
+
+    Raises DocumentError for missing cells, or if nothing would change.
+    """
     grid = _grid(records, grid_id)
     if mark not in MARKS:
         raise DocumentError(

@@ -90,7 +90,7 @@ class Sketch:
 
 
 @dataclass(frozen=True)
-class NetStyle:
+class NetAppearance:
     """Style of a kind on the stereonet.
 
     The kind forms sets of its own with `suffix` after their names, and uses `marker` instead of the
@@ -222,7 +222,7 @@ class Kind:
     dependencies: Callable[[Records, Any], Sequence[Feature]] = _nothing
     has_dynamic_dependencies: bool = False
     tool: str = ""
-    net: NetStyle | None = None
+    net: NetAppearance | None = None
     layer: GisLayer | None = None
     group: KindGroup | None = None
     color: str = ""
@@ -234,7 +234,7 @@ class Kind:
     drawing_label: Callable[[Any], str] = lambda feature: str(feature.name)
 
     @property
-    def typed(self) -> bool:
+    def has_feature_type(self) -> bool:
         """Whether its features have one of the project's feature types."""
         return issubclass(self.record, Typed)
 

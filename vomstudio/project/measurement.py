@@ -227,7 +227,7 @@ def fit_fields(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, An
 
 
 def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
-    """Return the plane with its error for verdicts; None if there is no plane."""
+    """Return the plane with its error for verdicts, or None."""
     fit, plane = measurement.fit, measurement.plane
     if plane is None:
         return None
@@ -320,7 +320,7 @@ class ToWorld:
 
 
 def rows_of(model: Model | None) -> FloatArray:
-    """Return the (4, 4) matrix from the file frame to World; identity if the model was removed."""
+    """Return the (4, 4) matrix from the file frame to World, or the identity."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
 

@@ -183,10 +183,10 @@ def measure_all(
         measurements = measure_all(records, missing, thresholds)
         known |= {each.id: m for each, m in zip(missing, measurements, strict=True)}
     inputs = MeasurementContext(records, thresholds, known)
-    by_kind: dict[Kind, list[Feature]] = {}
+    features_by_kind: dict[Kind, list[Feature]] = {}
     for feature in features:
-        by_kind.setdefault(kind_of(feature), []).append(feature)
-    measured = {kind: iter(kind.measure(inputs, batch)) for kind, batch in by_kind.items()}
+        features_by_kind.setdefault(kind_of(feature), []).append(feature)
+    measured = {kind: iter(kind.measure(inputs, batch)) for kind, batch in features_by_kind.items()}
     return [next(measured[kind_of(feature)]) for feature in features]
 
 

@@ -190,16 +190,16 @@ def _points_after(
         if records.get(id_) != point:
             after[id_] = point
     after |= {p.id: None for p in old.values() if p.id not in ids.values()}
-    by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
+    marks_by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
     used = set()
     for (label, photo), (x, y) in marks.items():
-        before = by_point.get((ids[label], photo))
+        before = marks_by_point.get((ids[label], photo))
         id_ = new_id("mark") if before is None else before.id
         used.add(id_)
         mark = ImageMark(id_, ids[label], photo, x, y)
         if before != mark:
             after[id_] = mark
-    after |= {m.id: None for m in by_point.values() if m.id not in used}
+    after |= {m.id: None for m in marks_by_point.values() if m.id not in used}
     return after
 
 

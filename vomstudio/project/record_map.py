@@ -16,7 +16,7 @@ K = TypeVar("K", bound=Hashable)
 
 
 class RecordMap(Mapping[str, Record]):
-    """Records by id, in the order in which they were added; only the owning session changes them.
+    """Records by id, in insertion order; only the owning session changes them.
 
     An edit changes few of many thousand records. The mapping is therefore not copied, and the
     indices (records by class, numbers used in names) are built once and then updated.
@@ -150,7 +150,7 @@ def highest_number(records: Mapping[str, Record], prefix: str) -> int:
 
 
 def number_of(prefix: str, record: Record | None) -> int | None:
-    """Of a feature that is named by this prefix and a number; None for others."""
+    """Return the number in a name that consists of this prefix and a number, else None."""
     if not isinstance(record, Feature) or not record.name.startswith(prefix):
         return None
     digits = record.name[len(prefix) :]

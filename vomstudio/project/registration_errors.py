@@ -93,7 +93,7 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
 
 
 def bowing_of_registration(registration: Registration | None) -> Bowing | None:
-    """Estimate the bowing of a model from the residuals of its control points, without outliers.
+    """Estimate the bowing of a model from its control residuals, without outliers.
 
     Returns None if there are too few points or their residuals do not constrain it.
     """

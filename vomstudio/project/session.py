@@ -1,4 +1,7 @@
-"""The session: `Session.apply` is the only way to change it, `changed` the only notification."""
+"""The session of an open project: records, history and notifications.
+
+`Session.apply` is the only way to change records, `changed` the only notification.
+"""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def attitude_table(
     places: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
-    """Return a table with missing values for what is not given."""
+    """Return a table with NaN or None for values that are not given."""
     n = len(photos)
     return AttitudeTable(
         photos,

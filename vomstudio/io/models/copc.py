@@ -343,9 +343,10 @@ def point_count(path: str | Path) -> int:
 
 
 def stream(path: str | Path, budget: int) -> StreamedCloud:
-    """Open a COPC file for streaming with at most `budget` points in memory, and read its overview.
+    """Open a COPC file for streaming with at most `budget` points in memory.
 
-    The file stays open as long as the cloud exists. Raises InputError.
+    Its first levels are read at once. The file stays open as long as the cloud exists. Raises
+    InputError.
     """
     file = CopcFile(path)
     try:

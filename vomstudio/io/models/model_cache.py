@@ -346,7 +346,6 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
 
 
 def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> AnyArray:
-    """Raises InputError, OSError and ValueError."""
     wrong_size = tr("{file} has a wrong size", file=path.name)
     header = _npy_header(shape, kind)
     with open_unbuffered(path) as file:

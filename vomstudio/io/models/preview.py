@@ -35,7 +35,7 @@ RUN_POINTS = 500
 
 
 def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
-    """Return at most `count` points spread over a LAS, LAZ or COPC file, in a fraction of a second.
+    """Return at most `count` points spread over a LAS, LAZ or COPC file, quickly.
 
     COPC: the first levels of its octree. LAZ: the beginnings of chunks evenly spaced over the file,
     thinned. LAS: short runs of points, evenly spaced. None for other files and damaged ones;

@@ -214,7 +214,7 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
 
 # --- reading --------------------------------------------------------------------------------------
 def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
-    """Find the registration of a model: that of the file beside it, else of its reconstruction.
+    """Find the registration of a model, from the file beside it or its reconstruction.
 
     Parameters
     ----------
@@ -247,7 +247,6 @@ def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
 
 
 def _registration_of_result(model: Path) -> Registration:
-    """Raises InputError with the code ``registration.damaged``."""
     try:
         registration = read_registration_of_result(model)
     except (OSError, ValueError) as error:
@@ -320,7 +319,6 @@ def _values_of(plain: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _require_valid(path: Path, registration: Registration) -> None:
-    """Raises InputError with the code ``registration.damaged``."""
     reason = _invalid_reason(registration)
     if reason is not None:
         raise _damaged(path, reason)

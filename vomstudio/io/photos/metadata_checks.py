@@ -67,13 +67,13 @@ def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[F
         ``photo.angles-not-measured`` for each camera whose angles were dropped, and
         ``photo.angles-in-comment`` if angles of `UserComment` remain.
     """
-    by_camera: dict[str | None, list[Photo]] = defaultdict(list)
+    photos_by_camera: dict[str | None, list[Photo]] = defaultdict(list)
     for photo in photos:
         if photo.yaw_deg is not None:
-            by_camera[photo.camera].append(photo)
+            photos_by_camera[photo.camera].append(photo)
     unmeasured = {
         camera: group
-        for camera, group in by_camera.items()
+        for camera, group in photos_by_camera.items()
         if all(p.has_zero_angles for p in group)
     }
     findings = [

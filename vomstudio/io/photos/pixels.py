@@ -151,7 +151,7 @@ def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
 
 
 def read_mask(photo: Photo) -> BoolArray | None:
-    """Return the (height, width) mask of the stored photo, True where it is used; None without one.
+    """Return the (height, width) mask of the stored photo, True where it is used, or None.
 
     White is used, black is not. A mask of another size is resized. Raises InputError.
     """

@@ -153,7 +153,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
             findings.append(refusal)
         for finding in findings:
             problems[finding].append(name)
-        result.photos.append(_with_mask(photo, mask))
+        result.photos.append(_add_mask(photo, mask))
     progress.step(len(candidates))
     for path in files:
         code = _UNSUPPORTED_CODES.get(path.suffix.lower())
@@ -268,14 +268,14 @@ def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFold
 
 def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
     """Drop files with the same content as an earlier one; only files of equal size are read."""
-    by_size: dict[int, list[Path]] = defaultdict(list)
+    files_by_size: dict[int, list[Path]] = defaultdict(list)
     for path in paths:
         try:
-            by_size[path.stat().st_size].append(path)
+            files_by_size[path.stat().st_size].append(path)
         except OSError:
-            by_size[-1].append(path)
+            files_by_size[-1].append(path)
     originals: dict[Path, Path] = {}
-    for size, candidates in by_size.items():
+    for size, candidates in files_by_size.items():
         if size <= 0 or len(candidates) < 2:
             continue
         first: dict[bytes, Path] = {}
@@ -478,7 +478,7 @@ def _focal(
     return None, None, None, findings
 
 
-def _with_mask(photo: Photo, mask: Path | None) -> Photo:
+def _add_mask(photo: Photo, mask: Path | None) -> Photo:
     return photo if mask is None else replace(photo, mask=mask)
 
 

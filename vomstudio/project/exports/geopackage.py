@@ -124,8 +124,8 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
 
 def _extent(layer: Layer) -> tuple[float, float, float, float]:
     points = np.concatenate(layer.shapes)[:, :2]
-    (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return left, low, right, high
+    (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return west, south, east, north
 
 
 def _geometry(layer: Layer) -> AnyArray:

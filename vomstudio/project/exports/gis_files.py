@@ -172,7 +172,7 @@ def _symbol(
     size: float,
     layer: str,
 ) -> None:
-    """Draw strike and dip with the dip beside the tick, or an arrow with the plunge at its tip.
+    """Draw strike and dip with the dip value, or an arrow with the plunge value.
 
     Nothing is drawn if an angle is unknown.
     """

@@ -108,7 +108,7 @@ def _split_cells(line: str, delimiter: str) -> list[str]:
 
 
 def is_orientation(text: str) -> bool:
-    """Return whether a text contains both angles; two plain numbers are more likely two columns."""
+    """Return whether a text contains both angles; two plain numbers are rather columns."""
     if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
         return False
     for parse in (parse_plane, parse_line):

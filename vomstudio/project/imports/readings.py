@@ -1,4 +1,4 @@
-"""Compass readings from a table: meaning of the columns, north reference, and invalid rows.
+"""Compass readings from a table: columns, north reference, and invalid rows.
 
 A field book is typed by hand, so a row that cannot be read does not affect the others: it is listed
 with its line and the reason. Nothing is guessed that the numbers do not determine: the user decides
@@ -120,7 +120,7 @@ def read_readings(
     rows: list[FieldRow] = []
     bad: list[BadRow] = []
     flipped: list[int] = []
-    without_position: list[int] = []
+    unpositioned: list[int] = []
     invalid_positions: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
@@ -141,7 +141,7 @@ def read_readings(
             if position is None and any(
                 cells_by_role.get(c) for c in ("x", "y", "longitude", "latitude")
             ):
-                without_position.append(line)
+                unpositioned.append(line)
         except InputError as error:
             invalid_positions.append((line, finding_of(error)))
         rows.append(
@@ -168,7 +168,7 @@ def read_readings(
             invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
     about_rows = [
-        *_row_findings(flipped, without_position, needs_crs),
+        *_row_findings(flipped, unpositioned, needs_crs),
         *_position_findings(invalid_positions),
     ]
     return FieldReadings(tuple(rows), tuple(bad), (*table.notes, *about_rows, *findings))
@@ -193,16 +193,14 @@ def _rows_in_world(
     return [replace(row, position=places.get(row.line)) for row in rows], world.findings
 
 
-def _row_findings(
-    flipped: list[int], without_position: list[int], needs_crs: bool
-) -> list[Finding]:
+def _row_findings(flipped: list[int], unpositioned: list[int], needs_crs: bool) -> list[Finding]:
     """Return findings for rows that were flipped or have no position."""
     findings = []
     if flipped:
         findings.append(_rows_finding("reading.upward", flipped))
-    if without_position:
+    if unpositioned:
         code = "reading.degrees-without-crs" if needs_crs else "reading.coordinate-missing"
-        findings.append(_rows_finding(code, without_position))
+        findings.append(_rows_finding(code, unpositioned))
     return findings
 
 

@@ -1,4 +1,4 @@
-"""The project's journal in SQLite: append-only rows, each on disk before its effect is visible.
+"""The project's journal in SQLite: append-only rows, on disk before their effect.
 
 It uses WAL with synchronous FULL if the file system supports it, otherwise a rollback journal
 (network drives). On closing the log is merged, so that the single file can be copied and zipped.
@@ -171,7 +171,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
-            replace_surrogates(label),  # The records keep what is no UTF-8, as JSON's escapes.
+            writable(label),  # Records keep invalid UTF-8 as JSON escapes.
             dump_json(before),
             dump_json(after),
             time,
@@ -230,7 +230,6 @@ class SqliteJournal:
             raise
 
     def _open_again(self) -> None:
-        """Raises NotWritten."""
         expected = self._head
         try:
             self._open(create=False)
@@ -469,7 +468,6 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
 
 
 def _read_unlocked(path: Path) -> tuple[int, Replay]:
-    """Raises InputError and sqlite3.Error."""
     with closing(open_to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)

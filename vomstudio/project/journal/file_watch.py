@@ -1,4 +1,4 @@
-"""State of the files of an open journal, which may be deleted, replaced or become read-only."""
+"""State of the files of an open journal, which may change under the program."""
 
 from __future__ import annotations
 

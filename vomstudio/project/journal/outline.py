@@ -20,7 +20,7 @@ _NAME = re.compile(r"[a-z_][a-z0-9_]*", re.IGNORECASE)
 
 
 def outline(rows: Iterable[Row]) -> list[str]:
-    """Return one line per row: number, kind, time, version, label, and the fields that it changed.
+    """Return one line per row: number, kind, time, version, label, and changed fields.
 
     Lines contain no coordinates and no names typed by the user.
     """

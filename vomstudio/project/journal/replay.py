@@ -132,7 +132,6 @@ def _replay(rows: Iterable[Row]) -> Replay:
 
 
 def _settings_of(row: Row) -> Plain | None:
-    """Raises DocumentError."""
     if row.settings is not None and not isinstance(row.settings, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)

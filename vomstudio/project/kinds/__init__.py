@@ -1,6 +1,6 @@
 """The kinds of features. Each module of this package with a `KIND` defines one.
 
-It contains the record, and defines how it is measured, edited and drawn, which figures it has and
+It contains the record and defines how it is measured, edited and drawn, which figures it has and
 what it depends on. A new kind is a new module; no list has to be updated.
 """
 

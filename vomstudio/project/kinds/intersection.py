@@ -35,7 +35,7 @@ from vomstudio.project.figures import Subject, degrees
 from vomstudio.project.kind import (
     Kind,
     Lookup,
-    NetStyle,
+    NetAppearance,
     Sketch,
     is_picked_plane,
     midpoint,
@@ -107,18 +107,18 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
     start = 0
     try:
         for group in measured:
-            with_plane = [m for m in group if m.plane is not None]
-            if len(with_plane) == 1:
-                planes = [plane_with_error(with_plane[0])]
+            planar = [m for m in group if m.plane is not None]
+            if len(planar) == 1:
+                planes = [plane_with_error(planar[0])]
             else:
                 # The error of a mean is computed from the scatter; the errors of its planes would
                 # take time.
-                planes = [UncertainPlane(_normal_of(m), None) for m in with_plane]
+                planes = [UncertainPlane(_normal_of(m), None) for m in planar]
             usable = [plane for plane in planes if plane is not None]
             means.append(mean_plane(usable))
             scatter = max(scatter, scatter_deg(usable, means[-1]))
-            rows = np.arange(start, start + len(with_plane))
-            start += len(with_plane)
+            rows = np.arange(start, start + len(planar))
+            start += len(planar)
             moved_means.append(_registered_mean(usable, turns.of(rows)))
         intersection = intersection_line(*means)
     except GeometryError as error:
@@ -246,5 +246,5 @@ KIND = Kind(
     dependency_ids=dependency_ids,
     dependencies=dependencies,
     has_dynamic_dependencies=True,
-    net=NetStyle(" (intersections)", "X"),
+    net=NetAppearance(" (intersections)", "X"),
 )

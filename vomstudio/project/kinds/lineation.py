@@ -28,7 +28,7 @@ from vomstudio.project.kind import (
     GisLayer,
     Kind,
     Lookup,
-    NetStyle,
+    NetAppearance,
     Sketch,
     centre,
     line_of,
@@ -109,7 +109,7 @@ def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
-            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
+            largest, smallest, axis = _projected_error(line.vector(), fit, base)
     except GeometryError as error:
         return empty_measurement(
             points, resolution, cause_of(error), kind="lineation", metric=metric
@@ -166,7 +166,7 @@ def _registration_covariance(
     return np.asarray(line.covariance()[0])
 
 
-def _in_plane_error(
+def _projected_error(
     direction: FloatArray, fit: LineFit, base: UncertainPlane
 ) -> tuple[float | None, float | None, FloatArray | None]:
     """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
@@ -176,10 +176,10 @@ def _in_plane_error(
     across = stray95(base, direction)
     if across is None or fit.confidence95_deg is None:
         return None, None, None
-    in_plane_deg, out_of_plane_deg = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
-    if out_of_plane_deg > in_plane_deg:
-        return out_of_plane_deg, in_plane_deg, base.normal
-    return in_plane_deg, out_of_plane_deg, np.cross(base.normal, direction)
+    fit_error_deg, plane_error_deg = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if plane_error_deg > fit_error_deg:
+        return plane_error_deg, fit_error_deg, base.normal
+    return fit_error_deg, plane_error_deg, np.cross(base.normal, direction)
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
@@ -277,7 +277,7 @@ KIND = Kind(
     dependency_ids=plane_ids,
     dependencies=plane_dependencies,
     tool="line",
-    net=NetStyle(),
+    net=NetAppearance(),
     layer=GisLayer(
         "lineations",
         "line",

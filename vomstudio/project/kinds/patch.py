@@ -22,7 +22,7 @@ from vomstudio.geometry.units import area_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, Lookup, NetStyle, Sketch, centre
+from vomstudio.project.kind import GisLayer, Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import (
     Measurement,
     MeasurementContext,
@@ -190,7 +190,7 @@ KIND = Kind(
     evidence="picked",
     plane=kind.always,
     tool="patch",
-    net=NetStyle(),
+    net=NetAppearance(),
     layer=GisLayer(
         "patches",
         "ring",

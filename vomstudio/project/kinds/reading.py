@@ -16,7 +16,7 @@ from vomstudio.geometry.units import length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject, degrees
-from vomstudio.project.kind import Kind, Lookup, NetStyle, Sketch, centre
+from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
 from vomstudio.project.records import Typed
 
@@ -168,5 +168,5 @@ KIND = Kind(
     orientations=("plane", "line"),
     evidence="read",
     plane=is_plane,
-    net=NetStyle(" (compass)", "P"),
+    net=NetAppearance(" (compass)", "P"),
 )

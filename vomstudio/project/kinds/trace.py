@@ -28,7 +28,7 @@ from vomstudio.project.kind import (
     GisLayer,
     Kind,
     Lookup,
-    NetStyle,
+    NetAppearance,
     Sketch,
     centre,
     line_of,
@@ -259,7 +259,7 @@ KIND = Kind(
     evidence="picked",
     plane=kind.always,
     tool="trace",
-    net=NetStyle(),
+    net=NetAppearance(),
     layer=GisLayer(
         "traces",
         "line",

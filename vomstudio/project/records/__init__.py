@@ -1,4 +1,4 @@
-"""Records of a project: frozen, plain, and in the frame of the file on which they were measured.
+"""Records of a project: frozen, plain, and in the frame of the measured file.
 
 Features contain float64 coordinates in their model's file frame. World coordinates and fits are
 computed from feature and model and never stored, so declaring or changing a frame is one edit of

@@ -116,7 +116,7 @@ class Painted(OnAModel):
 
 @dataclass(frozen=True)
 class Group:
-    """Planes used together: the feature `feature_id`, or all of a type and, unless "", of a set."""
+    """Planes used together: a single feature, or all of a type and optionally of a set."""
 
     feature_id: str = ""
     type_id: str = ""

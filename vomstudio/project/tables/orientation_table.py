@@ -1,4 +1,4 @@
-"""The orientation table: one row per plane or line, the same in files, JSON and the window.
+"""The orientation table: one row per plane or line, as in files, JSON and the window.
 
 `COLUMNS` is the contract. Their values are the figures of the project's catalogue, which the
 window's table, `fit` and every export use as well.
@@ -59,7 +59,7 @@ _PLAIN_TYPES = {str, bool, int, NoneType}
 
 
 def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
-    """Return a row with those of a subject's figures that have a column; other columns are None."""
+    """Return a row with the subject's figures that have a column; others are None."""
     row: Row = dict.fromkeys(COLUMNS)
     for name, value in _table_figures(tuple(figures)):
         row[name] = plain(value(subject))
@@ -140,7 +140,7 @@ def plane_row(
     row = _detached_row(
         measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT
     )
-    return _with_metadata(row, metadata)
+    return _add_metadata(row, metadata)
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
@@ -149,13 +149,13 @@ def orientation_row(plane: Plane, **metadata: Any) -> Row:
     Metadata as in `plane_row`, including x, y, z.
     """
     measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, plane=plane)
-    return _with_metadata(_detached_row(measured, *catalogue.PLANE), metadata)
+    return _add_metadata(_detached_row(measured, *catalogue.PLANE), metadata)
 
 
 def line_row(line: Line, **metadata: Any) -> Row:
     """Return the row of a line; metadata as in `plane_row`, including x, y, z and rake_deg."""
     measured = Measurement(np.zeros((0, 3)), None, None, None, None, None, line=line)
-    return _with_metadata(_detached_row(measured, *catalogue.LINE), metadata)
+    return _add_metadata(_detached_row(measured, *catalogue.LINE), metadata)
 
 
 def _detached_row(measured: Measurement, *figures: Figure) -> Row:
@@ -226,7 +226,7 @@ def _columns_of(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iter
         return ([row.get(name) for row in rows] for name in names)
 
 
-def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
+def _add_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
     unknown = metadata.keys() - row.keys()
     if unknown:
         raise TypeError(f"not columns of the orientation table: {', '.join(sorted(unknown))}")

@@ -1,4 +1,4 @@
-"""A project's features as rows of the orientation table, for every export and for the window."""
+"""A project's features as rows of the orientation table, for exports and window."""
 
 from __future__ import annotations
 

@@ -30,14 +30,16 @@ def registrations_of(
         degrees squared; bowed_deg : possible difference of dips from edge to edge, if known.
     """
     ids = dict.fromkeys(f.model_id for f in features if isinstance(f, OnAModel))
-    by_registration: dict[str, tuple[Registration, list[str]]] = {}
+    models_of_registration: dict[str, tuple[Registration, list[str]]] = {}
     for id_ in ids:
         model = get(records, id_, Model)
         registration = None if model is None else model.registration
         if model is not None and registration is not None:
-            by_registration.setdefault(registration.id, (registration, []))[1].append(model.name)
+            models_of_registration.setdefault(registration.id, (registration, []))[1].append(
+                model.name
+            )
     result = []
-    for registration, models in by_registration.values():
+    for registration, models in models_of_registration.values():
         covariance = registration.rotation_covariance()
         if covariance is not None:
             degrees = covariance * np.degrees(1.0) ** 2

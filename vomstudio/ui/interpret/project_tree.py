@@ -243,7 +243,11 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsSelectable
             | Qt.ItemFlag.ItemIsUserCheckable
             | Qt.ItemFlag.ItemIsEditable
-            | (Qt.ItemFlag.ItemIsDragEnabled if kind_of(feature).typed else Qt.ItemFlag.NoItemFlags)
+            | (
+                Qt.ItemFlag.ItemIsDragEnabled
+                if kind_of(feature).has_feature_type
+                else Qt.ItemFlag.NoItemFlags
+            )
         )
         row = row_of(self._studio, feature, measured)
         item.setIcon(NAME, self._icons[kind_of(feature).name])

@@ -258,7 +258,7 @@ def _value(token: bytes) -> tuple[float, bool]:
 
 
 def _longest_line(buffer: bytearray, at: int) -> int:
-    """An upper bound for the values of one line, and of what else a step needs."""
+    """Return an upper bound for the number of values of one line."""
     data = np.frombuffer(buffer, np.uint8)[at:]
     longest, last = 0, -1
     for start in range(0, len(data), BLOCK_BYTES):
@@ -270,8 +270,10 @@ def _longest_line(buffer: bytearray, at: int) -> int:
 
 
 class _TextRows:
-    """Rows of one element as they come, in the types of their properties: all numbers of a file at
-    once, as floats, take several times the file."""
+    """Rows of one element, converted to the types of their properties while they are read.
+
+    All numbers of a file at once, as floats, would take several times the size of the file.
+    """
 
     def __init__(self, element: Element) -> None:
         self._properties = element.properties

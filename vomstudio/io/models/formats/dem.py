@@ -74,11 +74,11 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The grid as triangles between the centres of its pixels, float64, looking up.
+    """Read the grid as triangles between the centres of its pixels, float64.
 
-    Pixels without a value are holes. The place comes from the file's own transform, rotated or not;
-    the reference system is the file's, and the heights are in the unit that it states of them.
-    Raises InputError for a picture, for a raster without a place, and for a damaged file.
+    Pixels without a value are holes. The position follows from the file's transform, rotated or
+    not; the CRS is the file's, and the heights are in the unit that it states for them. Raises
+    InputError for an ordinary image, a raster without a position, and a damaged file.
     """
     import rasterio
     from rasterio._err import CPLE_BaseError

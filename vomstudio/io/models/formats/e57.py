@@ -102,14 +102,14 @@ def _read_scans(
         if place is None:
             messages.append(Finding("model.scan-left-out", number=number + 1))
             continue
-        wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
+        column_names = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
         flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
-        unread |= known - set(wanted) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+        unread |= known - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
-        for part in _blocks(e57, image, scan, [*wanted, *flags]):
+        for part in _blocks(e57, image, scan, [*column_names, *flags]):
             got = len(part[place[0]])
-            budget.take(8 * got * len(wanted), "points")
+            budget.take(8 * got * len(column_names), "points")
             xyz = np.column_stack([part[name] for name in place])
             if place is SPHERICAL:
                 xyz = _cartesian(xyz)
@@ -195,7 +195,7 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 
 
 def _cartesian(rae: AnyArray) -> AnyArray:
-    """From range, azimuth from x towards y, and elevation above x-y, in radians (E57 8.4.4.1)."""
+    """Convert range, azimuth from x towards y, and elevation above x-y, radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     flat = distance * np.cos(elevation)
     return np.column_stack(

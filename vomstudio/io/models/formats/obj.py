@@ -43,7 +43,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """OBJ has no magic word: a text whose first lines are statements of the format."""
+    """Return whether the first lines are OBJ statements, since OBJ has no signature."""
     if b"\0" in head:
         return False
     known = 0
@@ -79,10 +79,10 @@ def warm_up() -> None:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The mesh of an OBJ file, or its points where it has no faces.
+    """Read the mesh of an OBJ file, or its points if it has no faces.
 
-    Unsound vertices, faces and texture coordinates are left out and counted in the warnings.
-    Raises InputError where nothing sound is found.
+    Invalid vertices, faces and texture coordinates are dropped and counted in the warnings. Raises
+    InputError if nothing valid remains.
     """
     data = to_utf8(read_whole(path, progress, b"\n"), b"\n")
     return _Reading(path, data, progress).model()
@@ -116,7 +116,7 @@ class _Reading:
         return Finding("file.other-format", format="OBJ")
 
     def _line(self, offset: int) -> int:
-        """The 1-based line of a byte, in the file as it stands on the disk."""
+        """Return the 1-based line of a byte in the file on disk."""
         ends = int(np.count_nonzero(self.data[:offset] == 10))
         return 1 + ends + bisect.bisect(self.joined, offset)
 

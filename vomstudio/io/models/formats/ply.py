@@ -53,10 +53,10 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The mesh or cloud of a PLY file.
+    """Read the mesh or cloud of a PLY file.
 
-    Records that are missing or unsound are left out and counted in the warnings. Raises InputError
-    where the header cannot be understood or nothing sound follows it.
+    Missing or invalid records are dropped and counted in the warnings. Raises InputError for an
+    invalid header, or if nothing valid follows it.
     """
     data = read_whole(path, progress)
     if not matches(path, data[:4].tobytes()):
@@ -247,8 +247,11 @@ def _triangles(
     path: Path,
     messages: list[Finding],
 ) -> _Triangles:
-    """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
-    texture coordinates; uv_values: of them altogether."""
+    """Return the polygons of a table cut into triangles.
+
+    `uv_counts` is the number of values in each face's list of texture coordinates, and `uv_values`
+    their total.
+    """
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: AnyArray
     if key is None:

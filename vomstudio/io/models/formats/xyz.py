@@ -1,4 +1,4 @@
-"""Points as text: XYZ, CSV and their like, with columns found by their names or their values."""
+"""Points as text: XYZ, CSV and their like, with columns identified by name or value."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ NORMALS = (("nx", "ny", "nz"), ("normalx", "normaly", "normalz"), ("xnormal", "y
 
 @dataclass(frozen=True)
 class Layout:
-    """How the rows are written: the sample decides, the whole file must follow.
+    """Layout of the rows, determined from a sample; the whole file must follow it.
 
-    skip : lines before the first row of numbers
-    comments : lines before it that are comments, without their sign
+    `skip` is the number of lines before the first row of numbers; `comments` are the comment lines
+    before it, without their mark.
     """
 
     delimiter: str
@@ -76,7 +76,7 @@ class Layout:
 
 @dataclass
 class ColumnUses:
-    """Which column is what, counted from 0."""
+    """Uses of the columns, counted from 0."""
 
     xyz: list[int]
     rgb: list[int] = field(default_factory=list)
@@ -85,15 +85,16 @@ class ColumnUses:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Text has no magic word; the ending decides."""
+    """Return False: text has no signature, the extension decides."""
     return False
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The points of a text table by the rules of `text_tables`, with colours (0..1, 0..255 or 16
-    bit), normals and scalar fields. Rows without finite coordinates are left out and counted.
+    """Read the points of a text table by the rules of `text_tables`.
 
-    Raises InputError with the line where a coordinate is a word or a row is ragged.
+    Colours (0..1, 0..255 or 16 bit), normals and scalar fields are read. Rows without finite
+    coordinates are dropped and counted. Raises InputError with the line of a coordinate that is a
+    word, or of a ragged row.
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > MAX_FILE_BYTES:
@@ -199,9 +200,9 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
         if all(n in names for n in triple):
             columns.normals = [names[n] for n in triple]
             break
-    taken = {*columns.xyz, *columns.rgb, *columns.normals}
+    used = {*columns.xyz, *columns.rgb, *columns.normals}
     for i, name in enumerate(layout.header):
-        if i not in taken:
+        if i not in used:
             label = name or f"column {i + 1}"
             columns.others[i] = (
                 label if label not in columns.others.values() else f"{label} {i + 1}"
@@ -261,8 +262,10 @@ def _are_normals(values: AnyArray) -> bool:
 
 
 def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, AnyArray]:
-    """The columns of the table, those that hold more than numbers as objects. Raises InputError
-    with the line that does not fit."""
+    """Return the columns of the table; those that contain more than numbers are objects.
+
+    Raises InputError with the invalid line.
+    """
     progress.stage(tr("Reading the points"), len(data))
     if len(data) <= FEW_BYTES and (few := plain_numbers(data, layout)) is not None:
         return few
@@ -300,8 +303,8 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             Finding("file.damaged", reason=" ".join(str(error).split())[:160], format="XYZ"),
             file=path,
         ) from error
-    found = {i: grown.take(str(i), rows) for i in range(layout.width)}
-    return {i: column for i, column in found.items() if column is not None}
+    table = {i: grown.take(str(i), rows) for i in range(layout.width)}
+    return {i: column for i, column in table.items() if column is not None}
 
 
 def _is_old(pandas: Any) -> bool:
@@ -314,7 +317,7 @@ def _is_old(pandas: Any) -> bool:
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
-    """Raises InputError, with the line, for a row with more or fewer cells than belong to it."""
+    """Refuse a row with too many or too few cells. Raises InputError with its line."""
     named = layout.width if layout.header is None else len(layout.header)
     beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
     last = table[layout.width - 1]

@@ -86,7 +86,6 @@ def read_colmap(folder: Path) -> OwnCameras:
 def _lens(
     model: str, width: int, height: int, params: tuple[float, ...]
 ) -> tuple[Intrinsics, str | None]:
-    """Raises ValueError, or GeometryError."""
     if model not in _PARAMETER_COUNTS:
         raise ValueError(tr("{model} is no camera model of COLMAP", model=model[:40]))
     if len(params) != _PARAMETER_COUNTS[model]:
@@ -189,7 +188,6 @@ def _binary_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
 
 
 def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
-    """Raises ValueError."""
     from scipy.spatial.transform import Rotation
 
     if camera not in lenses:

@@ -71,8 +71,8 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
     chunk_views = [_view(path, chunk, *pose) for pose in poses]
     reference = (chunk.findtext("reference") or "").strip()
     if reference and not reference.upper().startswith(_LOCAL_PREFIXES):
-        on_map, name = _on_map(path, chunk, reference, chunk_views)
-        return [Candidate(name, on_map, findings), *candidates]
+        map_views, name = _to_map(path, chunk, reference, chunk_views)
+        return [Candidate(name, map_views, findings), *candidates]
     return [
         Candidate(tr("the frame of the chunk, with its transform"), chunk_views, findings),
         *candidates,
@@ -125,7 +125,7 @@ def _transform(path: Path, element: Element) -> FloatArray | None:
 
 
 # --- on Earth ---------------------------------------------------------------------------------
-def _on_map(
+def _to_map(
     path: Path, chunk: Element, reference: str, views_in_chunk: list[View]
 ) -> tuple[list[View], str]:
     """Convert geocentric views to a projected CRS: that of the chunk or the UTM zone.

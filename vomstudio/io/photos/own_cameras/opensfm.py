@@ -123,7 +123,6 @@ def find_offset(path: Path) -> tuple[float, float] | None:
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]:
-    """Raises KeyError, TypeError, ValueError or GeometryError."""
     kind = str(camera.get("projection_type", "perspective"))
     width, height = int(camera["width"]), int(camera["height"])
     side = float(max(width, height))

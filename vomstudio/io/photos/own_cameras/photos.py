@@ -13,19 +13,19 @@ from vomstudio.io.photos.reading import photo_names
 _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "../../images")
 
 
-def find_camera_photos(own: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
+def find_camera_photos(cameras: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
     """Return the existing photos of cameras, by camera name.
 
     `folder` is that of the photos; None searches the folder stated in the camera file, and beside
     it. Raises InputError if it is not a folder.
     """
     if folder is not None:
-        return _photos_in_folder(folder, list(own.centres))
-    folders = [own.photos] if own.photos is not None else []
-    folders += [own.path.parent / name for name in _FOLDERS]
+        return _photos_in_folder(folder, list(cameras.centres))
+    folders = [cameras.photos] if cameras.photos is not None else []
+    folders += [cameras.path.parent / name for name in _FOLDERS]
     for candidate in folders:
         try:
-            photos = _photos_in_folder(candidate, list(own.centres))
+            photos = _photos_in_folder(candidate, list(cameras.centres))
         except InputError:
             continue
         if photos:
