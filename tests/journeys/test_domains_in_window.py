@@ -43,7 +43,7 @@ def parted(window, outcrop, picks):
         assert window.studio.attempt(edits.add_trace, trace)
     window.studio.selection.set(["F01"])
     driver.settled(window)
-    window.actions_table.run("split_by_plane")
+    window.actions_table.run("part_by_plane")
     driver.settled(window)
     return picks
 

@@ -87,7 +87,7 @@ def test_the_known_words_name_each_of_the_four_once() -> None:
         Frame("local"),
         Frame("crs", crs="EPSG:32633"),
     ):
-        words = frame.known()
+        words = frame.known_text()
         assert [words.count(w) for w in ("north", "vertical", "scale", "position")] == [1] * 4
 
 

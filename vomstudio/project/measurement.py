@@ -51,7 +51,7 @@ class Measurement:
         the ends of a line as long as its planes.
     resolution_m, outcrop_normal
         Copied from the feature.
-    by_this_rule : bool
+    uses_current_rule : bool
         False if these two were measured by an earlier rule. The errors derived from the plane then
         stay as the project has reported them until the user updates the measurement.
     fit, line_fit
@@ -75,7 +75,7 @@ class Measurement:
         Area of the faces of a patch.
     dimension : mapping of str to float or None
         Lengths and areas by name, in m or m2.
-    said : str
+    text : str
         Text of a feature that has no number.
     metric : bool
         False if the scale of the model is unknown: lengths are then in units of its file.
@@ -114,8 +114,8 @@ class Measurement:
     angle_deg: float | None = None
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None
-    said: str = ""
-    by_this_rule: bool = True
+    text: str = ""
+    uses_current_rule: bool = True
     metric: bool = True
     kind: str = ""
     judged_as: JudgedAs = "trace"
@@ -234,7 +234,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
     if fit is None or fit.error_rake_deg is None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    resolution = measurement.resolution_m if measurement.by_this_rule else None
+    resolution = measurement.resolution_m if measurement.uses_current_rule else None
     largest, smallest = wider_of(
         fit,
         measurement.judged_as,

@@ -120,7 +120,7 @@ def measure(at: MeasurementContext, lines: Sequence[KnownLine]) -> list[Measurem
         measurement = empty_measurement(
             points, None, None, kind="known_line", metric=is_metric(model)
         )
-        measurements.append(replace(measurement, said=known_text(line)))
+        measurements.append(replace(measurement, text=known_text(line)))
     return measurements
 
 
@@ -225,7 +225,7 @@ KIND = Kind(
     attributes=(kind.NAME, kind.NOTES),
     sketch=sketch,
     about=about,
-    headline=lambda measured: measured.said,
+    headline=lambda measured: measured.text,
     dependency_ids=lambda line: (line.feature_id,) if line.feature_id else (),
     dependencies=dependencies,
     tool="known_line",

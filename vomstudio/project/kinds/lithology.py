@@ -95,7 +95,7 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
         None,
         problem,
         dimension=figures or None,
-        said=feature.lithology,
+        text=feature.lithology,
         metric=is_metric(model),
         kind="lithology",
     )
@@ -137,7 +137,7 @@ def words(measured: Measurement) -> list[str]:
 
 def headline(measured: Measurement) -> str | None:
     """Return rock and area."""
-    return ", ".join(filter(None, (measured.said, area(measured)))) or None
+    return ", ".join(filter(None, (measured.text, area(measured)))) or None
 
 
 def about(subject: Subject) -> list[str]:

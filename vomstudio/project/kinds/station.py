@@ -62,7 +62,7 @@ def measure(at: MeasurementContext, stations: Sequence[Station]) -> list[Measure
             None,
             None,
             None,
-            said=_station_text(station),
+            text=_station_text(station),
             metric=is_metric(model),
             kind="station",
         )
@@ -138,7 +138,7 @@ KIND = Kind(
     sketch=sketch,
     class_name=lambda station: str(station.what),
     about=about,
-    headline=lambda measured: measured.said,
+    headline=lambda measured: measured.text,
     tool="station",
     layer=GisLayer(
         "stations",

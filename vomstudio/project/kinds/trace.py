@@ -154,7 +154,7 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
                 **fit_fields(fit, None if fit is None else next(planes)),
                 metric=frame.metric,
                 kind="trace",
-                by_this_rule=trace.rule >= SURROUNDINGS_RULE,
+                uses_current_rule=trace.rule >= SURROUNDINGS_RULE,
                 registration_error_deg=tilt,
                 stretch_error_deg=stretch,
             )

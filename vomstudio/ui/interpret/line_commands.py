@@ -57,7 +57,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             too_few_groups,
         ),
         Command(
-            "split_by_plane",
+            "part_by_plane",
             tr("Part into domains by this &plane"),
             lambda: domain_parting.part(studio),
             "vector-difference",

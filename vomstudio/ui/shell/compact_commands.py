@@ -27,7 +27,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             lambda: _why_not(studio),
         ),
         Command(
-            "undo_compaction",
+            "take_back_compaction",
             tr("Undo compaction"),
             lambda: _take_back(studio),
             None,
@@ -59,7 +59,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
         studio.fail(error)
         return
     studio.history_changed.emit()
-    studio.notice.emit(Notice(Finding("compaction.done"), "info", "undo_compaction"))
+    studio.notice.emit(Notice(Finding("compaction.done"), "info", "take_back_compaction"))
 
 
 def compaction_text(plan: Plan) -> str:
