@@ -210,7 +210,7 @@ def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
     table = table_of(tmp_path, text)
     found = guess(table)
     assert found.notation == "dipdir/dip"
-    with_crs = read_readings(table, found.columns, found.notation, from_degrees("EPSG:32633"))
+    with_crs = read_readings(table, found.columns, found.notation, degrees_to_grid("EPSG:32633"))
     x, y, z = with_crs.rows[0].position
     assert (x, z) == (pytest.approx(500_000.0, abs=1e-3), 350.0)  # on the central meridian
     # The meridian's arc from the equator, integrated over WGS 84, times 0.9996.
@@ -307,7 +307,7 @@ def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_sta
 ):
     table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")
     found = guess(table)
-    understood = read_readings(table, found.columns, "dipdir/dip", from_degrees("EPSG:32633"))
+    understood = read_readings(table, found.columns, "dipdir/dip", degrees_to_grid("EPSG:32633"))
     assert understood.bad == ()
     assert understood.rows[0].position is None
     assert understood.rows[1].position is not None

@@ -261,7 +261,7 @@ def _restore_assets(folder: Path) -> None:
     backup = folder / _ASSETS_BACKUP
     if not backup.is_dir():
         return
-    place_inside(backup, folder)
+    require_inside(backup, folder)
     try:
         make_folder(folder / FOLDER, folder)
         for path in backup.iterdir():
@@ -279,7 +279,7 @@ def discard_backup(folder: Path) -> None:
     remove(folder / NEW_NAME)
     backup = folder / _ASSETS_BACKUP
     # The target of a link does not belong to the project.
-    if backup.is_dir() and not links_of(str(folder), [_ASSETS_BACKUP]):
+    if backup.is_dir() and not special_files(str(folder), [_ASSETS_BACKUP]):
         for path in backup.iterdir():
             remove(path)
         with contextlib.suppress(OSError):
@@ -322,7 +322,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
     """Return the asset files that no reachable record names."""
     assets = folder / FOLDER
     # The target of a link does not belong to the project.
-    if not assets.is_dir() or links_of(str(folder), [FOLDER]):
+    if not assets.is_dir() or special_files(str(folder), [FOLDER]):
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
     named = {

@@ -86,7 +86,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
         return shutil.copy2(source_file, target_file)
 
     def ignored(folder: str, names: list[str]) -> set[str]:
-        links = links_of(folder, names)
+        links = special_files(folder, names)
         parts = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
         if parts[1:2] != ("work",):
             return links

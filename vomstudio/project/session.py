@@ -117,7 +117,7 @@ class Session:
         self._undone.clear()
 
     def _notify(self, edit: Edit) -> None:
-        with telling():
+        with group_notifications():
             self.changed.emit(edit)
             self.history_changed.emit(None)
 

@@ -144,7 +144,7 @@ class Projects:
 
     def _held(self, folder: Path) -> Project:
         settings = self._preferences.settings
-        return Project.open(folder, settings=settings.affecting_results, allow_unlocked=True)
+        return Project.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
         """Projects that a crash or a power cut has left open; none of `but`, which are opened

@@ -12,7 +12,7 @@ import pytest
 
 from tests.specimens.figures import copy_of
 from vomstudio.cli import main
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.io.exchange.columns import delimited_text
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project import edits
@@ -47,9 +47,13 @@ def test_tables_are_text(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
     export_project(project, "csv", out)
     read = read_orientations(out)
-    assert {" ".join(plain(NAME).split())} == {" ".join(name.split()) for name in read.sets if name}
+    assert {" ".join(replace_control_characters(NAME).split())} == {
+        " ".join(name.split()) for name in read.sets if name
+    }
     text = delimited_text(("name",), [(NAME,)], ",")
-    assert next(csv.reader([text.splitlines()[1]])) == [" ".join(plain(NAME).split())]
+    assert next(csv.reader([text.splitlines()[1]])) == [
+        " ".join(replace_control_characters(NAME).split())
+    ]
 
 
 def test_drawings_and_maps_are_xml(project: Path, tmp_path: Path) -> None:

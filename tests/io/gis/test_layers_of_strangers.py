@@ -23,7 +23,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
-from vomstudio.io.text.set_columns import rings_of
+from vomstudio.io.text.set_columns import parse_rings
 from vomstudio.project.imports.feature_lists import read_listed_features
 from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import in_polygons

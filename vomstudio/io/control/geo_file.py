@@ -75,9 +75,7 @@ def read_geo(path: Path) -> GeoFile:
         name = " ".join(cells[:name_end]).replace("\\", "/")
         if name in first_lines:
             raise InputError(
-                Finding(
-                    "table.repeated-label", label=shortened(name), first_line=first_lines[name]
-                ),
+                Finding("table.repeated-label", label=shorten(name), first_line=first_lines[name]),
                 file=path,
                 line=number,
                 field="image",
@@ -157,7 +155,7 @@ def _value(path: Path, line: int, name: str, cell: str) -> float:
     if name not in ("x", "y") and not is_comma_number(cell):
         # Cells after the numbers belong to other programs.
         return float("nan")
-    finding = Finding("table.not-a-number", cell=shortened(cell))
+    finding = Finding("table.not-a-number", cell=shorten(cell))
     if is_comma_number(cell):
-        finding = Finding("table.decimal-comma", cell=shortened(cell))
+        finding = Finding("table.decimal-comma", cell=shorten(cell))
     raise InputError(finding, file=path, line=line, field=name)

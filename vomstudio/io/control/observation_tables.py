@@ -204,7 +204,7 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
     """
     table = NamedTable(path, _PAIR_COLUMNS)
     labels = table.words(LABEL, "label")
-    table.require_once(labels)
+    table.require_unique(labels)
     model = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_coordinates(world)
@@ -264,7 +264,7 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
         if first_label == second_label:
             raise table.at(
                 bar,
-                Finding("control.bar-of-one-point", label=shortened(first_label)),
+                Finding("control.bar-of-one-point", label=shorten(first_label)),
                 "to",
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
@@ -335,12 +335,14 @@ def read_compass(path: str | Path) -> CompassTable:
         raise InputError(
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
-    orientations = orientations_of(table.table)
-    vectors = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))[orientations.kept]
+    orientations = extract_orientations(table.table)
+    vectors = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))[
+        orientations.row_indices
+    ]
     length = np.linalg.norm(vectors, axis=1)
     for index in np.flatnonzero(~(length > 0)):
         raise table.at(
-            int(orientations.kept[index]),
+            int(orientations.row_indices[index]),
             Finding("control.no-model-direction"),
             "model_x",
         )
@@ -355,7 +357,7 @@ def read_compass(path: str | Path) -> CompassTable:
     if not table.has(("id",)) and table.has(LABEL):
         names = table.words(LABEL, "label", empty=True)
         labels = tuple(
-            names[row] or label for row, label in zip(orientations.kept, labels, strict=True)
+            names[row] or label for row, label in zip(orientations.row_indices, labels, strict=True)
         )
     return CompassTable(
         labels,
@@ -363,5 +365,5 @@ def read_compass(path: str | Path) -> CompassTable:
         np.where(orientations.is_plane, orientations.dip_direction_deg, orientations.trend_deg),
         np.where(orientations.is_plane, orientations.dip_deg, orientations.plunge_deg),
         vectors / length[:, None],
-        sigma[orientations.kept],
+        sigma[orientations.row_indices],
     )

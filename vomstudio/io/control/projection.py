@@ -54,7 +54,7 @@ def project_points(
                 if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
                     raise _nowhere(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
-            to_grid = from_degrees(code, horizontal.to_wkt())
+            to_grid = degrees_to_grid(code, horizontal.to_wkt())
             projected = []
             for point in points:
                 position = to_grid(point.position[0], point.position[1])

@@ -94,7 +94,7 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
         sigma = float(table.sigma[k])
         rows.append(
             [
-                guarded(label),
+                escape_formula(label),
                 "plane" if is_plane else "line",
                 *(angles if is_plane else ["", ""]),
                 *(["", ""] if is_plane else angles),
@@ -120,8 +120,8 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
 def _write(
     path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
 ) -> Path | None:
-    check_beside(path)
-    moved_file = set_aside(path) if path.exists() and not _has_only_columns(path, header) else None
+    check_generated_path(path)
+    moved_file = back_up(path) if path.exists() and not _has_only_columns(path, header) else None
     if not rows:
         try:
             path.unlink(missing_ok=True)

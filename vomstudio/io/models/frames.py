@@ -99,7 +99,7 @@ def establish_frame(
 
 
 def stored_registration(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> SidecarRegistration:
     """Find the registration beside a model that was read with the same options.
 
@@ -118,7 +118,7 @@ def stored_registration(
     stated_crs = None
     # With `to_crs` the CRS of the file was converted when it was read.
     if options.to_crs is None:
-        stated_crs = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
+        stated_crs = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
     stored = registration_beside(loaded.path, loaded.content_hash, stated_crs)
     registration = stored.registration
     if registration is None:
@@ -153,7 +153,7 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Si
     frame = registration.frame
     if stated is None or (frame.crs is not None and _is_same_crs(stated, frame.crs)):
         return stored
-    if frame.kind == "local" and _is_in_world(registration) and metres_of(stated) == 1.0:
+    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated) == 1.0:
         # The CRS was stated later: the local frame is now that of the map.
         return SidecarRegistration(replace(registration, frame=Frame("crs", stated)))
     return _unused(path, registration, stated)
@@ -279,7 +279,7 @@ def frame_of_file(path: Path, crs: str | None) -> Frame:
     A model reconstructed with control points in a local system is in metres and knows north.
     """
     if crs:
-        return Frame("crs", crs, metres_of(crs))
+        return Frame("crs", crs, unit_in_metres(crs))
     return Frame("local") if has_known_scale(path) else Frame()
 
 
@@ -298,8 +298,8 @@ def _assumption_findings(
     if has_known_scale(loaded.path) is not None:
         # A reconstruction by this program states what is known in the file beside it.
         return ()
-    degrees_finding = looks_like_degrees(np.asarray(loaded.data.bounds, np.float64))
-    findings = () if degrees_finding is None or options.unit is not None else (degrees_finding,)
+    suspicion = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
+    findings = () if suspicion is None or options.unit is not None else (suspicion,)
     assumed = assumed_frame(
         loaded.path,
         options,

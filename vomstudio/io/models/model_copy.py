@@ -106,7 +106,7 @@ def copy_model(
         progress.stage(tr("Copying files"), len(files))
         for count, (file, name) in enumerate(files, 1):
             copy = part / name
-            make_folder(place_inside(copy, part).parent, part)
+            make_folder(require_inside(copy, part).parent, part)
             require_regular(file)
             shutil.copyfile(file, copy)
             progress.step(count)

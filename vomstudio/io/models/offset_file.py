@@ -55,7 +55,7 @@ def read_offset(model: Path) -> Offset:
     """Read `NAME.offset.txt` beside `model`; empty if there is none."""
     path = offset_path(model)
     try:
-        text = text_of(read_small(path, MAX_BYTES))
+        text = decode_text(read_small(path, MAX_BYTES))
     except FileNotFoundError:
         return Offset()
     except (InputError, OSError, UnicodeDecodeError):

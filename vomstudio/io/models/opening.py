@@ -89,7 +89,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
         # Damaged files contain NaN of every kind; readers check for them.
-        with np.errstate(all="ignore"), limited_by(path):
+        with np.errstate(all="ignore"), limit_for_file(path):
             loaded = reader.read(path, progress)
     except MemoryError:
         is_stopped.set()
@@ -270,7 +270,7 @@ def _first_positive(distance: FloatArray) -> FloatArray:
 
 
 def convert_axes(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
     """Determine the CRS of a model and convert x, y, z to one unit.
 
@@ -289,7 +289,7 @@ def convert_axes(
     refusal_finding = refusal(axes, loaded.data.bounds)
     messages += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
-    if axes.crs is None and has_crs and not axes.grows:
+    if axes.crs is None and has_crs and not axes.unusual_directions:
         messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
     data = _scale(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m

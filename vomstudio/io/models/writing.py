@@ -26,7 +26,7 @@ from vomstudio.io.models.registration_file import (
     write_registration,
 )
 from vomstudio.io.models.writer import Writer, WriteRequest
-from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.io.plugins import LoadedPlugins, find_plugins
 
 GROUP = "vomstudio.writers"
 

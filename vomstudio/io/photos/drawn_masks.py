@@ -66,8 +66,8 @@ def write_mask(path: Path, used: BoolArray) -> Path | None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
-    check_beside(path)
-    moved_file = set_aside(path) if path.exists() and not is_own_mask(path) else None
+    check_generated_path(path)
+    moved_file = back_up(path) if path.exists() and not is_own_mask(path) else None
     png_info = PngInfo()
     png_info.add_text("Software", _SOFTWARE)
     image = Image.fromarray(used.astype(np.uint8) * np.uint8(255))
@@ -111,7 +111,7 @@ def store_mask(
         return path, write_mask(path, used)
     if not path.exists():
         return None, None
-    moved_file = None if is_own_mask(path) else set_aside(path)
+    moved_file = None if is_own_mask(path) else back_up(path)
     try:
         path.unlink()
     except OSError as error:

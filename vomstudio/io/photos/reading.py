@@ -62,7 +62,7 @@ _FILM_WIDTH_MM = 36.0
 
 
 @dataclass(frozen=True, repr=False)
-class PhotoFolder(Shown):
+class PhotoFolder(PrintableResult):
     """Photos of a folder.
 
     Attributes

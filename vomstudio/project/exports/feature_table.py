@@ -36,8 +36,8 @@ def feature_table(
     names = (*COLUMNS, *EXTRA_COLUMNS)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
     comments = registration_lines(registrations_of(records, features))
-    return orientations_of(
-        table_of_cells(names, cells, tr("the project"), comments), repeats=repeats
+    return extract_orientations(
+        table_from_cells(names, cells, tr("the project"), comments), repeats=repeats
     )
 
 

@@ -82,7 +82,7 @@ def write_layers(
             order = ("point", "line", "ring")
             map_layers.sort(key=lambda map_layer: order.index(map_layer.style.geometry))
             parts[1].write_text(
-                writable(qgs(out.stem, out.name, map_layers, crs)), encoding="utf-8"
+                replace_surrogates(qgs(out.stem, out.name, map_layers, crs)), encoding="utf-8"
             )
     return paths
 

@@ -331,7 +331,7 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     import shapely
 
     try:
-        lines = text_of(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
+        lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
     refuse_many_lines(path, len(lines), MAX_OBJECTS)
@@ -351,7 +351,9 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
         except csv.Error as error:
             message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
-        row = {k.casefold(): unguarded(v) for k in names if isinstance(v := cells.get(k), str)}
+        row = {
+            k.casefold(): unescape_formula(v) for k in names if isinstance(v := cells.get(k), str)
+        }
         if row.get(WKT):
             try:
                 (shape,) = parse_wkt([row[WKT]])

@@ -33,7 +33,7 @@ def guess(table: FieldTable) -> Guess:
     """Guess the roles of the columns from the header, or from the cells without one."""
     if table.names is None:
         return _guess_without_names(table)
-    names = [plain(name) for name in table.names]
+    names = [normalise_name(name) for name in table.names]
 
     def first(aliases: Iterable[str]) -> int | None:
         accepted = set(aliases)
@@ -137,7 +137,7 @@ def _text_column(table: FieldTable) -> int | None:
 
 def _text_notation(table: FieldTable, column: int) -> str | None:
     """Return the notation of pairs in one cell if all have directions or the header states it."""
-    name = plain(table.names[column]) if table.names else ""
+    name = normalise_name(table.names[column]) if table.names else ""
     if "dipdir" in name:
         return "dipdir/dip"
     if "strike" in name:

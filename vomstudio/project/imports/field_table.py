@@ -76,7 +76,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     if has_header:
         rows, numbers = rows[1:], numbers[1:]
         if delimiter == " " and rows:
-            first = rejoined_header(first, [], rows)
+            first = rejoin_header(first, [], rows)
     names = tuple(first) if has_header else None
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)

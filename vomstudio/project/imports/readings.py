@@ -265,7 +265,7 @@ def _orientation(
             Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
         )
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
-    plane = plane_of((*angles, quadrant) if quadrant else tuple(angles), notation)
+    plane = parse_plane_cells((*angles, quadrant) if quadrant else tuple(angles), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg
 
 

@@ -171,7 +171,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
-            writable(label),  # Records keep invalid UTF-8 as JSON escapes.
+            replace_surrogates(label),  # Records keep invalid UTF-8 as JSON escapes.
             dump_json(before),
             dump_json(after),
             time,
@@ -380,7 +380,7 @@ class SqliteJournal:
                 copy.execute("COMMIT")
                 is_complete = read_head(copy) == last_number
         except sqlite3.Error as error:
-            raise not_written(path, error) from error
+            raise write_error(path, error) from error
         if not is_complete:
             raise TargetError(Finding("journal.not-copied"), file=path)
 

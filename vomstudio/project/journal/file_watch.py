@@ -161,7 +161,7 @@ def has_interrupted_write(path: Path, error: sqlite3.Error) -> bool:
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
     """Write a consistent copy of everything committed so far. Raises TargetError."""
-    check_beside(path)
+    check_generated_path(path)
     try:
         target = sqlite3.connect(path)
         try:

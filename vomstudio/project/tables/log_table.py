@@ -63,8 +63,8 @@ def write_log(
         out.writerow(
             [
                 interval.number,
-                guarded(interval.base),
-                guarded(interval.top),
+                escape_formula(interval.base),
+                escape_formula(interval.top),
                 f"{interval.base_m:.4f}",
                 f"{interval.top_m:.4f}",
                 f"{interval.thickness_m.value:.4f}",

@@ -208,7 +208,7 @@ def write_orientation_csv(
         *([] if limits is None else [f"profile: {limits.description}"]),
         *notes,
     ]
-    lines = [head_line(text).rstrip("\n") for text in head]
+    lines = [comment_line(text).rstrip("\n") for text in head]
     names = (*COLUMNS, *extra_columns)
     lines.append(",".join(names))
     remaining = iter(rows)
@@ -284,7 +284,7 @@ _QUOTED = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
-    text = guarded(text)
+    text = escape_formula(text)
     # A leading # would turn the row into a comment.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'

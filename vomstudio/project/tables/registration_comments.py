@@ -56,4 +56,6 @@ def registrations_of(
 
 def registration_lines(registrations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return one line per registration, without the `#`."""
-    return [f"{MARK} {json.dumps(dict(registration))}" for registration in registrations]
+    return [
+        f"{REGISTRATION_PREFIX} {json.dumps(dict(registration))}" for registration in registrations
+    ]

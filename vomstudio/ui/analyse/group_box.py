@@ -71,7 +71,7 @@ class GroupBox(ComboBox):
         """What is said of repeats in the choice."""
         chosen = self._chosen()
         count = len(chosen) - len(first_picks(chosen, self._studio.records))
-        return [repeats_left_out(count).message] if count else []
+        return [repeats_finding(count).message] if count else []
 
     def _chosen(self) -> list[Typed]:
         of, type_id, name = self.choice()

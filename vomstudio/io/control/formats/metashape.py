@@ -129,7 +129,7 @@ def _number(path: Path, element: Element, name: str) -> float:
 def _known(path: Path, element: Element, name: str, values_by_key: dict[str, str]) -> str:
     key = attribute(path, element, name)
     if key not in values_by_key:
-        raise wrong(path, element, Finding("control.unknown-key", name=name, key=key))
+        raise element_error(path, element, Finding("control.unknown-key", name=name, key=key))
     return values_by_key[key]
 
 

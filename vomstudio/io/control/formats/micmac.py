@@ -46,7 +46,7 @@ def points_of(path: Path) -> list[ControlPoint]:
         )
         raise InputError(finding, file=path, field=root.tag)
     points = []
-    labels = Once(path)
+    labels = UniqueKeys(path)
     for element in elements:
         label = words(path, element, "NamePt")
         labels.add(label, element, "table.repeated-label", "NamePt", label=label)
@@ -80,7 +80,7 @@ def marks_of(path: Path) -> list[Mark]:
     root = read_xml(path)
     photos = [element for top in root.iter(MARKS) for element in top.findall(_PHOTO)]
     marks = []
-    labels = Once(path)
+    labels = UniqueKeys(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
         for element in photo.findall(_MARK):

@@ -18,7 +18,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import project_points
-from vomstudio.io.text.encodings import as_utf8, text_of
+from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 MAX_BYTES = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
@@ -77,7 +77,7 @@ def read_odm(path: str | Path) -> OdmControl:
     """Read the file. Raises InputError with line and column."""
     path = Path(path)
     try:
-        lines = text_of(read_small(path, MAX_BYTES)).splitlines()
+        lines = decode_text(read_small(path, MAX_BYTES)).splitlines()
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:

@@ -20,8 +20,8 @@ from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import project_points
-from vomstudio.io.gate.stated_crs import crs_of_table
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.gate.stated_crs import table_crs
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
@@ -34,7 +34,7 @@ _Y_COLUMNS = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 def points_of(path: Path) -> list[ControlPoint]:
     """Return the points. Raises InputError with file, line and column."""
-    if not len(read_table(path, most=MOST_OBJECTS)):
+    if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-points"), file=path)
     table = NamedTable(path, _POINTS)
     labels = table.words(LABEL, "label")
@@ -57,7 +57,7 @@ def _common_sigma(sigma: FloatArray) -> float | None:
 
 def marks_of(path: Path) -> list[Mark]:
     """Return the marks. Raises InputError with file, line and column."""
-    if not len(read_table(path, most=MOST_OBJECTS)):
+    if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-marks"), file=path)
     table = NamedTable(path, _MARKS)
     labels = table.words(LABEL, "label")

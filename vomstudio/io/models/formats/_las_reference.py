@@ -58,7 +58,7 @@ def las_reference(path: Path) -> Reference:
 
 
 def _wkt_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
-    text = as_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
+    text = convert_to_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
     try:
         stated_axes(text)
     except InputError:
@@ -70,7 +70,7 @@ def _wkt_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Refer
 def _keys_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
     keys = Keys(*(records.get(number, b"") for number in (_DIRECTORY, _DOUBLES, _TEXTS)))
     try:
-        reference = name_keys(keys)
+        reference = decode_keys(keys)
     except InputError:
         unreadable.append("GeoTIFF")
         return None

@@ -19,8 +19,8 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.gis.geo_keys import COMPOUND, keys_of_tiff, name_keys
-from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.gis.geo_keys import COMPOUND, decode_keys, read_tiff_keys
+from vomstudio.io.gis.raster import silence_libtiff
 from vomstudio.io.models.formats._common import drop_invalid
 from vomstudio.io.models.reader import LoadedModel, Reader
 
@@ -159,7 +159,7 @@ def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | No
     keys = read_tiff_keys(path)
     if not keys.directory:  # named by a file beside it
         return text, None
-    reference = name_keys(keys)
+    reference = decode_keys(keys)
     if stated_axes(text).kind != "local":
         return text, reference.height_unit
     messages += reference.warnings

@@ -31,7 +31,7 @@ def read_centres(path: Path) -> OwnCameras:
     """Read a table of centres. Raises InputError with line and column."""
     table = NamedTable(path, ("photo", "x", "y", "z"))
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
-    table.require_once(names)
+    table.require_unique(names)
     estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)
     has_degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
     columns = _ESTIMATED_COLUMNS if estimated else WORLD
@@ -43,7 +43,7 @@ def read_centres(path: Path) -> OwnCameras:
             line=table.table.header_line,
             field=table.table.label(0),
         )
-    table.require_places(places)
+    table.require_coordinates(places)
     has_rotations = all(
         table.has(column) for column in (*_ROTATION_COLUMNS, ("model",), ("params",), ("width",))
     )
