@@ -398,7 +398,7 @@ class Work:
     """One thing that is done with a project, on a disk that fails."""
 
     def __init__(self, kind: str, places: dict[str, str], out: Path) -> None:
-        from vomstudio.project.assets import keep_asset
+        from vomstudio.project.assets import store_asset
         from vomstudio.project.folder import Project
         from vomstudio.project.photo_edits import add_photo_set, set_masks
         from vomstudio.project.records import PhotoSet
@@ -410,7 +410,7 @@ class Work:
         with contextlib.closing(Project.open(self.sound)) as project:
             session = project.session
             session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere")))
-            mask = keep_asset(project.folder, b"a mask", ".png")
+            mask = store_asset(project.folder, b"a mask", ".png")
             session.apply(set_masks(session.records, "p", {"1.jpg": mask}, "Mask"))
             session.undo()
             self._edit(project, 0)
@@ -440,7 +440,7 @@ class Work:
         project = Project.open(folder)
         told: list[Any] = []
         if over:
-            project.wait_in_memory(told.append)
+            project.buffer_unwritten_steps(told.append)
         present, failed, done = before[0], "", False
         below = target.parent if self.label == "save-as" else self.out
         try:
@@ -463,7 +463,7 @@ class Work:
             where = project.folder
             known = dict(project.session.records) == present
             kept = state_of(where)
-            waits = project.journal.waits
+            waits = project.journal.has_pending_rows
             # It goes on where it was, once the disk is well.
             self._edit(project, 2)
             project.session.save()

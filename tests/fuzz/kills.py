@@ -34,7 +34,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits, grid_edits
-from vomstudio.project.assets import keep_asset
+from vomstudio.project.assets import store_asset
 from vomstudio.project.edit import Edit
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.replay import Replay, replay
@@ -87,7 +87,7 @@ class Editor:
     def tell(self, kind: str) -> None:
         project = self.project
         told = shown(project.session.records, project.session.draft, project.session.dirty)
-        self.say(f"{kind}\t{project.folder}\t{project.journal.last}\t{told}\n")
+        self.say(f"{kind}\t{project.folder}\t{project.journal.last_number}\t{told}\n")
 
     def steps(self) -> list[tuple[str, Callable[[], Any]]]:
         often = [
@@ -172,7 +172,7 @@ class Editor:
         traces = self.project.session.of(Trace)
         names = {t.id: self.chance.choice("ABC") for t in traces}
         changed = {i: n for i, n in names.items() if self.records[i].set_name != n}
-        return edits.put_in_sets(self.records, changed) if changed else None
+        return edits.assign_sets(self.records, changed) if changed else None
 
     def notes(self) -> Edit | None:
         trace = self._any(Trace)
@@ -253,7 +253,7 @@ class Editor:
         found = self._any(PhotoSet)
         if found is None:
             return None
-        file = keep_asset(self.project.folder, self.chance.randbytes(5000), ".png")
+        file = store_asset(self.project.folder, self.chance.randbytes(5000), ".png")
         photos = self.chance.sample(["a.jpg", "b.jpg", "c.jpg"], 2)
         return set_masks(self.records, found.id, dict.fromkeys(photos, file), "Leave out")
 

@@ -56,7 +56,7 @@ class Editor:
     def tell(self, kind: str) -> None:
         project, session = self.studio.project, self.studio.session
         state = shown(session.records, session.draft, session.dirty)
-        print(f"{kind}\t{project.folder}\t{project.journal.last}\t{state}", flush=True)
+        print(f"{kind}\t{project.folder}\t{project.journal.last_number}\t{state}", flush=True)
 
     def key(self, code: Any, modifier: Any = None) -> None:
         from tests import driver
@@ -165,7 +165,7 @@ class Interpreter(Editor):
             (id_,) = self.studio.selection.ids
             name = self.chance.choice("ABC")
             if self.studio.records[id_].set_name != name:
-                self.studio.attempt(edits.put_in_sets, {id_: name})
+                self.studio.attempt(edits.assign_sets, {id_: name})
 
 
 class Photographer(Editor):

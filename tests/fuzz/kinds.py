@@ -151,11 +151,11 @@ def _of_folder(module: str, name: str, loader: str = "") -> Callable[[Path], obj
 
 def _listed(path: Path) -> object:
     from vomstudio.geometry.frames import Frame
-    from vomstudio.project.imports.feature_lists import read_listed
+    from vomstudio.project.imports.feature_lists import read_listed_features
     from vomstudio.project.records import Model
 
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
-    return read_listed(path, model, {"m1": model}, "EPSG:32633")
+    return read_listed_features(path, model, {"m1": model}, "EPSG:32633")
 
 
 def _features(path: Path) -> object:
@@ -171,9 +171,9 @@ def _depths(path: Path) -> object:
 
 
 def _comparison(path: Path) -> object:
-    from vomstudio.project.comparisons import kept_of
+    from vomstudio.project.comparisons import stored_comparisons
 
-    return kept_of(path.parents[1], "m1")
+    return stored_comparisons(path.parents[1], "m1")
 
 
 WITH_E57 = importlib.util.find_spec("pye57") is not None

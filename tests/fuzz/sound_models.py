@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats.dem import MOST_VERTICES
+from vomstudio.io.models.formats.dem import MAX_VERTICES
 from vomstudio.io.models.writing import write_model
 
 Array = npt.NDArray[Any]
@@ -144,7 +144,7 @@ def _heights(path: Path, size: int) -> int:
     ) as file:
         file.write(heights, 1)
     # A mesh is made of it: of each point, of which there are no more, 24 bytes and two triangles.
-    return 48 * min(heights.size, MOST_VERTICES)
+    return 48 * min(heights.size, MAX_VERTICES)
 
 
 MADE: Mapping[str, Sequence[Callable[[Path, int], int]]] = {

@@ -76,9 +76,9 @@ def _exported(pipe: Path) -> object:
 
 def _taken_over(pipe: Path) -> object:
     """The mask of a photo that is kept in a project."""
-    from vomstudio.project.imports.sidecar_import import read_beside
+    from vomstudio.project.imports.sidecar_import import read_sidecars
 
-    found = read_beside(pipe.parent, None, None, {"p.jpg": pipe}, ["p.jpg"])
+    found = read_sidecars(pipe.parent, None, None, {"p.jpg": pipe}, ["p.jpg"])
     raise InputError(found.problems[0])
 
 
@@ -108,10 +108,10 @@ def _hashed(pipe: Path) -> object:
 
 def _held(pipe: Path) -> object:
     """A journal in whose place somebody has put a pipe."""
-    from vomstudio.project.journal.file_watch import holds
+    from vomstudio.project.journal.file_watch import contains_rows
     from vomstudio.project.journal.rows import Head
 
-    assert not holds(pipe, Head(1, 1, ""))
+    assert not contains_rows(pipe, Head(1, 1, ""))
     raise InputError("not held", file=pipe)
 
 

@@ -26,7 +26,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.project import edits
-from vomstudio.project.assets import asset_path, keep_asset
+from vomstudio.project.assets import asset_path, store_asset
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
@@ -278,7 +278,7 @@ def photo_events(studio: Any) -> list[Event]:
         document.set_marking(f"Coordinates of {label}", document.marking().placed(point))
 
     def mask(*photos: str) -> None:
-        file = keep_asset(studio.project.folder, f"mask of {photos}".encode(), ".png")
+        file = store_asset(studio.project.folder, f"mask of {photos}".encode(), ".png")
         document.set_masks("Leave out", dict.fromkeys(photos, file))
 
     return [

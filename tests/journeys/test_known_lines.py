@@ -214,7 +214,7 @@ def test_one_plumb_line_levels_a_model(window, tilted) -> None:
     choose(panel, "plumb")
     click(window, file[ends])
     (line,) = window.studio.session.of(KnownLine)
-    assert (line.kind, line.value, line.complete) == ("plumb", None, True)
+    assert (line.kind, line.value, line.is_complete) == ("plumb", None, True)
     assert panel.placed.known == panel.placed.known.__class__(False, True, False, False)
     assert float(panel.lines.item(0, 5).text().rstrip("°")) == pytest.approx(0.0, abs=0.01)
     assert given_options(add_known_lines(RegisterOptions(), [line])).keys() == {"plumb"}

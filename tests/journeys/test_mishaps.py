@@ -115,9 +115,9 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
         # The log has some room left in its last page.
         for i in range(200):
             assert bed_or_none(window, i) is not None
-            if window.studio.project.journal.waits:
+            if window.studio.project.journal.has_pending_rows:
                 break
-        assert window.studio.project.journal.waits, "the disk was never full"
+        assert window.studio.project.journal.has_pending_rows, "the disk was never full"
         notice = window.message_bar.notice
         assert notice.code == "project.steps-in-memory"
         assert notice.message.values["reason_code"] == "disk.full"
@@ -150,7 +150,7 @@ def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, 
         fill(disk)
         for i in range(200):
             bed_or_none(window, i)
-            if window.studio.project.journal.waits:
+            if window.studio.project.journal.has_pending_rows:
                 break
         seen: list[str] = []
         driver.answer(QMessageBox.StandardButton.Discard, seen)

@@ -18,7 +18,7 @@ from tests.driver import CTRL, LEFT, click, key, pick, wait
 from tests.messages import shown_codes
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.paths import resource
-from vomstudio.io.photos.drawn_masks import mask_place
+from vomstudio.io.photos.drawn_masks import mask_path
 from vomstudio.project.photo_edits import add_photo_set
 from vomstudio.project.records import PhotoSet
 from vomstudio.ui.interpret.tree_photos import PHOTO
@@ -360,7 +360,7 @@ def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, p
     survey = window.survey
     wait(lambda: not page.masks.busy and survey.rows[0].mask, "the mask")
     paths = [Path(row.path) for row in survey.rows]
-    mask = mask_place(paths[0], paths)
+    mask = mask_path(paths[0], paths)
     project = tmp_path / "kept.vom"
     window.studio.save_as(project)
     window.studio.new_project()

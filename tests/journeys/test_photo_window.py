@@ -179,12 +179,12 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     from vomstudio.core.errors import TargetError
     from vomstudio.ui.photos import photo_exports
 
-    keep = photo_exports.keep_mask
+    keep = photo_exports.store_mask
 
     def refused(place, used, found):
         raise TargetError(Finding("disk.no-permission"), file=place)
 
-    monkeypatch.setattr(photo_exports, "keep_mask", refused)
+    monkeypatch.setattr(photo_exports, "store_mask", refused)
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 600, 600))
@@ -195,7 +195,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     assert not (photos / "HL_2041_mask.png").exists()
     again = open_by_double_click(looked_at, 0)
     assert not again.masks.used(NAMES[0])[600, 600], "it is still there"
-    monkeypatch.setattr(photo_exports, "keep_mask", keep)
+    monkeypatch.setattr(photo_exports, "store_mask", keep)
     press(again, Qt.Key.Key_B)
     click(again.canvas, on(again, 300, 300))
     saved(again)
@@ -219,9 +219,9 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
         click(photo.canvas, on(photo, 600, 600))
         assert not photo.masks.used(NAMES[0])[600, 600]
         assert looked_at.message_bar.notice.code == "project.steps-in-memory"
-        assert looked_at.studio.project.journal.waits
+        assert looked_at.studio.project.journal.has_pending_rows
     click(photo.canvas, on(photo, 300, 300))
-    assert not looked_at.studio.project.journal.waits
+    assert not looked_at.studio.project.journal.has_pending_rows
     assert photo.close()
     again = open_by_double_click(looked_at, 0)
     assert not again.masks.used(NAMES[0])[600, 600]
@@ -452,7 +452,7 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
 
     from vomstudio.ui.photos import photo_exports
 
-    keep = photo_exports.keep_mask
+    keep = photo_exports.store_mask
     begun: list[Path] = []
 
     def slow(place, used, found):
@@ -461,7 +461,7 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
             time.sleep(0.4)
         return keep(place, used, found)
 
-    monkeypatch.setattr(photo_exports, "keep_mask", slow)
+    monkeypatch.setattr(photo_exports, "store_mask", slow)
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 300, 300))

@@ -150,13 +150,13 @@ def test_measurements_follow_every_edit_of_a_document():
     keep = Measurements()
     first = keep.of(records, list(records))
     moved = bed("t0", 3.0)
-    records.take({"t0": moved, "t1": None})
-    keep.edited(records, ["t0", "t1"])
+    records.apply({"t0": moved, "t1": None})
+    keep.keep_after_edit(records, ["t0", "t1"])
     after = keep.of(records, list(records))
     assert "t1" not in after
     assert {i for i in after if after[i] is not first[i]} == {"t0"}
     np.testing.assert_array_equal(after["t0"].points, np.asarray(moved.vertices, float))
     # An edit that nobody told of is seen as well.
-    records.take({"t2": bed("t2", 5.0)})
+    records.apply({"t2": bed("t2", 5.0)})
     again = keep.of(records, list(records))
     assert {i for i in again if again[i] is not after[i]} == {"t2"}

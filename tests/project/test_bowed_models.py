@@ -10,7 +10,7 @@ from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.project.records import Model
-from vomstudio.project.registration_errors import bowed_deg, bowing_of_registration
+from vomstudio.project.registration_errors import bowing_of_registration, max_bowing_deg
 from vomstudio.registration.summary import summary_of
 
 
@@ -47,18 +47,18 @@ def test_the_bowing_is_that_of_the_bent_ground() -> None:
     assert found.curvature_per_m == pytest.approx(-0.001, rel=0.1)
     expected = np.degrees(2.0 * 0.001 * found.reach_m)
     assert found.side_deg == pytest.approx(expected, rel=0.1)
-    assert bowed_deg([model(registration(-0.001)), None]) == pytest.approx(found.across_deg)
+    assert max_bowing_deg([model(registration(-0.001)), None]) == pytest.approx(found.across_deg)
 
 
 def test_a_wrong_point_neither_hides_nor_makes_it() -> None:
     bent = bowing_of_registration(registration(-0.001, wrong=True))
     assert bent is not None
     assert bent.curvature_per_m == pytest.approx(-0.001, rel=0.1)
-    assert bowed_deg([model(registration(0.0, wrong=True))]) is None
+    assert max_bowing_deg([model(registration(0.0, wrong=True))]) is None
 
 
 def test_flat_and_declared_models_have_none() -> None:
-    assert bowed_deg([model(registration(0.0)), model(Frame("local")), None]) is None
+    assert max_bowing_deg([model(registration(0.0)), model(Frame("local")), None]) is None
 
 
 def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_it() -> None:

@@ -15,7 +15,7 @@ from vomstudio.core.errors import DocumentError, TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import compaction, edits
-from vomstudio.project.assets import asset_path, is_sound, keep_asset
+from vomstudio.project.assets import asset_path, is_intact, store_asset
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.database import SqliteJournal, read_replay
 from vomstudio.project.journal.migration import SCHEMA_VERSION
@@ -41,7 +41,7 @@ def note(project: Project, text: str, id_: str = "t0") -> int:
 
 
 def mask(project: Project, content: bytes) -> Asset:
-    kept = keep_asset(project.folder, content, ".png")
+    kept = store_asset(project.folder, content, ".png")
     project.session.apply(set_masks(project.session.records, "s", {"a.jpg": kept}, "Leave out"))
     return kept
 
@@ -160,7 +160,7 @@ def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
     session.undo()
     now = [mask(project, b"first"), mask(project, b"second"), mask(project, b"undone")]
     session.undo()
-    stray = keep_asset(project.folder, b"no row names it", ".png")
+    stray = store_asset(project.folder, b"no row names it", ".png")
     session.save()
     plan = project.compaction()
     assert plan.assets == tuple(sorted((gone.path, stray.path)))
@@ -178,7 +178,7 @@ def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
 
 def test_a_plan_that_only_takes_files_takes_something(worn: Project) -> None:
     worn.compact()
-    keep_asset(worn.folder, b"x", ".png")
+    store_asset(worn.folder, b"x", ".png")
     plan = worn.compaction()
     assert (plan.rows, len(plan.assets)) == (0, 1)
     assert not plan.nothing
@@ -248,7 +248,7 @@ def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
     worn: Project,
 ) -> None:
     before = rows(worn)
-    stray = keep_asset(worn.folder, b"no row names it", ".png")
+    stray = store_asset(worn.folder, b"no row names it", ".png")
     worn.compact()
     assert (worn.folder / "journal-before-compaction.sqlite").is_file()
     since = note(worn, "since")
@@ -256,7 +256,7 @@ def test_taking_it_back_brings_every_row_and_file_and_keeps_what_came_since(
     worn.session.redo()
     worn.session.save()
     assert since == 8
-    worn.take_back_compaction()
+    worn.undo_compaction()
     assert not worn.is_compacted
     assert rows(worn) == [
         *before,
@@ -288,12 +288,12 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
         no_space(monkeypatch, when),
         refused("disk.full", TargetError),
     ):
-        worn.take_back_compaction()
+        worn.undo_compaction()
     assert rows(worn) == now
     assert worn.is_compacted
     assert not (worn.folder / "journal-compacted.sqlite").exists()
     note(worn, "later")
-    worn.take_back_compaction()
+    worn.undo_compaction()
     assert [row[1] for row in rows(worn)] == [row[1] for row in before] + ["do", "do"]
     assert worn.session.records["t0"].notes == "later"
     assert read_replay(worn.folder).records == dict(worn.session.records)
@@ -315,12 +315,12 @@ def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
     assert not place.exists()
     (place / "in the way").mkdir(parents=True)
     with refused("output.unwritable", TargetError):
-        project.take_back_compaction()
+        project.undo_compaction()
     note_before = rows(project)
     (place / "in the way").rmdir()
     place.rmdir()
-    project.take_back_compaction()
-    assert is_sound(place)
+    project.undo_compaction()
+    assert is_intact(place)
     assert len(rows(project)) > len(note_before)
     assert not SIDE & {path.name for path in project.folder.iterdir()}
 
@@ -330,7 +330,7 @@ def test_steps_of_before_that_were_undone_since_are_undone_after(worn: Project) 
     worn.session.redo()
     worn.session.undo()
     worn.session.undo()
-    worn.take_back_compaction()
+    worn.undo_compaction()
     assert [row[1:3] for row in rows(worn)[10:]] == [("redo", 8), ("undo", 8), ("undo", 7)]
     assert read_replay(worn.folder).records == dict(worn.session.records)
 
@@ -339,7 +339,7 @@ def test_rows_written_since_keep_their_time(worn: Project) -> None:
     worn.compact()
     note(worn, "since")
     written = list(worn.journal.rows())[-1]
-    worn.take_back_compaction()
+    worn.undo_compaction()
     assert replace(list(worn.journal.rows())[-1], seq=written.seq) == written
 
 
@@ -348,7 +348,7 @@ def test_without_the_journal_of_before_there_is_no_way_back(worn: Project) -> No
     now = rows(worn)
     (worn.folder / "journal-before-compaction.sqlite").unlink()
     with refused("compaction.none", DocumentError):
-        worn.take_back_compaction()
+        worn.undo_compaction()
     assert rows(worn) == now
 
 
@@ -360,10 +360,10 @@ def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
     aside = worn.folder / "assets-before-compaction"
     aside.mkdir()
     (aside / "0.png").write_bytes(b"x")
-    compaction.forget(worn.folder)
+    compaction.discard_backup(worn.folder)
     assert not SIDE & {path.name for path in worn.folder.iterdir()}
     assert not list(worn.folder.glob("journal-before*"))
-    compaction.forget(worn.folder)
+    compaction.discard_backup(worn.folder)
 
 
 def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: Project) -> None:
@@ -374,7 +374,7 @@ def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: Project) -> Non
 
 # --- files that rows name ------------------------------------------------------------------------
 def test_a_file_is_kept_once_under_what_it_holds(tmp_path: Path) -> None:
-    first, again = (keep_asset(tmp_path, b"mask", ".png") for _ in range(2))
+    first, again = (store_asset(tmp_path, b"mask", ".png") for _ in range(2))
     assert first == again
     assert first.size == 4
     path = asset_path(tmp_path, first)
@@ -382,19 +382,19 @@ def test_a_file_is_kept_once_under_what_it_holds(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "assets").iterdir()] == [path.name]
     assert path.suffix == ".png"
     assert path.read_bytes() == b"mask"
-    assert is_sound(path)
+    assert is_intact(path)
     written = path.stat().st_mtime_ns, path.stat().st_ino
-    keep_asset(tmp_path, b"mask", ".png")
+    store_asset(tmp_path, b"mask", ".png")
     assert (path.stat().st_mtime_ns, path.stat().st_ino) == written
     # A kill while it was written leaves a part: the next one is written whole.
     path.write_bytes(b"ma")
-    assert not is_sound(path)
-    keep_asset(tmp_path, b"mask", ".png")
-    assert is_sound(path)
+    assert not is_intact(path)
+    store_asset(tmp_path, b"mask", ".png")
+    assert is_intact(path)
 
 
 def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
-    kept = keep_asset(tmp_path, b"mask", ".png")
+    kept = store_asset(tmp_path, b"mask", ".png")
     (tmp_path / kept.path).unlink()
     with refused("asset.missing") as caught:
         asset_path(tmp_path, kept)

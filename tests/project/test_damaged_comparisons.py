@@ -15,7 +15,12 @@ from tests.samples import HASH
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import IDENTITY
-from vomstudio.project.comparisons import KeptComparison, file_for, keep, kept_of
+from vomstudio.project.comparisons import (
+    StoredComparison,
+    distances_file,
+    store_comparison,
+    stored_comparisons,
+)
 from vomstudio.project.records import Model
 from vomstudio.registration.distances.comparison import compare
 
@@ -28,12 +33,12 @@ def made(tmp_path: Path) -> Path:
     x, y = (axis.ravel() * 0.1 for axis in np.mgrid[0:20, 0:20])
     ground = PointCloud(np.column_stack([x, y, 0.01 * np.sin(x)]))
     found = compare(replace(ground, points=ground.points + [0.0, 0.0, 0.02]), ground)
-    path = file_for(tmp_path, "one")
+    path = distances_file(tmp_path, "one")
     path.parent.mkdir()
     np.savez(path, **found.as_fields())
     figures = found.to_dict()
-    keep(
-        KeptComparison(
+    store_comparison(
+        StoredComparison(
             "m1",
             "cliff",
             HASH,
@@ -52,8 +57,8 @@ def made(tmp_path: Path) -> Path:
 
 
 def test_a_sound_one_is_found(made: Path, tmp_path: Path) -> None:
-    (kept,) = kept_of(tmp_path, "m1")
-    assert kept.stands(MODEL)
+    (kept,) = stored_comparisons(tmp_path, "m1")
+    assert kept.is_current(MODEL)
 
 
 ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True, [None]]
@@ -72,8 +77,8 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
             inside = told if len(place) == 1 else told["figures"]
             inside[place[-1]] = odd
             made.write_text(json.dumps(told))
-            for kept in kept_of(tmp_path, "m1"):
-                kept.stands(MODEL)
+            for kept in stored_comparisons(tmp_path, "m1"):
+                kept.is_current(MODEL)
                 other = PlacedModel(
                     kept.benchmark, Path(kept.benchmark_path), tmp_path, IDENTITY, None
                 )
@@ -88,7 +93,7 @@ def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
     told = json.loads(made.read_text())
     made.with_name("two.npz").write_bytes(made.with_suffix(".npz").read_bytes())
     made.with_name("two.json").write_text(json.dumps(told | {"made": 5, "radius_m": 1.0}))
-    assert [kept.fields.stem for kept in kept_of(tmp_path, "m1")] == ["one"]
+    assert [kept.fields.stem for kept in stored_comparisons(tmp_path, "m1")] == ["one"]
 
 
 @pytest.mark.parametrize(

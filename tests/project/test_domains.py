@@ -10,7 +10,7 @@ from tests.messages import refused
 from vomstudio.core.errors import DocumentError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.frames import Frame
-from vomstudio.project.domains import domain_names, part_by_plane
+from vomstudio.project.domains import domain_names, split_by_plane
 from vomstudio.project.edits import set_attributes
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
@@ -43,7 +43,7 @@ def records(*features: Trace) -> dict:  # type: ignore[type-arg]
 
 def parted(now: dict, id_: str = "f"):  # type: ignore[no-untyped-def,type-arg]
     measurements = Measurements()
-    return part_by_plane(now, id_, lambda ids: measurements.of(now, ids))
+    return split_by_plane(now, id_, lambda ids: measurements.of(now, ids))
 
 
 def test_what_lies_above_a_fault_is_its_hanging_wall() -> None:
@@ -71,12 +71,12 @@ def test_parting_needs_a_plane_and_something_to_part() -> None:
 
 def test_domains_are_attributes_and_columns_where_any_is_named() -> None:
     now = records()
-    assert project_table(now).more == ()
+    assert project_table(now).extra_columns == ()
     edit = set_attributes(now, ["a", "b"], domain="footwall")
     now |= edit.after
     table = project_table(now)
     assert domain_names(RecordMap(now)) == ["footwall"]
-    assert table.more == ("domain",)
+    assert table.extra_columns == ("domain",)
     assert {row["id"]: row.get("domain") for row in table.rows} == {
         "f": None,
         "a": "footwall",

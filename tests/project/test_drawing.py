@@ -21,13 +21,13 @@ from vomstudio.project.figures import Subject
 from vomstudio.project.kind import (
     Attribute,
     GisLayer,
-    NetLook,
-    OwnGroup,
+    KindGroup,
+    NetAppearance,
     group_of,
-    half_way,
     has_plane,
     is_picked_plane,
     may_have_plane,
+    midpoint,
     planes_among,
 )
 from vomstudio.project.kinds import ATTRIBUTES, GROUPS, KINDS, kind_named, kind_of
@@ -35,7 +35,7 @@ from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.project.kinds.reading import Reading, compared
+from vomstudio.project.kinds.reading import Reading, comparison_text
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Feature, Group, Record
@@ -120,7 +120,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert kind.icon
     assert re.fullmatch("|#[0-9a-f]{6}", kind.color)
     # What has no feature type has a colour and a group of its own.
-    assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
+    assert bool(kind.color) == (not kind.has_feature_type) == (kind.group is not None)
     assert kind.evidence in ("", "picked", "read", "derived")
     assert kind.evidence == {
         "trace": "picked",
@@ -138,7 +138,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
     assert bool(kind.tool) == (kind.name not in ("reading", "intersection"))
-    assert kind.regroups == (kind.name == "intersection")
+    assert kind.has_dynamic_dependencies == (kind.name == "intersection")
     assert kind.parts == ({"first": Group, "second": Group} if kind.name == "intersection" else {})
 
 
@@ -149,10 +149,10 @@ def test_no_kind_has_a_name_that_is_not_there():
 def test_features_are_called_what_they_are():
     for name, feature in ONE_OF_EACH.items():
         what = {"dimension": "thickness", "station": "sample"}.get(name, name)
-        assert kind_of(feature).called(feature) == what
+        assert kind_of(feature).noun(feature) == what
     for what in ("distance", "polyline", "area", "thickness"):
         feature = replace(ONE_OF_EACH["dimension"], kind=what, name="")
-        assert kind_of(feature).called(feature) == what
+        assert kind_of(feature).noun(feature) == what
         added = edits.add_features({"m1": MODEL}, [feature])
         assert added.after["d1"].name == f"{what[0].upper()}01"
 
@@ -166,7 +166,7 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
     assert [look.suffix for look in apart] == [" (compass)", " (intersections)"]
     assert len({look.marker for look in apart} - {kind.symbol for kind in DEFAULT_TYPES}) == 2
     assert all(len(look.marker) == 1 for look in apart)
-    assert NetLook() == looks["trace"]
+    assert NetAppearance() == looks["trace"]
 
 
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
@@ -174,7 +174,7 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
     assert [layer.name for layer in layers if layer.main] == ["traces"]
     sparse = [kind for kind in KINDS if kind.layer is not None and kind.layer.sparse]
     assert {kind.name for kind in sparse} >= {"dimension", "control_point", "known_line"}
-    assert not any(kind.typed for kind in sparse)
+    assert not any(kind.has_feature_type for kind in sparse)
     geometries = {layer.name: layer.geometry for layer in layers}
     assert set(geometries.values()) == {"line", "ring", "point"}
     assert (
@@ -200,8 +200,8 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 
 def test_what_has_no_type_is_listed_and_hidden_together():
-    assert GROUPS[1] == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
-    untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.typed]
+    assert GROUPS[1] == KindGroup(id="dimensions", title="Measurements", icon="ruler")
+    untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.has_feature_type]
     assert [group_of(feature) for feature in untyped] == [group.id for group in GROUPS]
     assert group_of(ONE_OF_EACH["contact"]) == "fault"
 
@@ -230,9 +230,9 @@ def test_every_field_of_a_record_is_known_once_in_the_merged_list():
 # --- shapes ----------------------------------------------------------------------------------
 def test_half_way_is_where_one_is_after_half_the_walk():
     line = np.array([[0, 0, 0], [0, 0, 4], [0, 4, 4], [8, 4, 4]], float)
-    assert half_way(line).tolist() == [0.0, 4.0, 4.0]
-    assert half_way(line[:3]).tolist() == [0.0, 0.0, 4.0]
-    assert half_way(np.array([[1.0, 2, 3], [3, 6, 9]])).tolist() == [2.0, 4.0, 6.0]
+    assert midpoint(line).tolist() == [0.0, 4.0, 4.0]
+    assert midpoint(line[:3]).tolist() == [0.0, 0.0, 4.0]
+    assert midpoint(np.array([[1.0, 2, 3], [3, 6, 9]])).tolist() == [2.0, 4.0, 6.0]
 
 
 def test_a_trace_is_drawn_through_its_points_and_named_on_the_rock():
@@ -464,16 +464,16 @@ def test_a_group_holds_the_picks_of_its_type_and_set():
 
     def below(**group: str) -> list[str]:
         feature = replace(subject.feature, first=Group(**group))
-        return [f.id for f in kind.below(subject.records, feature)]
+        return [f.id for f in kind.dependencies(subject.records, feature)]
 
     assert below(type_id="bedding", set_name="A") == ["a", "r1"]
     assert below(type_id="bedding", set_name="B") == ["b", "r1"]
     assert below(type_id="bedding") == ["a", "b", "r1"]
     assert below(type_id="fault") == ["c", "r1"]
     assert below(feature_id="c", type_id="bedding") == ["c", "r1"]
-    assert list(kind.names(subject.feature)) == ["r1"]
+    assert list(kind.dependency_ids(subject.feature)) == ["r1"]
     both = replace(subject.feature, first=Group("a"))
-    assert list(kind.names(both)) == ["a", "r1"]
+    assert list(kind.dependency_ids(both)) == ["a", "r1"]
 
 
 def test_parallel_planes_meet_nowhere():
@@ -634,7 +634,7 @@ def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
     kind = kind_of(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
-    assert [compared(nearest) for nearest in (None, near, alike)] == [
+    assert [comparison_text(nearest) for nearest in (None, near, alike)] == [
         "No pick of the same type to compare with",
         "12° from B01, 3.46 m away",
         "2.3° from B01, the most similar pick",
@@ -648,14 +648,14 @@ def test_a_reading_tells_where_it_comes_from():
     assert (kind.remarks(turned), kind.about(turned)) == (
         ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
         [
-            f"Compass reading, {compared(near)}",
+            f"Compass reading, {comparison_text(near)}",
             "Azimuth as read -1.50° (to grid north)",
             "From a.csv",
         ],
     )
     similar = seen(reading, nearest=lambda: alike)
     assert kind.remarks(similar) == ["2.3 deg from B01"]
-    assert kind.about(similar) == [f"Compass reading, {compared(alike)}"]
+    assert kind.about(similar) == [f"Compass reading, {comparison_text(alike)}"]
 
 
 def test_kinds_that_have_nothing_to_say_say_nothing():

@@ -23,7 +23,7 @@ from vomstudio.project.imports.readings import (
     FieldRow,
     make_readings,
     missing_choice,
-    understand,
+    read_readings,
 )
 
 
@@ -50,7 +50,7 @@ def readings(book: Path, text: str, notation: str | None = None) -> FieldReading
     found = guess(table)
     chosen = notation or found.notation
     assert chosen is not None
-    return understand(table, found.columns, chosen)
+    return read_readings(table, found.columns, chosen)
 
 
 # --- columns -------------------------------------------------------------------------------------
@@ -445,9 +445,9 @@ def test_a_plane_is_where_its_notation_puts_it(
 def test_a_quadrant_beside_a_dip_direction_is_not_added_to_it(book: Path) -> None:
     table = table_of(book, "a,b,c\n132,41,NW\n")
     columns = {"azimuth": 0, "inclination": 1, "quadrant": 2}
-    (made,) = understand(table, columns, "dipdir/dip").rows
+    (made,) = read_readings(table, columns, "dipdir/dip").rows
     assert (made.azimuth_deg, made.inclination_deg) == (132.0, 41.0)
-    (made,) = understand(table, columns, "strike/dip").rows or (None,)
+    (made,) = read_readings(table, columns, "strike/dip").rows or (None,)
     assert made is None or made.azimuth_deg == pytest.approx(312.0 - 90.0)
 
 
@@ -525,7 +525,7 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     text = "lon,lat,z,dip direction,dip\n15,46,350,1,2\n15,91,350,1,2\n15,-90,350,1,2\n,46,1,1,2\n"
     table = table_of(book, text)
     columns = guess(table).columns
-    found = understand(table, columns, "dipdir/dip", lambda lon, lat: (lon * 10, lat * 100))
+    found = read_readings(table, columns, "dipdir/dip", lambda lon, lat: (lon * 10, lat * 100))
     assert [r.position for r in found.rows] == [
         (150.0, 4600.0, 350.0),
         None,
@@ -537,12 +537,12 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
         ("reading.no-position", (3,)),
     ]
     assert "latitude of 91" in found.findings[1].values["reason"]
-    found = understand(table, columns, "dipdir/dip", lambda *_: None)
+    found = read_readings(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
-    found = understand(table, columns, "dipdir/dip")
+    found = read_readings(table, columns, "dipdir/dip")
     assert _rows_of(found)[0] == ("reading.degrees-without-crs", (2, 4, 5))
     assert "(lines 2, 4 and 5)" in str(found.findings[0])
-    found = understand(
+    found = read_readings(
         table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
         {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
         "dipdir/dip",
@@ -554,17 +554,17 @@ def test_metres_go_before_degrees(book: Path) -> None:
     table = table_of(book, "x,y,z,lon,lat,a,b\n1,2,3,15,46,1,2\n,,3,15,46,1,2\n")
     roles_ = ("x", "y", "z", "longitude", "latitude", "azimuth", "inclination")
     columns = {role: number for number, role in enumerate(roles_)}
-    found = understand(table, columns, "dipdir/dip", lambda lon, lat: (lon, lat))
+    found = read_readings(table, columns, "dipdir/dip", lambda lon, lat: (lon, lat))
     assert [r.position for r in found.rows] == [(1.0, 2.0, 3.0), (15.0, 46.0, 3.0)]
 
 
 def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(book: Path) -> None:
     table = table_of(book, "dip direction,dip\n1,2,3\n4,5\n")
-    found = understand(table, guess(table).columns, "dipdir/dip")
+    found = read_readings(table, guess(table).columns, "dipdir/dip")
     assert found.bad == (BadRow(2, table.ragged[0]),)
     assert [r.line for r in found.rows] == [3]
     with pytest.raises(ValueError, match="dip/dip"):
-        understand(table, {}, "dip/dip")
+        read_readings(table, {}, "dip/dip")
 
 
 # --- records -------------------------------------------------------------------------------------

@@ -110,13 +110,13 @@ def test_a_repeat_takes_type_and_set_of_the_first_and_counts_as_none() -> None:
     again = now["b2"]
     assert (again.name, again.set_name, again.interpreter) == ("B1 again", "A", "AB")
     features = [r for r in now.values() if isinstance(r, Trace)]
-    assert [f.id for f in repeated_features.firsts(features, now)] == ["b1", "j1"]
+    assert [f.id for f in repeated_features.first_picks(features, now)] == ["b1", "j1"]
     assert [f.id for f in repeated_features.repeatable_features(now)] == ["j1"]
-    assert repeated_features.told(again, now) == {"repeat_of": "b1", "interpreter": "AB"}
+    assert repeated_features.repeat_columns(again, now) == {"repeat_of": "b1", "interpreter": "AB"}
     # Where the first was deleted the second stands for the structure.
     edits.delete(now, ["b1"]).swap(now)
     assert not repeated_features.is_repeat(now["b2"], now)
-    assert repeated_features.told(now["b2"], now) == {"interpreter": "AB"}
+    assert repeated_features.repeat_columns(now["b2"], now) == {"interpreter": "AB"}
 
 
 def test_what_cannot_be_a_repeat_is_refused() -> None:

@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
-from vomstudio.project.assets import keep_asset
+from vomstudio.project.assets import store_asset
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.database import read_replay
@@ -294,7 +294,7 @@ def test_a_mask_is_a_file_that_undoing_finds_again(project: Project, tmp_path: P
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     for content in (b"first", b"second"):
-        asset = keep_asset(project.folder, content, ".png")
+        asset = store_asset(project.folder, content, ".png")
         session.apply(set_masks(session.records, "s", {"a.jpg": asset}, "Leave out"))
     session.undo()
     (mask,) = session.of(Mask)
@@ -327,7 +327,7 @@ def used(project: Project) -> Project:
     add_beds(project, 3)
     session.apply(add_photo_set(session.records, PhotoSet("s", "photos", "/p")))
     for number in range(3):
-        asset = keep_asset(project.folder, b"mask %d" % number, ".png")
+        asset = store_asset(project.folder, b"mask %d" % number, ".png")
         session.apply(set_masks(session.records, "s", {"a.jpg": asset}, f"Mask {number}"))
         if number == 1:
             session.undo()
@@ -390,7 +390,7 @@ def test_a_compaction_is_taken_back_with_what_was_done_since(used: Project) -> N
     used.session.redo()
     used.session.apply(edits.set_attributes(used.session.records, ["t2"], notes="since"))
     now = dict(used.session.records)
-    used.take_back_compaction()
+    used.undo_compaction()
     assert [(r.kind, r.label) for r in used.journal.rows()][: len(rows)] == rows
     assert dict(used.session.records) == now
     assert read_replay(used.folder).records == now
@@ -399,7 +399,7 @@ def test_a_compaction_is_taken_back_with_what_was_done_since(used: Project) -> N
     used.session.undo()
     assert read_replay(used.folder).records == dict(used.session.records)
     with refused("compaction.none", DocumentError):
-        used.take_back_compaction()
+        used.undo_compaction()
 
 
 def test_what_is_not_saved_is_not_compacted(used: Project) -> None:

@@ -112,7 +112,7 @@ def test_every_row_is_summed_with_the_one_before_and_the_head_goes_with_it(
         lambda: journal.copy_row("draft", None, "", None, {"tool": "trace"}, None),
     ]
     for number, write in enumerate(writes, 1):
-        assert write() == number == journal.last
+        assert write() == number == journal.last_number
         count, last, total = chained(path)
         assert (count, last) == (number, number)
         assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, count, last, total)]
@@ -164,7 +164,7 @@ def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statemen
     assert chained(path) == before
     assert asked(path, HEAD) == [before]
     assert dict(session.records) == records
-    assert project.journal.last == before[1]
+    assert project.journal.last_number == before[1]
     changed(path, "DROP TRIGGER full")
     session.apply(edits.add_trace(session.records, bed("t1")))
     assert asked(path, HEAD) == [chained(path)]
@@ -392,7 +392,7 @@ def test_the_newest_rows_are_given_in_their_order(four_beds: Path) -> None:
     assert journal.last_rows(3) == every[-3:]
     assert journal.last_rows(100) == every
     assert [row.seq for row in every] == [1, 2, 3, 4, 5, 6, 7]
-    assert journal.last == 7
+    assert journal.last_number == 7
     journal._db.execute("ALTER TABLE journal RENAME TO elsewhere")
     with refused("journal.damaged") as caught:
         journal.last_rows(3)
@@ -462,7 +462,7 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
         SqliteJournal(path)
     assert not path.exists()
     made = SqliteJournal(path, create=True)
-    assert (made.last, list(made.rows())) == (0, [])
+    assert (made.last_number, list(made.rows())) == (0, [])
     made.close()
     assert asked(path, "PRAGMA application_id") == [(APPLICATION_ID,)] == [(0x564F4D31,)]
     assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]

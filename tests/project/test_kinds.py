@@ -22,11 +22,11 @@ from vomstudio.project.kinds import (
     FIGURES,
     KINDS,
     RECORDS,
-    _merged,
+    _merge_attributes,
     group_of,
     kind_of,
 )
-from vomstudio.project.measurement_cache import Measurements, measure_all, rests_on
+from vomstudio.project.measurement_cache import Measurements, depends_on, measure_all
 from vomstudio.project.records import Feature, Model, OnAModel, Picked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,7 +74,7 @@ def test_every_field_that_may_be_changed_is_there_and_its_figures_have_one_name_
     assert len(set(names)) == len(names)
     if kind.layer is not None:
         assert {"id", "name"} <= {figure.name for figure in kind.layer.figures}
-    assert kind.typed == ("type_id" in fields)
+    assert kind.has_feature_type == ("type_id" in fields)
 
 
 def test_a_figure_is_the_same_under_its_name_in_every_kind():
@@ -122,13 +122,13 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
 )
 def test_what_rests_on_a_record_looks_different_after_its_edit(changed, looks_different):
     others = {i: f for i, f in RECORDS_OF_ALL.items() if isinstance(f, Feature) and i != changed}
-    found = {i for i, f in others.items() if rests_on(RECORDS_OF_ALL, f, {changed})}
+    found = {i for i, f in others.items() if depends_on(RECORDS_OF_ALL, f, {changed})}
     assert found == looks_different
 
 
 def test_what_lay_on_a_plane_that_is_gone_looks_different():
     without = {i: r for i, r in RECORDS_OF_ALL.items() if i != "t1"}
-    assert rests_on(without, RECORDS_OF_ALL["l1"], {"t1"})
+    assert depends_on(without, RECORDS_OF_ALL["l1"], {"t1"})
     measurements = Measurements()
     before = measurements.of(RECORDS_OF_ALL, ["l1"])["l1"]
     assert before.rake_deg is not None
@@ -181,7 +181,7 @@ def test_fields_of_a_kind_to_come_find_their_place_among_those_that_are_there():
 
     def merged(*lists: str) -> str:
         kinds = [tuple(Attribute(field, field) for field in own) for own in lists]
-        return "".join(attribute.field for attribute in _merged(kinds))
+        return "".join(attribute.field for attribute in _merge_attributes(kinds))
 
     assert merged("abz", "acz") == "abcz"
     assert merged("axz", "ayxz") == "ayxz"

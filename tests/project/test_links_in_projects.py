@@ -63,7 +63,7 @@ def test_what_a_link_leads_to_stays_as_it_is(
     # Whether it is done or refused: not through the link.
     with contextlib.suppress(VomError):
         opened = Project.open(project)
-        opened.wait_in_memory(lambda _: None)
+        opened.buffer_unwritten_steps(lambda _: None)
         feature = next(iter(opened.session.of(Feature)))
         change = edits.set_attributes(opened.session.records, [feature.id], notes="changed")
         opened.session.apply(change)
@@ -71,7 +71,7 @@ def test_what_a_link_leads_to_stays_as_it_is(
         with contextlib.suppress(VomError):
             opened.compact()
         with contextlib.suppress(VomError):
-            opened.assets.keep(b"a mask", ".png")
+            opened.assets.store(b"a mask", ".png")
         with contextlib.suppress(VomError):
             opened.save_as(tmp_path / "b.vom")
         opened.close()

@@ -24,7 +24,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
 from vomstudio.project.folder import Project
-from vomstudio.project.imports.feature_lists import read_listed
+from vomstudio.project.imports.feature_lists import read_listed_features
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
 from vomstudio.project.kinds.station import Station
@@ -258,7 +258,7 @@ def test_what_was_exported_comes_back_as_it_was(project: Path, tmp_path: Path, e
     names = ["o"] if one else ["o_stations", "o_contacts", "o_lithologies"]
     found = []
     for name in names:
-        read = read_listed(tmp_path / f"{name}.{ending}", MODEL, records, CRS)
+        read = read_listed_features(tmp_path / f"{name}.{ending}", MODEL, records, CRS)
         assert read.skipped == ()
         # KML is in degrees by its standard.
         expected = ["frame.reprojected"] if ending == "kml" else []
@@ -285,7 +285,9 @@ def test_an_area_is_measured_anew_where_the_surface_is_at_hand(project: Path, tm
     export_project(project, "geojson", tmp_path / "o.geojson")
     opened = Project.open(project)
     path = tmp_path / "o_lithologies.geojson"
-    read = read_listed(path, MODEL, opened.session.records, CRS, lambda ring: 0.0 + len(ring))
+    read = read_listed_features(
+        path, MODEL, opened.session.records, CRS, lambda ring: 0.0 + len(ring)
+    )
     assert read.features[0].area == 4.0
     opened.close()
 
@@ -296,7 +298,7 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
 
     def error(path: Path) -> InputError:
         with pytest.raises(InputError) as caught:
-            read_listed(path, MODEL, records, CRS)
+            read_listed_features(path, MODEL, records, CRS)
         return caught.value
 
     assert error(tmp_path / "gone.gpkg").code == "file.missing"
@@ -313,7 +315,7 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
     assert error(other).code == "import.no-layers"
     assert error(other).values["layers"] == ("stations", "contacts", "lithologies")
     (tmp_path / "stations.csv").write_text("name,x,y,z\nA,1,2,3\nB,1,no,3\n")
-    found = read_listed(tmp_path / "stations.csv", MODEL, records, CRS)
+    found = read_listed_features(tmp_path / "stations.csv", MODEL, records, CRS)
     assert [f.name for f in found.features] == ["A"]
     assert [name for name, _ in found.skipped] == ["B"]
     opened.close()

@@ -25,20 +25,20 @@ from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.measurement import (
-    Measuring,
-    as_uncertain,
-    in_world,
+    MeasurementContext,
+    empty_measurement,
+    fit_fields,
     is_metric,
-    nothing_measured,
-    of_fit,
+    length_in_metres,
+    plane_with_error,
     rows_of,
     world_points,
 )
 from vomstudio.project.measurement_cache import (
     Measurements,
+    depends_on,
     measure_all,
     measure_one,
-    rests_on,
     sources_of,
 )
 from vomstudio.project.records import DEFAULT_TYPES, Group, OnAModel
@@ -106,7 +106,7 @@ def test_only_features_are_measured_and_each_under_its_own_id():
 def test_what_is_gone_is_forgotten_and_measured_anew_when_it_comes_back():
     keep = Measurements()
     first = keep.of(RECORDS_OF_ALL, ["t1", "p1"])
-    keep.edited({"p1": RECORDS_OF_ALL["p1"]}, ["t1"])
+    keep.keep_after_edit({"p1": RECORDS_OF_ALL["p1"]}, ["t1"])
     again = keep.of(RECORDS_OF_ALL, ["t1", "p1"])
     assert again["p1"] is first["p1"]
     assert again["t1"] is not first["t1"]
@@ -115,7 +115,7 @@ def test_what_is_gone_is_forgotten_and_measured_anew_when_it_comes_back():
 def test_a_feature_that_is_in_no_document_is_measured_beside_it():
     keep = Measurements()
     loose = replace(ONE_OF_EACH["lineation"], id="loose")
-    found = keep.one(RECORDS_OF_ALL, loose)
+    found = keep.measure(RECORDS_OF_ALL, loose)
     assert found.rake_deg == keep.of(RECORDS_OF_ALL, ["l1"])["l1"].rake_deg is not None
     assert keep.of(RECORDS_OF_ALL, ["loose"]) == {}
 
@@ -157,7 +157,7 @@ def test_the_users_thresholds_judge_every_kind(name):
     found = {}
     for words, thresholds in (("strict", strict), ("lax", lax)):
         found[words] = measure_all(rough, [feature], thresholds)[0].verdict.quality
-        assert Measurements(thresholds).one(rough, feature).verdict.quality == found[words]
+        assert Measurements(thresholds).measure(rough, feature).verdict.quality == found[words]
     assert found["strict"] == "poor"
     assert found["lax"] != "poor"
 
@@ -180,14 +180,14 @@ def test_a_feature_rests_on_its_model_and_on_what_it_names():
 
 def test_an_edit_of_something_else_leaves_a_feature_as_it_looks():
     for name in ("trace", "patch", "lineation", "dimension", "reading"):
-        assert not rests_on(RECORDS_OF_ALL, ONE_OF_EACH[name], {"x1", "vein"})
+        assert not depends_on(RECORDS_OF_ALL, ONE_OF_EACH[name], {"x1", "vein"})
     # Its type's colour, the plane it lies on, and what that plane rests on all show.
     line = ONE_OF_EACH["lineation"]
-    assert all(rests_on(RECORDS_OF_ALL, line, {id_}) for id_ in ("lineation", "t1", "m1", "l1"))
+    assert all(depends_on(RECORDS_OF_ALL, line, {id_}) for id_ in ("lineation", "t1", "m1", "l1"))
     other = replace(bed("t1"), model_id="m2")
     across = {**RECORDS_OF_ALL, "t1": other, "m2": replace(MODEL, id="m2")}
-    assert rests_on(across, line, {"m2"})
-    assert not rests_on(RECORDS_OF_ALL, replace(line, plane_id=""), {"t1"})
+    assert depends_on(across, line, {"m2"})
+    assert not depends_on(RECORDS_OF_ALL, replace(line, plane_id=""), {"t1"})
 
 
 def test_a_feature_without_a_figure_is_refused_by_its_name():
@@ -223,8 +223,8 @@ def test_points_and_lengths_come_to_world_with_the_model():
     assert found[1] == pytest.approx([100.0 - 0.4, 200.0 + 2.0, 300.0 + 1.02])
     assert rows_of(None).tolist() == np.eye(4).tolist()
     assert rows_of(TURNED)[:3, 3].tolist() == [100.0, 200.0, 300.0]
-    assert in_world(0.25, rows_of(TURNED)) == pytest.approx(0.5)
-    assert in_world(None, rows_of(TURNED)) is None
+    assert length_in_metres(0.25, rows_of(TURNED)) == pytest.approx(0.5)
+    assert length_in_metres(None, rows_of(TURNED)) is None
     assert is_metric(None)
     assert not is_metric(replace(MODEL, placement=Frame("undeclared")))
 
@@ -260,13 +260,13 @@ def test_what_cannot_be_measured_keeps_its_place_and_says_why(name):
 
 def test_a_place_without_a_figure_is_all_that_is_said():
     points = np.array([[1.0, 2.0, 3.0]])
-    found = nothing_measured(points, 0.5, "why", kind="lineation")
+    found = empty_measurement(points, 0.5, "why", kind="lineation")
     assert (found.resolution_m, found.problem, found.kind) == (0.5, "why", "lineation")
     assert found.metric
     assert found.points is points
     assert found.fit is found.verdict is found.line_fit is found.outcrop_normal is None
-    assert not nothing_measured(points, None, None, kind="x", metric=False).metric
-    assert of_fit(None) == {}
+    assert not empty_measurement(points, None, None, kind="x", metric=False).metric
+    assert fit_fields(None) == {}
 
 
 # --- traces ----------------------------------------------------------------------------------
@@ -322,7 +322,7 @@ def test_a_resolution_that_is_too_coarse_is_a_reason_of_a_trace_and_a_patch():
 def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
     measured = measure_all({"m1": MODEL}, [bed("t1", vertices=ROUGH)])[0]
     fit = measured.fit
-    found = as_uncertain(measured)
+    found = plane_with_error(measured)
     assert found.normal == pytest.approx(fit.normal)
     # The tilt is largest along the rake that is told, by the angle that is told.
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
@@ -340,24 +340,24 @@ def test_an_error_has_a_degree_of_freedom_at_least():
     measured = measure_all({"m1": MODEL}, [bed("t1", vertices=ROUGH)])[0]
     for n, free in ((None, 1.0), (3.2, 1.0), (4.5, 1.5), (13.0, 10.0)):
         other = replace(measured, fit=replace(measured.fit, n_effective=n))
-        assert as_uncertain(other).free == pytest.approx(free)
+        assert plane_with_error(other).free == pytest.approx(free)
     four = bed("t1", vertices=((0, 0, 0.1), (1, 0, -0.1), (1, 1, 0.1), (0, 1, -0.1)))
     found = measure_all({"m1": MODEL}, [four])[0]
-    assert as_uncertain(found).roughness == pytest.approx(2.0 * found.fit.rms)
+    assert plane_with_error(found).roughness == pytest.approx(2.0 * found.fit.rms)
     smooth = replace(measured, fit=replace(measured.fit, rms=None))
-    assert as_uncertain(smooth).roughness == 0.0
+    assert plane_with_error(smooth).roughness == 0.0
 
 
 def test_a_plane_of_unknown_error_says_so_and_a_line_is_no_plane():
     reading = Reading("r1", "R", "bedding", "plane", 100.0, 30.0)
     read = measure_all({}, [reading])[0]
-    assert as_uncertain(read).normal == pytest.approx(Plane(100.0, 30.0).normal())
-    assert as_uncertain(read).spread95 is None
+    assert plane_with_error(read).normal == pytest.approx(Plane(100.0, 30.0).normal())
+    assert plane_with_error(read).spread95 is None
     three = bed("t1", vertices=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.5)))
-    assert as_uncertain(measure_all({"m1": MODEL}, [three])[0]).spread95 is None
+    assert plane_with_error(measure_all({"m1": MODEL}, [three])[0]).spread95 is None
     line = measure_all({}, [replace(reading, geometry="line")])[0]
-    assert as_uncertain(line) is None
-    at = Measuring(RECORDS_OF_ALL, Thresholds(), {"r1": read, "l": line})
+    assert plane_with_error(line) is None
+    at = MeasurementContext(RECORDS_OF_ALL, Thresholds(), {"r1": read, "l": line})
     assert at.plane("r1").normal == pytest.approx(Plane(100.0, 30.0).normal())
     assert at.plane("l") is at.plane("gone") is None
     assert (at.model("m1"), at.model("t1"), at.model("m2")) == (MODEL, None, None)
@@ -370,7 +370,7 @@ def test_the_error_of_a_patch_is_the_one_that_patches_are_judged_by():
     fit = measured.fit
     assert fit.max_angular_error_deg > fit.max_confidence95_deg
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    found = math.degrees(math.atan(stray95(as_uncertain(measured), worst)))
+    found = math.degrees(math.atan(stray95(plane_with_error(measured), worst)))
     assert found == pytest.approx(fit.max_angular_error_deg)
 
 
@@ -391,7 +391,7 @@ def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
     )
     records = {"m1": MODEL, "t1": base, "l1": line}
     found = measure_all(records, [line])[0]
-    fitted = as_uncertain(measure_all(records, [base])[0])
+    fitted = plane_with_error(measure_all(records, [base])[0])
     across = math.degrees(math.atan(stray95(fitted, found.line.vector())))
     within = found.line_fit.confidence95_deg
     assert found.max_confidence95_deg == pytest.approx(max(across, within))

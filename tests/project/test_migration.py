@@ -214,7 +214,7 @@ def test_a_journal_without_rows_is_migrated(
     SqliteJournal(path, create=True).close()
     use_schema(monkeypatch, 2, {1: add_column})
     opened = SqliteJournal(path)
-    assert (opened.last, list(opened.rows())) == (0, [])
+    assert (opened.last_number, list(opened.rows())) == (0, [])
     assert opened.append("save") == 1
     opened.close()
     assert query(path, "PRAGMA user_version") == [(2,)]

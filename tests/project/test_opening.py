@@ -61,7 +61,7 @@ def test_a_project_that_was_closed_goes_at_once_with_its_records(project: Projec
     add_bed(project)
     project.close()
     opened = Project.open(project.folder)
-    opened.wait_in_memory(lambda _: None)
+    opened.buffer_unwritten_steps(lambda _: None)
     held = weakref.ref(opened), weakref.ref(opened.session.records["t1"])
     gc.collect()
     gc.disable()

@@ -70,7 +70,7 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
 
 EDITS: tuple[Callable[[Records], Edit], ...] = (
     lambda _: photo_edits.add_photo_set({}, SET),
-    lambda there: photo_edits.take_in(there, "s1", [A], {}, {}, "EPSG:25833"),
+    lambda there: photo_edits.import_sidecar_data(there, "s1", [A], {}, {}, "EPSG:25833"),
     lambda there: photo_edits.locate_photos(there, "s1", "there"),
     lambda there: photo_edits.add_reconstruction(
         there,
@@ -163,19 +163,19 @@ def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
 
 
 def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there: Records) -> None:
-    edit = photo_edits.take_in(there, "s1", [A], {}, {"1.jpg": None}, "EPSG:25833")
+    edit = photo_edits.import_sidecar_data(there, "s1", [A], {}, {"1.jpg": None}, "EPSG:25833")
     after = done(there, edit)
     assert after["s1"] == replace(SET, crs="EPSG:25833")
     assert [p.label for p in photo_edits.points_of(after, "s1")] == ["A"]
     assert marks(after) == {}
     assert photo_edits.masks_of(after, "s1") == {}
-    kept = photo_edits.take_in(there, "s1", [A, B], MARKS, {})
+    kept = photo_edits.import_sidecar_data(there, "s1", [A, B], MARKS, {})
     assert done(there, kept)["s1"] == SET
 
 
 def test_photos_that_are_not_there_are_refused(there: Records) -> None:
     for call in (
-        lambda: photo_edits.take_in(there, "s9", [], {}, {}),
+        lambda: photo_edits.import_sidecar_data(there, "s9", [], {}, {}),
         lambda: photo_edits.set_points(there, "s9", [], {}, "x"),
         lambda: photo_edits.set_masks(there, "s9", {}, "x"),
         lambda: photo_edits.locate_photos(there, "s9", "there"),
@@ -203,7 +203,7 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     records = done(records, again)
     assert photo_edits.reconstruction_in(records, "cliff") == replace(first, id="k3")
     assert photo_edits.reconstruction_in(records, "nowhere") is None
-    assert photo_edits.registration_by(records, "k3").id == "g3"  # type: ignore[union-attr]
-    assert photo_edits.registration_by(records, "k9") is None
+    assert photo_edits.reconstruction_registration(records, "k3").id == "g3"  # type: ignore[union-attr]
+    assert photo_edits.reconstruction_registration(records, "k9") is None
     with refused("record.missing", DocumentError):
         photo_edits.add_reconstruction(records, replace(first, photo_set_id="s9"), by)

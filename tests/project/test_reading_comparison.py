@@ -53,7 +53,7 @@ def reading(azimuth: float, steep: float, at=None, **more) -> Reading:
     )
 
 
-def compared(*more):
+def comparison_text(*more):
     return nearest_picks(records(*more), Measurements()).get("r")
 
 
@@ -67,17 +67,17 @@ def compared(*more):
     ],
 )
 def test_the_angle_is_that_between_the_planes_whichever_way_they_face(first, second, angle):
-    found = compared(trace("a", *first), reading(*second))
+    found = comparison_text(trace("a", *first), reading(*second))
     assert found.angle_deg == pytest.approx(angle, abs=1e-6)
     assert found.distance_m is None
 
 
 def test_with_a_position_the_nearest_in_space_is_taken_not_the_most_alike():
     near, alike = trace("near", 90, 30, (0, 0, 0)), trace("alike", 90, 50, (100, 0, 0))
-    found = compared(near, alike, reading(90, 50, near.vertices[0]))
+    found = comparison_text(near, alike, reading(90, 50, near.vertices[0]))
     assert (found.pick_id, found.distance_m) == ("near", 0.0)
     assert found.angle_deg == pytest.approx(20.0)
-    assert compared(near, alike, reading(90, 50)).pick_id == "alike"
+    assert comparison_text(near, alike, reading(90, 50)).pick_id == "alike"
 
 
 def test_the_distance_is_to_the_nearest_point_in_world_metres():
@@ -90,8 +90,8 @@ def test_the_distance_is_to_the_nearest_point_in_world_metres():
 
 
 def test_only_picks_of_the_same_type_and_kind_count():
-    assert compared(trace("a", 90, 30, type_id="fault"), reading(90, 30)) is None
-    assert compared(trace("a", 90, 30), reading(90, 30, geometry="line")) is None
+    assert comparison_text(trace("a", 90, 30, type_id="fault"), reading(90, 30)) is None
+    assert comparison_text(trace("a", 90, 30), reading(90, 30, geometry="line")) is None
 
 
 def test_a_pick_without_north_has_no_direction_to_compare():
@@ -102,11 +102,11 @@ def test_a_pick_without_north_has_no_direction_to_compare():
 
 def test_lines_are_compared_with_lineations():
     line = Lineation("l", "L", "lineation", "m", "0" * 64, ((0, 0, 0), (10.0, 0, 0)))
-    found = compared(line, reading(0, 0, type_id="lineation", geometry="line"))
+    found = comparison_text(line, reading(0, 0, type_id="lineation", geometry="line"))
     assert found.angle_deg == pytest.approx(90.0)
-    assert compared(line, reading(270, 10, type_id="lineation", geometry="line")).angle_deg == (
-        pytest.approx(10.0)
-    )
+    assert comparison_text(
+        line, reading(270, 10, type_id="lineation", geometry="line")
+    ).angle_deg == (pytest.approx(10.0))
 
 
 def test_a_patch_is_as_near_as_its_outline():
@@ -126,7 +126,7 @@ def test_a_patch_is_as_near_as_its_outline():
         100.0,
         outline=square,
     )
-    found = compared(patch, reading(0, 0, (13.0, 10.0, 4.0)))
+    found = comparison_text(patch, reading(0, 0, (13.0, 10.0, 4.0)))
     assert found.distance_m == pytest.approx(5.0)
     assert found.angle_deg == pytest.approx(0.0, abs=1e-6)
 
@@ -200,9 +200,9 @@ def test_each_reading_finds_the_pick_that_it_stands_on():
 
 def test_without_a_place_the_most_alike_is_taken_whichever_way_its_normal_points():
     own = (trace("a", 90, 30), trace("b", 270, 85), trace("c", 0, 60))
-    assert compared(*own, reading(90, 85)).pick_id == "b"
-    assert compared(*own, reading(90, 30)).pick_id == "a"
-    assert compared(*own, reading(10, 50)).pick_id == "c"
+    assert comparison_text(*own, reading(90, 85)).pick_id == "b"
+    assert comparison_text(*own, reading(90, 30)).pick_id == "a"
+    assert comparison_text(*own, reading(10, 50)).pick_id == "c"
 
 
 def test_readings_of_several_types_are_each_compared_with_their_own():
@@ -222,15 +222,17 @@ def test_readings_of_several_types_are_each_compared_with_their_own():
 def test_what_is_no_sound_pick_is_no_counterpart():
     line = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
     straight = replace(trace("a", 90, 30), vertices=line)
-    assert compared(straight, reading(90, 30)) is None
-    assert compared(straight, trace("b", 90, 40), reading(90, 30)).pick_id == "b"
+    assert comparison_text(straight, reading(90, 30)) is None
+    assert comparison_text(straight, trace("b", 90, 40), reading(90, 30)).pick_id == "b"
     lost = replace(trace("a", 90, 30), model_id="gone")
-    assert compared(lost, reading(90, 30)) is None
+    assert comparison_text(lost, reading(90, 30)) is None
     # Another reading is no pick, nor is a lineation of a plane's type.
-    assert compared(replace(reading(90, 30), id="r9"), reading(90, 30)) is None
+    assert comparison_text(replace(reading(90, 30), id="r9"), reading(90, 30)) is None
     streak = Lineation("l", "L", "bedding", "m", "0" * 64, ((0, 0, 0), (10.0, 0, 0)))
-    assert compared(streak, reading(90, 30)) is None
-    assert compared(streak, reading(90, 30, geometry="line")).angle_deg == pytest.approx(30.0)
+    assert comparison_text(streak, reading(90, 30)) is None
+    assert comparison_text(streak, reading(90, 30, geometry="line")).angle_deg == pytest.approx(
+        30.0
+    )
     assert nearest_picks(records(trace("a", 90, 30)), Measurements()) == {}
 
 

@@ -19,7 +19,7 @@ from vomstudio.project.imports.field_table import read_field_table
 from vomstudio.project.imports.readings import (
     make_readings,
     missing_choice,
-    understand,
+    read_readings,
 )
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.tables.orientation_table import orientation_row, write_orientation_csv
@@ -47,7 +47,7 @@ def read(tmp_path, text: str, notation: str | None = None, name: str = "book.csv
     found = guess(table)
     notation = notation or found.notation
     assert missing_choice(found.columns, notation) is None
-    return understand(table, found.columns, notation)
+    return read_readings(table, found.columns, notation)
 
 
 def angles(understood) -> list[tuple[float, float]]:
@@ -118,7 +118,7 @@ def test_the_table_that_the_program_exports_comes_back(tmp_path):
     table = read_field_table(tmp_path / "out.csv")
     found = guess(table)
     assert found.notation == "dipdir/dip"
-    understood = understand(table, found.columns, found.notation)
+    understood = read_readings(table, found.columns, found.notation)
     assert angles(understood) == [pytest.approx(p) for p in PLANES]
     assert {r.name for r in understood.rows} == {f"B{k}" for k in range(5)}
     assert {(r.type_name, r.set_name, r.notes) for r in understood.rows} == {
@@ -210,12 +210,12 @@ def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
     table = table_of(tmp_path, text)
     found = guess(table)
     assert found.notation == "dipdir/dip"
-    with_crs = understand(table, found.columns, found.notation, degrees_to_grid("EPSG:32633"))
+    with_crs = read_readings(table, found.columns, found.notation, degrees_to_grid("EPSG:32633"))
     x, y, z = with_crs.rows[0].position
     assert (x, z) == (pytest.approx(500_000.0, abs=1e-3), 350.0)  # on the central meridian
     # The meridian's arc from the equator, integrated over WGS 84, times 0.9996.
     assert y == pytest.approx(5_096_085.926 * 0.9996, abs=0.01)
-    without = understand(table, found.columns, found.notation)
+    without = read_readings(table, found.columns, found.notation)
     assert without.rows[0].position is None
     assert without.findings[0].code == "reading.degrees-without-crs"
 
@@ -307,7 +307,7 @@ def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_sta
 ):
     table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")
     found = guess(table)
-    understood = understand(table, found.columns, "dipdir/dip", degrees_to_grid("EPSG:32633"))
+    understood = read_readings(table, found.columns, "dipdir/dip", degrees_to_grid("EPSG:32633"))
     assert understood.bad == ()
     assert understood.rows[0].position is None
     assert understood.rows[1].position is not None

@@ -48,9 +48,9 @@ def test_after_any_edits_all_answers_are_those_of_a_look_at_every_record(changes
             for cls in CLASSES:
                 records.of(cls)
             numbers_of(records, "B")
-            records.once(len)
+            records.cached(len)
         after = {id_: made(id_, *what) for id_, what in edit.items()}
-        records.take(after)
+        records.apply(after)
         for id_, record in after.items():
             if record is None:
                 plain.pop(id_, None)
@@ -64,7 +64,7 @@ def test_after_any_edits_all_answers_are_those_of_a_look_at_every_record(changes
             assert (
                 numbers_of(records, prefix) == scanned(plain, prefix) == numbers_of(plain, prefix)
             )
-        assert records.once(len) == len(plain)
+        assert records.cached(len) == len(plain)
 
 
 def test_a_name_is_free_among_those_that_come_with_it_too():
@@ -72,8 +72,8 @@ def test_a_name_is_free_among_those_that_come_with_it_too():
     records = RecordMap(RECORDS_OF_ALL)
     taken = made("new1", "trace", f"{bedding.name[0]}41")
     names = NextNames(records)
-    names.take(taken)
-    assert names.of(bedding) == f"{bedding.name[0]}42"
+    names.reserve(taken)
+    assert names.next_for(bedding) == f"{bedding.name[0]}42"
 
 
 def test_what_is_handed_out_is_not_the_index_itself():

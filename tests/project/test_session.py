@@ -298,15 +298,15 @@ def test_records_are_found_by_class_in_the_order_in_which_they_came(session):
 
 
 def test_what_a_project_ever_held_is_known_as_long_as_its_history(session, journal):
-    assert session.ever_held(Model)
-    assert not session.ever_held(Trace)
+    assert session.has_ever_contained(Model)
+    assert not session.has_ever_contained(Trace)
     session.apply(edits.add_trace(session.records, bed("t1")))
-    assert session.ever_held(Trace)
-    assert session.ever_held(Reading, Trace)
+    assert session.has_ever_contained(Trace)
+    assert session.has_ever_contained(Reading, Trace)
     session.undo()
-    assert session.ever_held(Trace)
-    assert Session(journal).ever_held(Trace)
-    assert not session.ever_held(Reading)
+    assert session.has_ever_contained(Trace)
+    assert Session(journal).has_ever_contained(Trace)
+    assert not session.has_ever_contained(Reading)
 
 
 def test_the_records_cannot_be_changed_past_the_session(session):

@@ -39,7 +39,7 @@ for k in range(40):
 project.session.save()
 told = []
 if over:
-    project.wait_in_memory(told.append)
+    project.buffer_unwritten_steps(told.append)
 os.truncate(folder / name, min(size, (folder / name).stat().st_size))
 said = []
 for k in range(3):

@@ -19,10 +19,10 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.project.imports.sidecar_import import (
-    read_beside,
-    spare_folder,
+    fallback_folder,
+    read_sidecars,
+    sidecar_tables,
     stored_path,
-    tables_of,
 )
 from vomstudio.project.reconstructions import RECONSTRUCTIONS, read_reconstruction
 from vomstudio.project.records import Reconstruction
@@ -224,8 +224,8 @@ def test_tables_are_found_beside_the_photos_before_those_in_the_project(
     project: Path, photos: Path, tmp_path: Path
 ) -> None:
     control, marks = photos / "control.csv", photos / "marks.csv"
-    spare = spare_folder(project, photos)
-    other = spare_folder(project, tmp_path / "mounted elsewhere" / "cliff")
+    spare = fallback_folder(project, photos)
+    other = fallback_folder(project, tmp_path / "mounted elsewhere" / "cliff")
     assert spare.parent == other.parent == project / "photos"
     assert spare != other
     assert spare.name.startswith("cliff-")
@@ -233,14 +233,14 @@ def test_tables_are_found_beside_the_photos_before_those_in_the_project(
     assert spare.name == f"cliff-{digest[:8]}"
     in_spare = tables(spare)
     tables(other)
-    assert tables_of(project, photos) == (control, marks)
+    assert sidecar_tables(project, photos) == (control, marks)
     control.unlink()
-    assert tables_of(project, photos) == (in_spare[0], marks)
+    assert sidecar_tables(project, photos) == (in_spare[0], marks)
     marks.unlink()
-    assert tables_of(project, photos) == in_spare
+    assert sidecar_tables(project, photos) == in_spare
     for path in in_spare:
         path.unlink()
-    assert tables_of(project, photos) == (None, None)
+    assert sidecar_tables(project, photos) == (None, None)
 
 
 def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos: Path) -> None:
@@ -249,7 +249,7 @@ def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos
     progress.step = steps.append  # type: ignore[method-assign, assignment]
     names = ["sub/a.jpg", "b.jpg"]
     mask = photos / "a_mask.png"
-    found = read_beside(
+    found = read_sidecars(
         project,
         photos / "control.csv",
         photos / "marks.csv",
@@ -272,7 +272,7 @@ def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos
 
 
 def test_a_mark_in_a_photo_that_is_not_there_keeps_its_name(project: Path, photos: Path) -> None:
-    found = read_beside(project, None, photos / "marks.csv", {}, ["other.jpg"])
+    found = read_sidecars(project, None, photos / "marks.csv", {}, ["other.jpg"])
     assert [photo for _, photo, _, _ in found.marks] == ["a.jpg", "a.jpg"]
     assert (found.points, found.crs) == ((), "")
 
@@ -286,7 +286,7 @@ def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
     masks = {"a.jpg": photos / "a_mask.png", "b.jpg": photos / "gone_mask.png"}
     whole = control.read_text()
     control.write_text("label,x,y,z\nP1,not a number,2,3\n")
-    found = read_beside(project, control, marks, masks, ["a.jpg"])
+    found = read_sidecars(project, control, marks, masks, ["a.jpg"])
     assert (found.points, len(found.marks), set(found.masks)) == ((), 2, {"a.jpg"})
     assert found.unread == ("control.csv",)
     assert len(found.problems) == 2
@@ -294,7 +294,7 @@ def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
     assert "gone_mask.png" in found.problems[1]
     control.write_text(whole)
     marks.write_text("label,photo,x,y\nP1,a.jpg,left,2\n")
-    found = read_beside(project, control, marks, {}, ["a.jpg"])
+    found = read_sidecars(project, control, marks, {}, ["a.jpg"])
     assert (len(found.points), found.marks, found.unread) == (2, (), ("marks.csv",))
     assert len(found.problems) == 1
     assert "marks.csv" in found.problems[0]
@@ -302,7 +302,7 @@ def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
 
 def test_the_ending_of_a_mask_is_written_small(project: Path, photos: Path) -> None:
     loud = (photos / "a_mask.png").rename(photos / "A_MASK.PNG")
-    found = read_beside(project, None, None, {"a.jpg": loud}, ["a.jpg"])
+    found = read_sidecars(project, None, None, {"a.jpg": loud}, ["a.jpg"])
     assert found.masks["a.jpg"].path.endswith(".png")
 
 

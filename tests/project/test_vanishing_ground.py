@@ -21,7 +21,7 @@ from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
-from vomstudio.project.assets import keep_asset
+from vomstudio.project.assets import store_asset
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.database import NAME, SqliteJournal, read_replay
 from vomstudio.project.journal.failures import NotWritten
@@ -64,7 +64,7 @@ def begun(disk: Path) -> tuple[Project, Told]:
     project.close()
     project = Project.open(disk / "cliff.vom")
     told: Told = []
-    project.wait_in_memory(told.append)
+    project.buffer_unwritten_steps(told.append)
     add(project, "c")
     assert told == []
     return project, told
@@ -172,7 +172,7 @@ def test_a_folder_that_was_deleted_is_not_made_again(disk: Path) -> None:
     shutil.rmtree(project.folder)
     add(project, "d")
     with contextlib.suppress(Exception):
-        keep_asset(project.folder, b"x", ".png")
+        store_asset(project.folder, b"x", ".png")
     project.close()
     assert not project.folder.exists()
 
@@ -236,7 +236,7 @@ def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> No
     project, _ = begun(disk)
     session = project.session
     session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
-    mask = keep_asset(project.folder, b"a mask", ".png")
+    mask = store_asset(project.folder, b"a mask", ".png")
     session.apply(set_masks(session.records, "p", {"1.jpg": mask}, "Mask"))
     shutil.rmtree(project.folder)
     project.save_as(disk.parent / "rescued.vom")
@@ -249,7 +249,7 @@ def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> No
 def masked(project: Project, name: str, content: bytes) -> Mask:
     """A mask is drawn, as the window has it done."""
     session = project.session
-    file = project.assets.keep(content, ".png")
+    file = project.assets.store(content, ".png")
     session.apply(set_masks(session.records, "p", {name: file}, "Mask"))
     assert project.assets.path(file).read_bytes() == content
     return next(m for m in session.of(Mask) if m.file == file)
@@ -310,7 +310,7 @@ def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
             file.truncate(filler.stat().st_size - 100_000)
         content = os.urandom(300_000)
         mask = masked(project, "1.jpg", content)
-        assert project.journal.waits
+        assert project.journal.has_pending_rows
         assert [t and t.code for t in told] == ["disk.full"]
         with refused("disk.full", NotWritten):
             session.save()
@@ -375,7 +375,7 @@ def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_b
     project.session.save()
     project.compact()
     if taken_back:
-        project.take_back_compaction()
+        project.undo_compaction()
     GOES[how][0](disk / "cliff.vom", disk.parent / "older.vom")
     goes_on_and_can_be_saved(project, told, "journal.folder-gone", disk.parent / "rescued.vom")
 
@@ -409,10 +409,10 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
         try:
             with refused("project.unwritable", TargetError):
                 Project.open(folder)
-            project = Project.open(folder, without_lock=True)
-            project.wait_in_memory(told.append)
+            project = Project.open(folder, allow_unlocked=True)
+            project.buffer_unwritten_steps(told.append)
             add(project, "second")
-            assert project.journal.waits
+            assert project.journal.has_pending_rows
             assert project.cache.is_dir()
             assert not project.cache.is_relative_to(folder)
             project.close()
@@ -428,5 +428,5 @@ def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(
 ) -> None:
     project = Project.create(tmp_path / "a.vom")
     with refused("project.locked"):
-        Project.open(tmp_path / "a.vom", without_lock=True)
+        Project.open(tmp_path / "a.vom", allow_unlocked=True)
     project.close()

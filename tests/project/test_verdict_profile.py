@@ -19,7 +19,7 @@ from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.exports.export import export_records
 from vomstudio.project.folder import Project
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement_cache import Measurements, rests_on
+from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
 
 OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)
@@ -52,7 +52,7 @@ def test_the_figures_stay_and_the_verdict_follows_the_profile(records: dict[str,
 def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
     trace = records["t"]
     assert isinstance(trace, Trace)
-    assert rests_on(records, trace, {PROFILE_ID})
+    assert depends_on(records, trace, {PROFILE_ID})
 
 
 @pytest.mark.parametrize(

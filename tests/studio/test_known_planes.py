@@ -507,7 +507,7 @@ def test_a_reading_stands_where_the_plane_is_and_says_what_was_read() -> None:
     measured = measure_all({**records, line.id: line}, [line])[0]
     middle = measure_all(records, [records["t-B01"]])[0].fit.centroid
     assert measured.points == pytest.approx(middle[None])
-    assert measured.said == "read as 45 → 213"
+    assert measured.text == "read as 45 → 213"
     for notation in ("dipdir/dip", "strike/dip"):
         again = parse_reading("45 → 213", "plane", notation)
         assert (again.azimuth_deg, again.inclination_deg) == (213.0, 45.0)

@@ -10,7 +10,7 @@ from PIL import Image
 from PySide6.QtCore import QPoint, QPointF, Qt
 
 from tests.driver import drag
-from vomstudio.io.photos.pixels import upright_pixels
+from vomstudio.io.photos.pixels import pixels_upright
 from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
@@ -70,7 +70,7 @@ def test_what_is_seen_red_is_marked_where_it_is_stored(orientation, shown, qtbot
     assert got[0].kind is Pointer.CLICK
     assert (got[0].x, got[0].y) == pytest.approx(MIDDLE, abs=0.1)
     # Upright by EXIF's own table, and not by Qt's.
-    turned = upright_pixels([MIDDLE, (0.5, 0.5)], orientation, WIDE, HIGH)
+    turned = pixels_upright([MIDDLE, (0.5, 0.5)], orientation, WIDE, HIGH)
     on = canvas.screen_of([MIDDLE, (0.5, 0.5)])
     scale = canvas._scale
     assert (on[0] - on[1]) / scale == pytest.approx(turned[0] - turned[1])

@@ -60,7 +60,7 @@ def test_it_shows_what_it_would_have_shown(window, studio, qtbot, name: str, not
     studio.model_loaded.emit("m1")
     for i in range(4):
         add_bed(studio, f"t{i}", dip=0.3 + 0.2 * i)
-    assert studio.attempt(edits.put_in_sets, {"t0": "A", "t1": "A"})
+    assert studio.attempt(edits.assign_sets, {"t0": "A", "t1": "A"})
     studio.selection.set(["t1"])
     late = made()
     for number, panel in enumerate((early, late)):

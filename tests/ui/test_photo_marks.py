@@ -16,7 +16,7 @@ from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_marks
 from vomstudio.io.settings import Settings
-from vomstudio.project.imports.sidecar_import import read_beside, stored_path, tables_of
+from vomstudio.project.imports.sidecar_import import read_sidecars, sidecar_tables, stored_path
 from vomstudio.project.photo_edits import add_photo_set
 from vomstudio.project.records import PhotoSet
 from vomstudio.ui.common.studio import Studio
@@ -47,9 +47,9 @@ class Opened:
         self.exports.message.connect(lambda message, level: self.said.append((level, message)))
         self.document.look_at(folder)
         project = studio.project.folder
-        own = tables_of(project, folder)
+        own = sidecar_tables(project, folder)
         taken = own == (None, None) and given is not None
-        beside = read_beside(project, *(given if taken else own), {}, PHOTOS)
+        beside = read_sidecars(project, *(given if taken else own), {}, PHOTOS)
         self.problems = beside.problems
         made = PhotoSet(new_id("photos"), "photos", stored_path(project, folder), beside.crs)
         studio.attempt(add_photo_set, made, beside.points, beside.pixels)

@@ -85,11 +85,11 @@ def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
 
 def test_one_edit_puts_features_in_several_sets(studio, panel) -> None:
     read(studio, [(90, 45)] * 3)
-    edit = edits.put_in_sets(studio.records, {"r0": "A", "r1": "B", "r2": ""})
+    edit = edits.assign_sets(studio.records, {"r0": "A", "r1": "B", "r2": ""})
     assert edit.ids == {"r0", "r1"}
     assert {id_: after.set_name for id_, after in edit.after.items()} == {"r0": "A", "r1": "B"}
     with refused("edit.no-change", DocumentError):
-        edits.put_in_sets(studio.records, {"r2": ""})
+        edits.assign_sets(studio.records, {"r2": ""})
 
 
 def test_the_cone_holds_the_error_of_the_registration() -> None:

@@ -36,7 +36,7 @@ def orientations(
 
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["element"] == nature]
-    dataframe = frame(rows, (*COLUMNS, *table.more))
+    dataframe = frame(rows, (*COLUMNS, *table.extra_columns))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]

@@ -453,13 +453,13 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.reconstruction_file import placing_error_m
-    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.io.photos.cameras_file import has_known_scale
 
     loaded = read_model(path, progress, options)
     established = establish_frame(loaded, options)
     frame = established.frame
     registration = established.registration
-    unknown = frame.crs is None and scale_known(loaded.path) is False
+    unknown = frame.crs is None and has_known_scale(loaded.path) is False
     source = Source(
         loaded.path,
         frame.crs,

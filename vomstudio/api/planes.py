@@ -502,7 +502,7 @@ def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) ->
         axis=options.axis,
         resolution_m=resolution_m,
         thresholds=PROFILES[options.profile],
-        words=groups.words,
+        metadata=groups.words,
     )
 
 

@@ -456,7 +456,7 @@ class Project:
         check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
-        thresholds = self._measurements.otherwise
+        thresholds = self._measurements.default_thresholds
         with errors_named("format", "--to"):
             table = export_records(records, arguments, target, force=replace, thresholds=thresholds)
         warn(

@@ -28,7 +28,7 @@ from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.text.slip_reading import extract_slips
 from vomstudio.project.folder import is_project
-from vomstudio.project.repeated_picks import read_picks_again
+from vomstudio.project.repeated_picks import read_repeated_picks
 
 
 def stats(
@@ -310,7 +310,7 @@ def repeats(
     (2, 1.27, 'undetermined')
     """
     if is_path(table) and is_project(to_path(table, "table")):
-        rows = read_picks_again(to_path(table, "table"))
+        rows = read_repeated_picks(to_path(table, "table"))
     else:
         rows = to_orientation_table(table, azimuth, repeats=True)
     options = options_from_arguments(

@@ -96,11 +96,11 @@ def _axes(
 ) -> Axes:
     """Return what is known of x, y and z by CRS, registration, cameras or options."""
     from vomstudio.geometry.units import Axes
-    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.io.photos.cameras_file import has_known_scale
 
     if registration is not None:
         return registration.frame.axes
-    is_metric = crs is not None or scale_known(loaded.path) is True
+    is_metric = crs is not None or has_known_scale(loaded.path) is True
     return Axes(metric=is_metric or unit is not None or loaded.unit_m is not None, north=is_metric)
 
 

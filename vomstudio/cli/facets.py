@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         facet_table.rows,
         crs=model.crs,
         limits=DEFAULTS,
-        more=facet_table.more,
+        extra_columns=facet_table.more,
         force=args.force,
     )
     result["warnings"] = warnings

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         method=options.method,
         axis=options.axis,
         thresholds=limits,
-        words=groups.words,
+        metadata=groups.words,
         progress=progress,
     )
     rows, skipped = fitted.rows, fitted.skipped

@@ -138,7 +138,7 @@ class _Place(NamedTuple):
 def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
-    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.io.photos.cameras_file import has_known_scale
     from vomstudio.studio.world_models import find_project_model
 
     if args.project is not None:
@@ -161,7 +161,7 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
             metric,
             established.findings,
         )
-    placed = frame.crs is not None or scale_known(loaded.path) is not False
+    placed = frame.crs is not None or has_known_scale(loaded.path) is not False
     return _Place(
         frame.to_world(),
         world_crs(frame.crs, frame.unit_m),

@@ -49,9 +49,9 @@ class CalibratedPhotos:
 
     def pixels(self, view: int) -> ByteArray:
         """(height, width, 3) as stored, of the size that the camera has. Raises InputError."""
-        from vomstudio.io.photos.pixels import stored
+        from vomstudio.io.photos.pixels import read_stored
 
-        picture, _, _ = stored(self.files[view], _WHOLE)
+        picture, _, _ = read_stored(self.files[view], _WHOLE)
         lens = self.views.views[view].intrinsics
         height, width = picture.shape[:2]
         if (width, height) != (lens.width, lens.height):
@@ -111,7 +111,7 @@ def open_photos(
 def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, Path]]:
     """The row of the photo that is meant, and the files of all that are found: beside it, else
     where the cameras say."""
-    from vomstudio.io.photos.own_cameras.photos import find_photos_of
+    from vomstudio.io.photos.own_cameras.photos import find_camera_photos
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.io.photos.photo_names import photo_finder
 
@@ -124,9 +124,9 @@ def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, P
         )
     found = dict[str, Path]()
     if photo.is_file():
-        found = find_photos_of(own, photo.parent)
+        found = find_camera_photos(own, photo.parent)
     else:
-        found = find_photos_of(own)
+        found = find_camera_photos(own)
         if names[row] not in found:
             raise InputError(Finding("file.missing"), file=photo)
     files = {i: found[name] for i, name in enumerate(names) if name in found}
@@ -137,13 +137,13 @@ def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, P
 
 def scaled(view: View, file: Path | None) -> View:
     """The view for its photo as it lies there, which may have been made smaller."""
-    from vomstudio.io.photos.pixels import opened
+    from vomstudio.io.photos.pixels import open_photo
 
     if file is None:
         return view
     lens = view.intrinsics
     try:
-        with opened(file) as image:
+        with open_photo(file) as image:
             width, height = image.width, image.height
     except InputError:
         return view

@@ -87,10 +87,10 @@ class TextureColours:
 
             return np.asarray(Image.fromarray(fine).reduce(2**halvings))
         from vomstudio.core.errors import InputError
-        from vomstudio.io.photos.pixels import opened
+        from vomstudio.io.photos.pixels import open_photo
 
         try:
-            with opened(self._mesh.materials[material].texture or "") as image:
+            with open_photo(self._mesh.materials[material].texture or "") as image:
                 return np.asarray(image.convert("RGB"))
         except InputError:
             # The reader of the model has said so already.

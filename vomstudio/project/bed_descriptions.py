@@ -1,5 +1,4 @@
-"""What is said of the beds of a log along a line, kept with the line. Pure, as `project.edits`
-are."""
+"""Descriptions of the beds of a log, stored with its line. Pure, like `project.edits`."""
 
 from __future__ import annotations
 
@@ -15,40 +14,51 @@ from vomstudio.project.figures import Subject
 from vomstudio.project.records import Feature, Logged, Record, get, get_feature
 
 POINT = "#"
-"""Before the number of a point of the line, from 0, by which a boundary there is named."""
+"""Prefix of a boundary at a point of the line; the point's number, from 0, follows."""
 
 
 def describe_bed(
     records: Mapping[str, Record], line_id: str, boundary: str, lithology: str, notes: str
 ) -> Edit:
-    """Say what the bed is that begins at a boundary; nothing where both are empty. boundary : the
-    id of a trace, or POINT and the number of a point of the line. Raises DocumentError for a line
-    that is not there or has no log, and where nothing would change."""
+    """Describe the bed that begins at a boundary; two empty texts clear its description.
+
+    Parameters
+    ----------
+    boundary : str
+        Id of a trace, or POINT and the number of a point of the line.
+
+    Raises
+    ------
+    DocumentError
+        If the line does not exist or has no log, and if nothing would change.
+    """
     line = get(records, line_id, Logged)
     if line is None:
         raise DocumentError(Finding("bed.no-line"))
-    said = {each[0]: each for each in line.beds}
-    said.pop(boundary, None)
+    beds_by_boundary = {bed[0]: bed for bed in line.beds}
+    beds_by_boundary.pop(boundary, None)
     if lithology or notes:
-        said[boundary] = (boundary, lithology, notes)
-    beds = tuple(said[key] for key in sorted(said))
+        beds_by_boundary[boundary] = (boundary, lithology, notes)
+    beds = tuple(beds_by_boundary[key] for key in sorted(beds_by_boundary))
     if beds == tuple(sorted(line.beds)):
         raise DocumentError(Finding("edit.no-change"))
     return change(records, f"Describe a bed along {line.name}", {line_id: line.but(beds=beds)})
 
 
-def with_vertices(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]:
-    """The fields of a line that change with its vertices: words stay with the point at which they
-    were said, whatever comes before it, and go with one that is taken away."""
-    found: dict[str, Any] = {"vertices": tuple(vertices)}
+def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]:
+    """Return the fields of a line that change with its vertices.
+
+    Descriptions stay with their point if points are inserted before it, and are removed with it.
+    """
+    fields: dict[str, Any] = {"vertices": tuple(vertices)}
     if not isinstance(feature, Logged) or not feature.beds:
-        return found
+        return fields
     if len(vertices) != len(feature.vertices):
-        found["beds"] = tuple(_moved(feature, found["vertices"]))
-    return found
+        fields["beds"] = tuple(_renumbered_beds(feature, fields["vertices"]))
+    return fields
 
 
-def _moved(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
+def _renumbered_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
     beds = []
     for boundary, lithology, notes in line.beds:
         if boundary.startswith(POINT):
@@ -61,22 +71,22 @@ def _moved(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, st
 
 
 def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
-    """A sentence for each bed, for tables and layers that have no column for it."""
+    """Return a sentence for each bed, for tables and layers without a column for beds."""
     if not isinstance(feature, Logged):
         return []
-    said = []
+    lines = []
     for boundary, lithology, notes in feature.beds:
         what = ", ".join(filter(None, (lithology, notes)))
         if boundary.startswith(POINT):
             number = _number(boundary) + 1
-            said.append(tr("bed from point {number}: {what}", number=number, what=what))
+            lines.append(tr("bed from point {number}: {what}", number=number, what=what))
         elif (trace := get_feature(records, boundary)) is not None:
-            said.append(tr("bed from {trace}: {what}", trace=trace.name, what=what))
-    return said
+            lines.append(tr("bed from {trace}: {what}", trace=trace.name, what=what))
+    return lines
 
 
 def notes_with_beds(subject: Subject) -> str:
-    """The notes of a line, and what was said of the beds along it."""
+    """Return the notes of a line and the descriptions of its beds."""
     beds = bed_lines(subject.feature, subject.records)
     return "; ".join(filter(None, (subject.feature.notes, *beds)))
 

@@ -1,4 +1,4 @@
-"""The figures that several kinds have; those of planes and lines in the order of the table."""
+"""Figures that several kinds share; those of planes and lines in the order of the table."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ Value = Callable[[Subject], Any]
 
 
 def _fit(name: str) -> Value:
-    """Of a fitted plane."""
     return lambda s: None if s.measured.fit is None else getattr(s.measured.fit, name)
 
 
@@ -36,20 +35,20 @@ def _line(name: str) -> Value:
     return lambda s: None if s.measured.line is None else getattr(s.measured.line, name)
 
 
-def _of_either(of_plane: str, of_line: str) -> Value:
-    """Of a fitted plane, else of a fitted line."""
+def _fit_value(plane_name: str, line_name: str) -> Value:
+    """Return the value of a fitted plane, or of a fitted line without one."""
 
     def value(s: Subject) -> Any:
         fit, line = s.measured.fit, s.measured.line_fit
         if fit is not None:
-            return getattr(fit, of_plane)
-        return None if line is None else getattr(line, of_line)
+            return getattr(fit, plane_name)
+        return None if line is None else getattr(line, line_name)
 
     return value
 
 
 def _feature(name: str) -> Value:
-    """A field of the record; None where it is empty, or there is none."""
+    """Return a field of the record; None if it is empty or missing."""
     return lambda s: getattr(s.feature, name, None) or None
 
 
@@ -59,8 +58,8 @@ def _type(s: Subject) -> str | None:
 
 
 def _undefined(s: Subject) -> bool | None:
-    what = s.measured.fit or s.measured.plane or s.measured.line
-    return None if what is None else bool(what.undefined)
+    orientation = s.measured.fit or s.measured.plane or s.measured.line
+    return None if orientation is None else bool(orientation.undefined)
 
 
 def _element(s: Subject) -> str | None:
@@ -70,7 +69,7 @@ def _element(s: Subject) -> str | None:
 
 
 def place_of(s: Subject) -> FloatArray | None:
-    """(3,) the middle of its points, in World."""
+    """Return the (3,) centre of a feature in World, metres."""
     if s.measured.fit is not None:
         return s.measured.fit.centroid
     return s.measured.points.mean(axis=0) if len(s.measured.points) else None
@@ -133,11 +132,11 @@ def _profile(s: Subject) -> str | None:
 
 
 def _covariance(row: int, column: int) -> Value:
-    """Of a plane's normal."""
+    """Return one element of the covariance of a plane's normal."""
 
     def value(s: Subject) -> float | None:
-        found = s.normal_covariance
-        return None if found is None else float(found[row, column])
+        covariance = s.normal_covariance
+        return None if covariance is None else float(covariance[row, column])
 
     return value
 
@@ -166,15 +165,15 @@ def _overturned(s: Subject) -> bool | None:
 
 
 def _to_pick(s: Subject) -> float | None:
-    found = s.nearest()
-    return None if found is None else found.angle_deg
+    pick = s.nearest()
+    return None if pick is None else pick.angle_deg
 
 
 def _measured(name: str) -> Value:
     return lambda s: getattr(s.measured, name)
 
 
-def _shown_quality(s: Subject) -> str:
+def _quality_text(s: Subject) -> str:
     return _quality(s) or (tr("no plane") if s.measured.problem else "–")
 
 
@@ -289,13 +288,13 @@ NORMAL_X, NORMAL_Y, NORMAL_Z = (
     for i, axis in enumerate("xyz")
 )
 N_POINTS = Figure(
-    "n_points", "n", _("Number of points"), _of_either("n", "n"), "count", words=("n",)
+    "n_points", "n", _("Number of points"), _fit_value("n", "n"), "count", words=("n",)
 )
 EXTENT = _metres(
     "extent_m",
     _("Extent"),
     _("Longest axis of the trace, diameter of the patch"),
-    _of_either("extent", "length"),
+    _fit_value("extent", "length"),
     short="extent_m",
     words=("extent",),
 )
@@ -312,7 +311,7 @@ RMS = _metres(
     "rms_m",
     _("RMS"),
     _("Root mean square distance from the plane"),
-    _of_either("rms", "rms"),
+    _fit_value("rms", "rms"),
     words=("rms",),
 )
 LAMBDA_1, LAMBDA_2, LAMBDA_3 = (
@@ -463,7 +462,7 @@ QUALITY = _text(
     _("Verdict on the plane or line, with its reasons"),
     _quality,
     words=("quality", "verdict"),
-    shown=_shown_quality,
+    shown=_quality_text,
 )
 REASONS = _text(
     "quality_reason",
@@ -555,7 +554,7 @@ ORIENTATION: tuple[Figure, ...] = (
     FRAME,
     NOTES,
 )
-"""The orientation table, column after column."""
+"""Columns of the orientation table, in order."""
 
 TO_PICK = _degrees(
     "to_pick_deg",
@@ -568,7 +567,7 @@ TO_PICK = _degrees(
 )
 ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _measured("angle_deg"))
 
-# --- what goes together ----------------------------------------------------------------------
+# --- groups ----------------------------------------------------------------------------------
 NAMED = (ID, NAME, KIND, SET)
 PLACE = (X, Y, Z)
 PLANE = (

@@ -1,7 +1,7 @@
-"""Records as plain JSON values and back. The names here are the names on disk.
+"""Conversion of records to and from JSON values. The names here are the names on disk.
 
-A record that comes or goes is written whole. Of a record that changes only the fields that differ
-are written, so that giving ten thousand traces another set costs no copy of their vertices.
+A record that is added or removed is written completely. For a changed record only the fields that
+differ are written, so assigning ten thousand traces to another set does not copy their vertices.
 """
 
 from __future__ import annotations
@@ -74,19 +74,21 @@ _NESTED = NestedFields(
 """A placement may be a registration instead of a frame; then its id is written."""
 _NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
 
-NOTHING: Mapping[str, Record] = MappingProxyType({})
+NO_RECORDS: Mapping[str, Record] = MappingProxyType({})
 
 
 def encode(record: Record) -> Plain:
-    """A record as JSON values, with its kind."""
-    # dataclasses.asdict copies every number: seconds for a patch of a hundred thousand points.
+    """Return a record as JSON values, with its kind."""
+    # dataclasses.asdict copies every number, which takes seconds for a patch of 100,000 points.
     values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
     return {"record": _NAMES[type(record)], **_encoded(values)}
 
 
-def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) -> Record:
-    """The record; `records` hold those that it names. Raises DocumentError that names the kind or
-    field that cannot be read."""
+def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
+    """Return the record of JSON values; `records` contains those that it names.
+
+    Raises DocumentError that names the kind or field that cannot be read.
+    """
     values = dict(plain)
     kind = values.pop("record", None)
     cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
@@ -101,7 +103,7 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
 
 
 def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
-    """The two maps of an edit, id -> None, a whole record, or only the fields that differ."""
+    """Return the two maps of an edit: id -> None, a complete record, or changed fields."""
     before: Plain = {}
     after: Plain = {}
     for id_, new in edit.after.items():
@@ -121,8 +123,11 @@ def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
 
 
 def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
-    """The edit that a row of the journal holds; `records` are those before it, from which changed
-    records take the fields that the row does not name. Raises DocumentError."""
+    """Return the edit of a journal row.
+
+    `records` are the records before the edit; changed records take fields that the row does not
+    name from them. Raises DocumentError.
+    """
     if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
         raise DocumentError(Finding("record.wrong-value"), field="after")
     olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
@@ -131,11 +136,11 @@ def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, R
     for id_, plain in after.items():
         if id_ not in models:
             news[id_] = _read(id_, plain, records, records)
-    # A model may name a registration that comes with the same edit.
-    arrived = {id_: record for id_, record in news.items() if record is not None}
-    named = {**records, **arrived} if models else records
+    # A model may refer to a registration that is added by the same edit.
+    added = {id_: record for id_, record in news.items() if record is not None}
+    known = {**records, **added} if models else records
     for id_ in models:
-        news[id_] = _read(id_, after[id_], records, named)
+        news[id_] = _read(id_, after[id_], records, known)
     return Edit(label, olds, {id_: news[id_] for id_ in after})
 
 
@@ -153,10 +158,10 @@ def _read(
     if not isinstance(plain, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field=id_)
     if "record" in plain:
-        made = decode(plain, named)
-        if made.id != id_:
+        decoded = decode(plain, named)
+        if decoded.id != id_:
             raise DocumentError(Finding("record.two-ids"), field="id")
-        return made
+        return decoded
     record = records.get(id_)
     if record is None:
         raise DocumentError(Finding("record.without-base", record=id_))

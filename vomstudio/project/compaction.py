@@ -1,9 +1,9 @@
-"""A project without the rows and files that nothing can reach any more.
+"""Compaction: a project without the rows and files that cannot be reached any more.
 
-Every step that can be undone or done again stays, as do the records of the last save and the
-clicks of an unfinished tool. What goes is what was undone and then replaced by something else, and
-steps that were joined to one. The journal of before stays beside the new one until the project is
-closed, so that the compaction itself can be taken back.
+Every step that can be undone or redone stays, as do the records of the last save and the draft of
+an unfinished tool. Steps that were undone and then replaced are removed, and joined steps are
+merged. The previous journal stays beside the new one until the project is closed, so that the
+compaction itself can be undone.
 """
 
 from __future__ import annotations
@@ -30,14 +30,17 @@ from vomstudio.project.journal.replay import RowKind
 from vomstudio.project.session import Session
 from vomstudio.project.verify import assets_of
 
-BEFORE = "journal-before-compaction.sqlite"
-NEW = "journal-compacted.sqlite"
-_PUT_ASIDE = "assets-before-compaction"
+BACKUP_NAME = "journal-before-compaction.sqlite"
+NEW_NAME = "journal-compacted.sqlite"
+_ASSETS_BACKUP = "assets-before-compaction"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a compaction would take away: rows of how many, and files with their bytes together."""
+    """Rows and files that a compaction would remove, and the bytes of these files.
+
+    `of_rows` is the number of rows before the compaction.
+    """
 
     rows: int
     of_rows: int
@@ -50,12 +53,12 @@ class Plan:
 
 
 def plan(folder: Path, session: Session, journal: SqliteJournal) -> Plan:
-    """What would go, to be told before anything does."""
+    """Return what a compaction would remove."""
     rows = sum(1 for _ in journal.rows())
-    kept = sum(1 for _ in _rows(session))
+    compacted_rows = sum(1 for _ in _rows(session))
     unused = _unused(folder, session)
     return Plan(
-        max(rows - kept, 0),
+        max(rows - compacted_rows, 0),
         rows,
         tuple(path.relative_to(folder).as_posix() for path in unused),
         sum(path.stat().st_size for path in unused),
@@ -64,53 +67,83 @@ def plan(folder: Path, session: Session, journal: SqliteJournal) -> Plan:
 
 @dataclass(frozen=True)
 class Compacted:
-    """numbers: of the rows of the new journal by those of before; last: the number of its last row
-    when it was made."""
+    """Result of a compaction.
+
+    Attributes
+    ----------
+    numbers : mapping of int to int
+        Row numbers in the new journal, by those in the previous one.
+    last : int
+        Number of its last row at the time of the compaction.
+    """
 
     numbers: Mapping[int, int]
     last: int
 
 
 def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted:
-    """Write the journal anew and put unused files aside. Raises DocumentError where something is
-    not saved, TargetError where it cannot be written; then nothing has changed."""
+    """Rewrite the journal and move unused files to a backup folder.
+
+    Raises
+    ------
+    DocumentError
+        If there are unsaved changes.
+    TargetError
+        If the project cannot be written. Nothing has changed then.
+    """
     if session.dirty:
         raise DocumentError(Finding("compaction.unsaved"))
-    if journal.waits:
+    if journal.has_pending_rows:
         raise DocumentError(Finding("compaction.in-memory"))
     if session.problems:
         raise DocumentError(Finding("compaction.damaged"))
-    new = folder / NEW
+    new = folder / NEW_NAME
     try:
-        numbers = write_anew(new, session, journal)
-        journal.copy_to(folder / BEFORE)
-        put_in_place(new, folder, session, journal, numbers)
+        numbers = write_compacted_journal(new, session, journal)
+        journal.copy_to(folder / BACKUP_NAME)
+        replace_journal(new, folder, session, journal, numbers)
     except TargetError:
         remove(new)
-        remove(folder / BEFORE)
+        remove(folder / BACKUP_NAME)
         raise
-    aside = folder / _PUT_ASIDE
-    # What stays where it was does no harm.
+    backup = folder / _ASSETS_BACKUP
+    # A file that cannot be moved does no harm.
     with contextlib.suppress(OSError, TargetError):
         for path in _unused(folder, session):
-            make_folder(aside, folder)
-            path.replace(aside / path.name)
-    return Compacted(numbers, journal.last)
+            make_folder(backup, folder)
+            path.replace(backup / path.name)
+    return Compacted(numbers, journal.last_number)
 
 
-def write_anew(
+def write_compacted_journal(
     new: Path,
     session: Session,
     journal: SqliteJournal | None,
     settings: Mapping[str, Any] | None = None,
 ) -> dict[int, int]:
-    """A journal of what can be reached and no more; the numbers of its rows by those of before.
-    journal: of before, with times and versions, where it can be read; settings: of now, where not.
-    Raises TargetError."""
+    """Write a journal of the reachable rows only.
+
+    Parameters
+    ----------
+    journal : SqliteJournal or None
+        The previous journal with times and versions; None if it cannot be read.
+    settings : mapping or None
+        Current settings, used without a previous journal.
+
+    Returns
+    -------
+    dict of int to int
+        Row numbers in the new journal, by those in the previous one.
+
+    Raises
+    ------
+    TargetError
+        If the journal cannot be written.
+    """
     remove(new)
     numbers: dict[int, int] = {}
     try:
-        made = SqliteJournal(new, create=True)
+        compacted = SqliteJournal(new, create=True)
     except VomError as error:
         remove(new)
         raise write_error(new, error.__cause__ or error) from error
@@ -118,9 +151,9 @@ def write_anew(
         originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
             of_seq = None if row.of is None else numbers[row.of]
-            was = originals.get(row.seq)
-            if was is None and row.kind == "do":
-                number = made.append(
+            original = originals.get(row.seq)
+            if original is None and row.kind == "do":
+                number = compacted.append(
                     "do",
                     label=row.label,
                     before=row.before,
@@ -128,36 +161,48 @@ def write_anew(
                     settings=settings,
                 )
             else:
-                number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
+                number = compacted.copy_row(
+                    row.kind, of_seq, row.label, row.before, row.after, original
+                )
             if row.kind in ("do", "draft"):
                 numbers[row.seq] = number
         if journal is not None:
-            made.copy_views(journal)
+            compacted.copy_views(journal)
     except NotWritten as error:
-        made.close()
+        compacted.close()
         remove(new)
         raise write_error(new, error.__cause__ or error) from error
     except BaseException:
-        made.close()
+        compacted.close()
         remove(new)
         raise
-    made.close()
+    compacted.close()
     if new.with_name(f"{new.name}-wal").exists():
-        # It could not be folded in, and would not go along.
+        # The write-ahead log could not be merged and would be lost.
         remove(new)
         raise write_error(new, OSError(errno.EIO, os.strerror(errno.EIO)))
     return numbers
 
 
-def put_in_place(
+def replace_journal(
     new: Path, folder: Path, session: Session, journal: SqliteJournal, numbers: Mapping[int, int]
 ) -> None:
-    """The file `new` becomes the journal of the project, in which the session goes on. numbers: of
-    its rows by those of before. Raises TargetError; then all goes on in the one of before, or in
-    the new one where only that cannot be opened at once: it is with the next step."""
+    """Replace the project's journal by the file `new` and continue the session in it.
+
+    Parameters
+    ----------
+    numbers : mapping of int to int
+        Row numbers in the new journal, by those in the previous one.
+
+    Raises
+    ------
+    TargetError
+        If the journal cannot be replaced; the session then continues in the previous one. Also if
+        the new one cannot be opened at once; it is opened with the next step.
+    """
     head = head_of(new)
-    # From here on a kill leaves one whole journal or the other.
-    journal.let_go()
+    # From here on a killed process leaves one complete journal or the other.
+    journal.close_file()
     try:
         new.replace(folder / NAME)
     except OSError as error:
@@ -167,32 +212,40 @@ def put_in_place(
         raise write_error(folder / NAME, error) from error
     session.use_journal(journal, numbers)
     try:
-        journal.change_over(head)
+        journal.reopen_replaced(head)
     except VomError as error:
         raise write_error(folder / NAME, error.__cause__ or error) from error
 
 
-def take_back(folder: Path, session: Session, journal: SqliteJournal, made: Compacted) -> None:
-    """Bring back the journal and the files of before the compaction, with what was done since.
-    Raises DocumentError where they are not there, TargetError where they cannot be written; then
-    nothing has changed, and it can be tried again."""
-    before, new = folder / BEFORE, folder / NEW
+def undo_compaction(
+    folder: Path, session: Session, journal: SqliteJournal, compacted: Compacted
+) -> None:
+    """Restore the previous journal and files, followed by the steps made since the compaction.
+
+    Raises
+    ------
+    DocumentError
+        If there is no backup.
+    TargetError
+        If the project cannot be written. Nothing has changed then, and it can be tried again.
+    """
+    before, new = folder / BACKUP_NAME, folder / NEW_NAME
     if not before.is_file():
         raise DocumentError(Finding("compaction.none"))
-    # First: a file too many does no harm, one that a record names and that is not there does.
-    _bring_back_files(folder)
+    # Restore files first: a superfluous file does no harm, a missing one does.
+    _restore_assets(folder)
     remove(new)
-    # A copy, to which a second try does not add the rows since then once more.
-    kept = SqliteJournal(before)
+    # Work on a copy, so that a second attempt does not append the new rows twice.
+    backup = SqliteJournal(before)
     try:
-        kept.copy_to(new)
+        backup.copy_to(new)
     finally:
-        kept.close()
+        backup.close()
     old = SqliteJournal(new)
-    numbers = {new: seq for seq, new in made.numbers.items()}
+    numbers = {new: seq for seq, new in compacted.numbers.items()}
     try:
         for row in journal.rows():
-            if row.seq > made.last:
+            if row.seq > compacted.last:
                 of = None if row.of_seq is None else numbers.get(row.of_seq)
                 numbers[row.seq] = old.copy_row(row.kind, of, row.label, row.before, row.after, row)
     except BaseException:
@@ -200,39 +253,37 @@ def take_back(folder: Path, session: Session, journal: SqliteJournal, made: Comp
         remove(new)
         raise
     old.close()
-    put_in_place(new, folder, session, journal, numbers)
+    replace_journal(new, folder, session, journal, numbers)
     remove(before)
 
 
-def _bring_back_files(folder: Path) -> None:
-    """Raises TargetError."""
-    aside = folder / _PUT_ASIDE
-    if not aside.is_dir():
+def _restore_assets(folder: Path) -> None:
+    backup = folder / _ASSETS_BACKUP
+    if not backup.is_dir():
         return
-    require_inside(aside, folder)
+    require_inside(backup, folder)
     try:
         make_folder(folder / FOLDER, folder)
-        for path in aside.iterdir():
+        for path in backup.iterdir():
             path.replace(folder / FOLDER / path.name)
-        aside.rmdir()
+        backup.rmdir()
     except OSError as error:
         raise TargetError(
             Finding("output.unwritable", reason=failure_reason(folder, error)), file=folder / FOLDER
         ) from error
 
 
-def forget(folder: Path) -> None:
-    """The project is closed: the compaction cannot be taken back any more. What one that failed has
-    left goes too."""
-    remove(folder / BEFORE)
-    remove(folder / NEW)
-    aside = folder / _PUT_ASIDE
-    # What a link leads to is not the project's.
-    if aside.is_dir() and not special_files(str(folder), [_PUT_ASIDE]):
-        for path in aside.iterdir():
+def discard_backup(folder: Path) -> None:
+    """Delete the backup when the project is closed, and the remains of a failed compaction."""
+    remove(folder / BACKUP_NAME)
+    remove(folder / NEW_NAME)
+    backup = folder / _ASSETS_BACKUP
+    # The target of a link does not belong to the project.
+    if backup.is_dir() and not special_files(str(folder), [_ASSETS_BACKUP]):
+        for path in backup.iterdir():
             remove(path)
         with contextlib.suppress(OSError):
-            aside.rmdir()
+            backup.rmdir()
 
 
 @dataclass(frozen=True)
@@ -246,7 +297,7 @@ class _NewRow:
 
 
 def _rows(session: Session) -> Iterator[_NewRow]:
-    """The rows of a journal that holds what can be reached and no more."""
+    """Yield the rows of a journal that contains only what can be reached."""
     steps, undone = session.done_steps(), session.undone_steps()
     if not steps:
         return
@@ -268,9 +319,9 @@ def _do(seq: int, edit: Edit) -> _NewRow:
 
 
 def _unused(folder: Path, session: Session) -> list[Path]:
-    """Files of the project that nothing names which can be reached."""
+    """Return the asset files that no reachable record names."""
     assets = folder / FOLDER
-    # What a link leads to is not the project's.
+    # The target of a link does not belong to the project.
     if not assets.is_dir() or special_files(str(folder), [FOLDER]):
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]

@@ -1,4 +1,4 @@
-"""Edits of what azimuths that were read on a model are counted from."""
+"""Edits of the north reference of readings on a model."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from vomstudio.project.records import Compass, Model, Record, compass_id, get
 
 
 def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
-    """That of a model; None where nothing was said of it."""
+    """Return the compass of a model; None if it was not declared."""
     return get(records, compass_id(model_id), Compass)
 
 
 def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
-    """Say which north azimuths on a model are counted from, and how far that may be off. Raises
-    DocumentError."""
+    """Set the north reference of azimuths on a model and its error. Raises DocumentError."""
     model = get(records, compass.model_id, Model)
     if model is None or compass.id != compass_id(model.id):
         raise DocumentError(Finding("record.missing", kind="model", id=compass.model_id))

@@ -1,9 +1,9 @@
-"""What the registration of a model does to the lengths and areas that are measured on it.
+"""Errors of lengths and areas due to the registration of a model.
 
-A model that is turned as a whole has the same lengths, areas and thicknesses: only its scale counts
-for them. Its rotation counts where something stays while the model turns: the vertical, for a
-horizontal or vertical distance, and the plane of a thickness where that is on another model, or was
-read with a compass. All errors are 95 %, each of its one figure.
+Lengths, areas and thicknesses do not change if a model rotates as a whole: only the error of its
+scale matters. The rotation matters relative to something that does not rotate: the vertical, for a
+horizontal or vertical distance, and the plane of a thickness if it is on another model or was
+measured with a compass. All errors are 95 % errors of a single figure.
 """
 
 from __future__ import annotations
@@ -28,46 +28,65 @@ _UP = np.array([0.0, 0.0, 1.0])
 def registration_errors(
     figures: Mapping[str, float], model: Model | None, step: FloatArray | None
 ) -> dict[str, float]:
-    """Of the figures of a dimension on a model, under their names with `_registration95` before the
-    unit; nothing where the model's registration, or its error, is not known.
+    """Return the errors of a dimension's figures due to the registration of its model.
 
-    step : (3,) World, from its first point to its last, None for an area
+    Parameters
+    ----------
+    step : (3,) float64 or None
+        From the first to the last point, World; None for an area.
+
+    Returns
+    -------
+    dict of str to float
+        Names have `_registration95` before the unit. Empty if the model is not registered or the
+        error of the registration is unknown.
     """
     shape = _shape(model)
     if shape is None:
         return {}
-    share = scale_error_95(shape)
-    found = {
-        name: share * figures[name]
+    relative_error = scale_error_95(shape)
+    errors = {
+        name: relative_error * figures[name]
         for name in ("distance_m", "length_m", "perimeter_m")
         if name in figures
     }
     if "area_m2" in figures:
-        # Lengths to the second power.
-        found["area_m2"] = 2.0 * share * figures["area_m2"]
+        # The area is proportional to the square of the scale.
+        errors["area_m2"] = 2.0 * relative_error * figures["area_m2"]
     if step is not None:
-        found["horizontal_m"] = horizontal_error_95(shape, step)
-        found["vertical_m"] = component_error_95(shape, step, _UP)
-    return {_named(name, "registration95"): value for name, value in found.items()}
+        errors["horizontal_m"] = horizontal_error_95(shape, step)
+        errors["vertical_m"] = component_error_95(shape, step, _UP)
+    return {_error_name(name, "registration95"): value for name, value in errors.items()}
 
 
 def thickness_error(
-    step: FloatArray, normal: FloatArray, model: Model | None, of_plane: Model | None
+    step: FloatArray, normal: FloatArray, model: Model | None, plane_model: Model | None
 ) -> float | None:
-    """Of a thickness: `step` (3,) between its ends on one model, across a plane with this normal
-    (3,) on another, or on none; None where no error of a registration is known."""
-    own, other = _registration(model), _registration(of_plane)
-    shape = None if own is None else own.shape_covariance()
+    """Return the 95 % error of a thickness due to registrations, metres; None if unknown.
+
+    Parameters
+    ----------
+    step : (3,) float64
+        Between the ends of the thickness on `model`, World.
+    normal : (3,) float64
+        Normal of the plane, World.
+    plane_model : Model or None
+        Model of the plane; None for a compass reading.
+    """
+    registration, other = _registration(model), _registration(plane_model)
+    shape = None if registration is None else registration.shape_covariance()
     across = float(step @ normal)
     variance = 0.0 if shape is None else across**2 * float(shape[3, 3])
-    if (own is None) != (other is None) or (own and other and own.id != other.id):
+    if (registration is None) != (other is None) or (
+        registration and other and registration.id != other.id
+    ):
         lever = np.cross(step, normal)
         if shape is not None:
             gradient = np.append(lever, across)
             variance = float(gradient @ shape @ gradient)
-        turned = None if other is None else other.rotation_covariance()
-        if turned is not None:
-            variance += float(lever @ turned @ lever)
+        rotation = None if other is None else other.rotation_covariance()
+        if rotation is not None:
+            variance += float(lever @ rotation @ lever)
         elif shape is None:
             return None
     elif shape is None:
@@ -75,9 +94,9 @@ def thickness_error(
     return Z95 * float(np.sqrt(max(variance, 0.0)))
 
 
-def _named(figure: str, what: str) -> str:
+def _error_name(figure: str, suffix: str) -> str:
     name, unit = figure.rsplit("_", 1)
-    return f"{name}_{what}_{unit}"
+    return f"{name}_{suffix}_{unit}"
 
 
 def _registration(model: Model | None) -> Registration | None:

@@ -1,4 +1,4 @@
-"""An edit is a pair of small maps, so undoing it is a swap and nobody has to write an undo."""
+"""Edits as pairs of small maps, so that undo is a swap."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ Changes = Mapping[str, Record | None]
 
 @dataclass(frozen=True)
 class Edit:
-    """`before` and `after` map the same ids to records, None where there is none. `label` says in
-    the user's words what is done ("Add trace B03")."""
+    """A change of records.
+
+    `before` and `after` map the same ids to records, or to None for a record that does not exist.
+    `label` describes the change for the user ("Add trace B03").
+    """
 
     label: str
     before: Changes
@@ -33,18 +36,20 @@ class Edit:
         return Edit(self.label, self.after, self.before)
 
     def followed_by(self, later: Edit) -> Edit:
-        """Both as one, under the later label."""
+        """Return both edits as one, under the later label."""
         return Edit(later.label, {**later.before, **self.before}, {**self.after, **later.after})
 
     def check(self, records: Mapping[str, Record]) -> None:
-        """Raises DocumentError where the records are not what `before` says."""
+        """Check that the records match `before`. Raises DocumentError."""
         for id_, record in self.before.items():
             if records.get(id_) != record:
                 raise DocumentError(Finding("edit.stale", label=self.label, record=id_))
 
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:
-        """Bring `records` from `before` to `after`. Strict: raises DocumentError, with nothing
-        changed, where the records are not what `before` says."""
+        """Change `records` from `before` to `after`.
+
+        If `strict`, raises DocumentError, with nothing changed, unless the records match `before`.
+        """
         if strict:
             self.check(records)
         for id_, record in self.after.items():
@@ -55,5 +60,5 @@ class Edit:
 
 
 def change(records: Mapping[str, Record], label: str, after: Changes) -> Edit:
-    """The edit that brings `records` to `after` in the ids that `after` names."""
+    """Return the edit that sets `records` to `after` for the ids in `after`."""
     return Edit(label, {id_: records.get(id_) for id_ in after}, dict(after))

@@ -1,5 +1,7 @@
-"""The edits a user can make. Each is pure: it looks at the records and returns an Edit, or raises a
-DocumentError or GeometryError that says why not."""
+"""Edits that a user can make. Each is pure: it returns an Edit for the given records.
+
+Each raises a DocumentError or GeometryError if the edit is not possible.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
-from vomstudio.project.bed_descriptions import with_vertices
+from vomstudio.project.bed_descriptions import vertex_fields
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.kind import kind_of
 from vomstudio.project.kinds.reading import Reading
@@ -46,7 +48,7 @@ Records = Mapping[str, Record]
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
     """Add a model, and its registration if the project does not contain that yet.
 
-    label : of the edit, "" for a file that is opened
+    `label` is that of the edit; "" for a file that is opened.
     """
     if model.id in records:
         raise DocumentError(Finding("record.exists", name=model.name))
@@ -60,8 +62,10 @@ def add_model(records: Records, model: Model, label: str = "") -> Edit:
 def declare_frame(
     records: Records, model_id: str, frame: Frame, *, instead_of_registration: bool = False
 ) -> Edit:
-    """Say what the model's axes, unit and place are; all its features move with it. A model that
-    was registered is refused, unless the user wants that to be given up."""
+    """Declare axes, unit and place of a model; all its features move with it.
+
+    A registered model is refused unless its registration is to be replaced.
+    """
     model = _get(records, model_id, Model)
     if model.registration is not None and not instead_of_registration:
         raise DocumentError(
@@ -83,12 +87,14 @@ def declare_frame(
 def set_registration(
     records: Records, registration: Registration, models: Iterable[str] = ()
 ) -> Edit:
-    """A registration, new or with other figures, and the models that it places: these, and those
-    that it had placed already. All their features move with it."""
+    """Add or update a registration and place models by it, with all their features.
+
+    The models are those given and those that it had placed already.
+    """
     after: dict[str, Record | None] = {registration.id: registration}
-    chosen = [_get(records, id_, Model) for id_ in models]
+    added = [_get(records, id_, Model) for id_ in models]
     placed = [r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)]
-    for model in (*chosen, *placed):
+    for model in (*added, *placed):
         after[model.id] = replace(model, placement=registration)
     return change(records, f"Register by {registration.name}", after)
 
@@ -105,20 +111,22 @@ def relocate_model(records: Records, model_id: str, path: str, content_hash: str
 
 
 def remove_model(records: Records, model_id: str) -> Edit:
-    """Take a model out of the project. Its features stay and keep their last frame only as long as
-    the model is there, so a model with features is refused."""
+    """Remove a model from the project. A model with features is refused.
+
+    Features need the frame of their model, which exists only as long as the model does.
+    """
     model = _get(records, model_id, Model)
     count = sum(
         isinstance(r, OnAModel | FaceGrid) and r.model_id == model_id for r in records.values()
     )
     if count:
         raise DocumentError(Finding("model.in-use", count=count, model=model.name))
-    gone = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
-    return change(records, f"Remove model {model.name}", dict.fromkeys(gone))
+    ids = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
+    return change(records, f"Remove model {model.name}", dict.fromkeys(ids))
 
 
 def add_trace(records: Records, trace: Trace) -> Edit:
-    """Raises GeometryError where the vertices do not define a plane."""
+    """Add a trace. Raises GeometryError if its vertices do not define a plane."""
     model = _get(records, trace.model_id, Model)
     kind = _get(records, trace.type_id, FeatureType)
     if trace.id in records:
@@ -138,13 +146,15 @@ def set_vertices(
     outcrop_normal: Point | None,
     rule: int = SURROUNDINGS_RULE,
 ) -> Edit:
-    """Give a trace other vertices (continued, moved, deleted). rule : by which resolution and
-    normal were measured."""
+    """Replace the vertices of a trace.
+
+    `rule` is that by which resolution and normal were measured.
+    """
     trace = _get(records, trace_id, Trace)
     after = replace(
         trace,
-        **with_vertices(trace, vertices),
-        doubtful=_moved_stretches(trace, vertices),
+        **vertex_fields(trace, vertices),
+        doubtful=_remaining_stretches(trace, vertices),
         resolution=resolution,
         outcrop_normal=outcrop_normal,
         rule=rule,
@@ -154,8 +164,8 @@ def set_vertices(
     return change(records, f"Change trace {trace.name}", {trace_id: after})
 
 
-def _moved_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
-    """The doubtful stretches of which both ends are still there."""
+def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
+    """Return the doubtful stretches whose two ends still exist."""
     if not trace.doubtful:
         return ()
     row = {vertex: i for i, vertex in enumerate(vertices)}
@@ -169,10 +179,17 @@ def _moved_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int
 
 
 def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
-    """What was measured anew, by today's rule, around picks and patches.
+    """Store resolution and outcrop normal of picks and patches, measured by the current rule.
 
-    measured : by feature, "resolution" and, of traces, "outcrop_normal". Raises DocumentError where
-    there is nothing.
+    Parameters
+    ----------
+    measured : mapping
+        By feature, "resolution" and, for traces, "outcrop_normal".
+
+    Raises
+    ------
+    DocumentError
+        If `measured` is empty.
     """
     after: dict[str, Record | None] = {}
     for id_, values in measured.items():
@@ -186,8 +203,10 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
 
 
 def add_features(records: Records, features: Sequence[Feature]) -> Edit:
-    """Add patches, lineations, readings, dimensions, intersections; those without a name get one.
-    A trace comes by `add_trace`, which insists on a plane."""
+    """Add patches, lineations, readings, dimensions or intersections, and name unnamed ones.
+
+    Traces are added by `add_trace`, which requires a plane.
+    """
     after: dict[str, Record | None] = {}
     names = NextNames(records)
     for feature in features:
@@ -201,16 +220,16 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         else:
             kind = kind_of(feature).prefix(feature)
         if not feature.name:
-            feature = feature.but(name=names.of(kind))
-        names.take(feature)
+            feature = feature.but(name=names.next_for(kind))
+        names.reserve(feature)
         after[feature.id] = feature
     if not after:
         raise DocumentError(Finding("edit.empty"))
     first = next(iter(after.values()))
-    who = f"{len(after)} features"
+    subject = f"{len(after)} features"
     if len(after) == 1 and isinstance(first, Feature):
-        who = f"{kind_of(first).called(first)} {first.name}"
-    return change(records, f"Add {who}", after)
+        subject = f"{kind_of(first).noun(first)} {first.name}"
+    return change(records, f"Add {subject}", after)
 
 
 def set_line(
@@ -220,11 +239,11 @@ def set_line(
     *,
     resolution: float | None = None,
 ) -> Edit:
-    """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
+    """Replace the vertices of a lineation or dimension; only a lineation has a resolution."""
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
         raise DocumentError(Finding("feature.has-plane", feature=feature.name))
-    after = feature.but(**with_vertices(feature, vertices))
+    after = feature.but(**vertex_fields(feature, vertices))
     if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
     return change(records, f"Change {feature.name}", {feature_id: after})
@@ -233,8 +252,10 @@ def set_line(
 def add_readings(
     records: Records, readings: Sequence[Reading], types: Sequence[FeatureType] = ()
 ) -> Edit:
-    """Add compass readings and the feature types that come with them, as one edit; readings without
-    a name are numbered on within their type."""
+    """Add compass readings and their new feature types as one edit.
+
+    Readings without a name are numbered within their type.
+    """
     after: dict[str, Record | None] = {}
     for kind in types:
         others = [r for r in after.values() if r is not None]
@@ -248,23 +269,25 @@ def add_readings(
         if reading.id in records or reading.id in after:
             raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
-            reading = replace(reading, name=names.of(kind))
-        names.take(reading)
+            reading = replace(reading, name=names.next_for(kind))
+        names.reserve(reading)
         after[reading.id] = reading
     n = len(readings)
     return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", after)
 
 
-def change_feature(records: Records, feature: Feature, what: str = "Change") -> Edit:
-    """Put `feature` in the place of the one of the same id and kind (a brush stroke, other vertices
-    of a line); `what` is the verb of the label."""
+def change_feature(records: Records, feature: Feature, verb: str = "Change") -> Edit:
+    """Replace a feature by another of the same id and kind; `verb` begins the label."""
     _get(records, feature.id, type(feature))
-    return change(records, f"{what} {feature.name}", {feature.id: feature})
+    return change(records, f"{verb} {feature.name}", {feature.id: feature})
 
 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
-    """Change fields that all the features have: `name`, `type_id`, `set_name`, `domain`,
-    `overturned`, `notes`, `method`, `plane_id`, `slip`, `slip_confidence`."""
+    """Change fields that all the features have.
+
+    These are `name`, `type_id`, `set_name`, `domain`, `overturned`, `notes`, `method`, `plane_id`,
+    `slip` and `slip_confidence`.
+    """
     after: dict[str, Record | None] = {}
     for id_ in ids:
         feature = _get(records, id_, Feature)
@@ -291,20 +314,22 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
                         attribute=field.replace("_", " "),
                     )
                 )
-        # Chosen today, a regression is made along the axis nearest the normal.
-        also = {"axis": "auto"} if "method" in values else {}
-        after[id_] = replace(feature, **values, **also)
+        # A regression that is selected now uses the axis nearest the normal.
+        defaults = {"axis": "auto"} if "method" in values else {}
+        after[id_] = replace(feature, **values, **defaults)
     if not after:
         raise DocumentError(Finding("selection.empty"))
     plain = (key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values)
-    what = " and ".join(plain)
-    who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
-    return change(records, f"Change {what} of {who}", after)
+    attributes = " and ".join(plain)
+    subject = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
+    return change(records, f"Change {attributes} of {subject}", after)
 
 
-def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
-    """Give features, by id, the names of their sets ("" for none), as one edit. Those that are in
-    it already stay as they are. Raises DocumentError where nothing would change."""
+def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
+    """Assign features, by id, to sets by name ("" for none), as one edit.
+
+    Raises DocumentError if nothing would change.
+    """
     after: dict[str, Record | None] = {}
     for id_, name in names.items():
         feature = _get(records, id_, Feature)
@@ -318,23 +343,23 @@ def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
+    """Delete features. Features that depend on one of them stay and report what is missing."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
-    who = features[0].name if len(features) == 1 else f"{len(features)} features"
-    return change(records, f"Delete {who}", {feature.id: None for feature in features})
+    subject = features[0].name if len(features) == 1 else f"{len(features)} features"
+    return change(records, f"Delete {subject}", {feature.id: None for feature in features})
 
 
 def add_type(records: Records, kind: FeatureType) -> Edit:
-    """A feature type of the user's own. Raises DocumentError where its name is taken or empty."""
+    """Add a feature type. Raises DocumentError if its name is in use or empty."""
     _check_type(records, kind)
     if kind.id in records:
         raise DocumentError(Finding("record.exists", name=kind.name))
     return change(records, f"Add feature type {kind.name}", {kind.id: kind})
 
 
-# After Okabe and Ito's, which the types of the house have, Tol's muted set (2021).
+# After the colours by Okabe and Ito of the default types, Tol's muted set (2021).
 _MORE_COLORS = ("#332288", "#882255", "#117733", "#aa4499", "#999933", "#44aa99", "#661100")
 _SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
 
@@ -342,7 +367,7 @@ _SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
 def suggest_type(
     records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
 ) -> FeatureType:
-    """A new feature type with a colour and symbol that no other has, as far as there are such."""
+    """Return a new feature type with an unused colour and symbol, as far as there are any."""
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     used = {k.color for k in kinds}
     color = next((c for c in _MORE_COLORS if c not in used), _MORE_COLORS[len(kinds) % 7])
@@ -352,14 +377,14 @@ def suggest_type(
 
 
 def change_type(records: Records, kind: FeatureType) -> Edit:
-    """Give a type another name, colour or symbol."""
+    """Change the name, colour or symbol of a type."""
     _get(records, kind.id, FeatureType)
     _check_type(records, kind)
     return change(records, f"Change feature type {kind.name}", {kind.id: kind})
 
 
 def remove_type(records: Records, type_id: str) -> Edit:
-    """Take a type out that no feature has."""
+    """Remove a type that no feature has."""
     kind = _get(records, type_id, FeatureType)
     count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
     if count:
@@ -384,9 +409,9 @@ def _check_type(records: Records, kind: FeatureType) -> None:
 
 
 def judge_by(records: Records, limits: Thresholds) -> Edit:
-    """Judge every feature of the project by these limits, which a profile names.
+    """Judge every feature of the project by these thresholds, which a profile names.
 
-    Raises DocumentError for limits that cannot be, or those of today.
+    Raises DocumentError for invalid thresholds, or if nothing would change.
     """
     name = limits.profile.strip()
     if not name:
@@ -412,39 +437,39 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
             ),
             field="good_confidence95_deg",
         )
-    there = records.get(PROFILE_ID)
-    if isinstance(there, VerdictProfile) and there.limits == limits:
+    current = records.get(PROFILE_ID)
+    if isinstance(current, VerdictProfile) and current.limits == limits:
         raise DocumentError(Finding("edit.no-change"))
     record = VerdictProfile(PROFILE_ID, replace(limits, profile=name))
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
 
 def next_name(records: Records, kind: FeatureType | str) -> str:
-    """B01, B02 ... for Bedding: the first letter and the next number."""
-    return NextNames(records).of(kind)
+    """Return the next name of a type, B01, B02 ... for Bedding."""
+    return NextNames(records).next_for(kind)
 
 
 class NextNames:
-    """Names for features that come together: each is looked at once, however many there are."""
+    """Names for features that are added together; each feature is examined once."""
 
     def __init__(self, records: Records) -> None:
         self._records = records
-        self._taken: list[Record] = []
+        self._reserved: list[Record] = []
         self._highest: dict[str, tuple[int, int]] = {}
 
-    def take(self, feature: Record) -> None:
-        """This one is named already, or now."""
-        self._taken.append(feature)
+    def reserve(self, feature: Record) -> None:
+        """Reserve the name of a feature."""
+        self._reserved.append(feature)
 
-    def of(self, kind: FeatureType | str) -> str:
-        """The next one: the first letter and the number after the highest one that is taken."""
+    def next_for(self, kind: FeatureType | str) -> str:
+        """Return the next name: the first letter and the number after the highest one in use."""
         prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
-        seen, highest = self._highest.get(prefix, (0, -1))
+        checked, highest = self._highest.get(prefix, (0, -1))
         if highest < 0:
             highest = highest_number(self._records, prefix)
-        for feature in self._taken[seen:]:
+        for feature in self._reserved[checked:]:
             highest = max(highest, number_of(prefix, feature) or 0)
-        self._highest[prefix] = len(self._taken), highest
+        self._highest[prefix] = len(self._reserved), highest
         return f"{prefix}{highest + 1:02d}"
 
 
@@ -452,6 +477,6 @@ def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
         words = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
-        what = "feature" if cls is Picked else words
-        raise DocumentError(Finding("record.missing", kind=what, id=id_))
+        kind = "feature" if cls is Picked else words
+        raise DocumentError(Finding("record.missing", kind=kind, id=id_))
     return record

@@ -1,7 +1,7 @@
-"""What a figure is: one thing that can be said of a feature, under one name everywhere.
+"""Definition of a figure: one property of a feature, with one name everywhere.
 
 CSV files, the window's table, the filter, the panels, GIS layers and the command line are
-projections of figures; the kinds in `project/kinds` list which ones they have.
+projections of figures; the kinds in `project/kinds` list the ones that they have.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ Unit = Literal["", "deg", "m", "m2"]
 Form = Literal[
     "text", "flag", "azimuth", "angle", "error", "length", "area", "index", "ratio", "count"
 ]
-"""How a figure is written. azimuth: goes round, 0 to 360. angle: any other. error: an angle with
-two digits that mean something. index: three significant digits. ratio: two."""
+"""Format of a figure. azimuth: periodic, 0 to 360. angle: any other. error: an angle with two
+significant digits. index: three significant digits. ratio: two."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A feature with what its figures are read from.
+    """A feature with the data from which its figures are read.
 
-    feature: None for a fit that belongs to no document. nearest: asked for when shown, since it
-    rests on other features.
+    `feature` is None for a fit that belongs to no project. `nearest` is called only when needed,
+    because it depends on other features.
     """
 
     feature: Any
@@ -42,7 +42,7 @@ class Subject:
 
     @cached_property
     def normal_covariance(self) -> FloatArray | None:
-        """As `registration_errors.normal_covariance`; six columns are read from it."""
+        """Covariance as `registration_errors.normal_covariance`, cached for six columns."""
         return normal_covariance(self.measured, self.model)
 
     @property
@@ -60,10 +60,22 @@ class Subject:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """name: in files. title: over a column. explanation: in one sentence. value: of a subject, None
-    where it has none; may be infinite. short: where a name may have ten letters only. words: by
-    which a filter knows it too, the usual one first. attribute: the field of the record that is
-    changed where the figure is typed over. shown: in words, where these are not its value's.
+    """A property of features.
+
+    Attributes
+    ----------
+    name, title, explanation : str
+        Name in files, title of a column, and description in one sentence.
+    value : callable
+        Returns the value of a subject; None without one; may be infinite.
+    short : str
+        Name of at most ten letters.
+    words : tuple of str
+        Names in a filter, the usual one first.
+    attribute : str
+        Field of the record that changes if the user edits the figure.
+    shown : callable or None
+        Returns the text if that does not follow from the value.
     """
 
     name: str
@@ -78,13 +90,13 @@ class Figure:
     shown: Callable[[Subject], str] | None = None
 
     def text(self, subject: Subject) -> str:
-        """The figure in words, as the window shows it."""
+        """Return the figure as text for the window."""
         if self.shown is not None:
             return self.shown(subject)
         return self.words_for(self.value(subject), metric=subject.measured.metric)
 
     def words_for(self, value: Any, *, metric: bool = True) -> str:
-        """A value of this figure in words; `metric` is False for lengths of unknown scale."""
+        """Return a value of this figure as text; `metric` is False for lengths of unknown scale."""
         match self.form:
             case "text":
                 return "" if value is None else str(value)
@@ -103,9 +115,9 @@ class Figure:
 
 
 def text_figure(
-    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
+    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **options: Any
 ) -> Figure:
-    return Figure(name, title, explanation, value, "text", **more)
+    return Figure(name, title, explanation, value, "text", **options)
 
 
 def figure_in_degrees(
@@ -114,26 +126,26 @@ def figure_in_degrees(
     explanation: str,
     value: Callable[[Subject], Any],
     form: Form = "error",
-    **more: Any,
+    **options: Any,
 ) -> Figure:
-    return Figure(name, title, explanation, value, form, "deg", **more)
+    return Figure(name, title, explanation, value, form, "deg", **options)
 
 
 def figure_in_metres(
-    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
+    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **options: Any
 ) -> Figure:
-    return Figure(name, title, explanation, value, "length", "m", **more)
+    return Figure(name, title, explanation, value, "length", "m", **options)
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A ratio or an index, to so many significant digits."""
+    """Return a ratio or an index as text, with significant digits."""
     if value is None:
         return "–"
     if not isfinite(value):
         return "∞"
     if value == 0 or abs(value) >= 1e6:
         return f"{value:.{digits}g}"
-    # 0.0999 has its first digit one place higher once it is rounded.
+    # 0.0999 rounds to a number whose first digit is one place higher.
     first = floor(log10(abs(float(f"{value:.{digits - 1}e}"))))
     decimals = max(0, digits - 1 - first)
     return f"{value:.{decimals}f}"

@@ -1,4 +1,4 @@
-"""The planes of a project that a fold axis is computed from, for net, statistics and views."""
+"""Planes of a project for the computation of a fold axis, for net, statistics and views."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Typed
-from vomstudio.project.registration_errors import bowed_deg, models_of, turns_of
-from vomstudio.project.repeated_features import firsts
+from vomstudio.project.registration_errors import max_bowing_deg, models_of, turns_of
+from vomstudio.project.repeated_features import first_picks
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +26,16 @@ class FoldPlanes:
     Parameters
     ----------
     features : tuple of Typed
-    azimuth_deg, dip_deg : (n,) dip direction and dip
-    turns : of their registrations; None after the planes were turned
-    bowed_deg : difference of dips from edge to edge of the worst bowed model, or None
-    not_good : planes whose verdict is not good; None if none has a verdict
-    left_out : planes of the same kind that are not used, and why
+    azimuth_deg, dip_deg : (n,) float64
+        Dip direction and dip.
+    turns : Turns or None
+        Rotations of their registrations; None after the planes were rotated.
+    bowed_deg : float or None
+        Difference of dips from edge to edge of the most bowed model.
+    not_good : int or None
+        Number of planes whose verdict is not good; None if none has a verdict.
+    left_out : tuple of LeftOut
+        Planes of the same kind that are not used, with reasons.
     """
 
     features: tuple[Typed, ...]
@@ -50,11 +55,11 @@ class FoldPlanes:
         Raises
         ------
         GeometryError
-            If the planes define none.
+            If the planes do not define an axis.
         """
         turns = self.turns
         known = turns is not None and turns.known
-        found = _axis(
+        axis = _axis(
             self.azimuth_deg.tobytes(),
             self.dip_deg.tobytes(),
             (turns.group.tobytes(), turns.rotations.tobytes()) if known and turns else None,
@@ -62,9 +67,9 @@ class FoldPlanes:
             tuple(f.name or f.id for f in self.features),
             tuple(bool(getattr(f, "overturned", False)) for f in self.features),
         )
-        if isinstance(found, GeometryError):
-            raise found
-        return found
+        if isinstance(axis, GeometryError):
+            raise axis
+        return axis
 
 
 @lru_cache(maxsize=8)
@@ -98,18 +103,18 @@ def fold_planes(
     measured: Mapping[str, Measurement],
     which: FoldFilter,
 ) -> FoldPlanes:
-    """Choose among features of one type the planes of a fold.
+    """Select the planes of a fold among features of one type.
 
-    Repeats of other features are left out, and features without a plane.
+    Repeats of other features and features without a plane are excluded.
     """
-    own = [f for f in firsts(features, records) if measured[f.id].plane is not None]
-    verdicts = [measured[f.id].verdict for f in own]
-    chosen = choose_planes(
+    planar = [f for f in first_picks(features, records) if measured[f.id].plane is not None]
+    verdicts = [measured[f.id].verdict for f in planar]
+    selection = choose_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
-        [f.set_name for f in own],
+        [f.set_name for f in planar],
         which,
     )
-    used = [f for f, use in zip(own, chosen.use, strict=True) if use]
+    used = [f for f, use in zip(planar, selection.use, strict=True) if use]
     planes = [plane for f in used if (plane := measured[f.id].plane) is not None]
     models = models_of(records, used)
     return FoldPlanes(
@@ -117,7 +122,7 @@ def fold_planes(
         np.array([plane.dip_direction_deg for plane in planes], np.float64),
         np.array([plane.dip_deg for plane in planes], np.float64),
         turns_of(models),
-        bowed_deg(models),
-        chosen.not_good,
-        chosen.left_out,
+        max_bowing_deg(models),
+        selection.not_good,
+        selection.left_out,
     )

@@ -1,10 +1,10 @@
 """The project on disk: a folder NAME.vom that can be moved and zipped.
 
-`journal.sqlite` is the truth; `project.gpkg` is derived; `models/` holds copies where the user
-wants them, `reconstruction/` what was made of photos, `assets/` what is too large for a row of the
-journal, `photos/` exports for photos whose own folder cannot be written; `cache/` may be
-deleted. A project that has no name yet lives in the user's state folder and is offered back at the
-next start.
+`journal.sqlite` is authoritative and `project.gpkg` is derived from it. `models/` contains copies
+of models if the user wants them, `reconstruction/` the results of photogrammetry, `assets/` data
+too large for a row of the journal, and `photos/` exports for photos whose own folder is
+read-only. `cache/` may be deleted. A project without a name is stored in the user's state folder
+and offered again at the next start.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from vomstudio.project.session import Session
 SUFFIX = ".vom"
 MODELS = "models"
 # Making the thumbnails of thousands of photos again would take minutes.
-_ALONG = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
+_COPIED_FOLDERS = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 
 
 class Project:
-    """An open project: its folder, its session, its lock."""
+    """An open project: its folder, its session and its lock."""
 
     def __init__(
         self,
@@ -58,45 +58,52 @@ class Project:
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        """lock : None where the folder cannot be written"""
+        """Open the session. `lock` is None if the folder cannot be written."""
         self.folder = folder
         self._lock = lock
-        self._cache = folder / "cache" if lock is not None else _passing_folder(folder / "cache")
+        self._cache = folder / "cache" if lock is not None else _temporary_folder(folder / "cache")
         self._report_failure: Callable[[Finding | None], object] | None = None
         self.assets = Assets(lambda: self.folder, lambda: self.journal.is_in_place)
-        self._take(journal)
+        self._use_journal(journal)
         self._settings = settings
         self.session = Session(journal, settings)
         self._compacted: compaction.Compacted | None = None
         self.problems: list[Finding] = list(self.session.problems)
-        """What could not be read."""
+        """Rows of the journal that could not be read."""
 
-    def _take(self, journal: SqliteJournal) -> None:
+    def _use_journal(self, journal: SqliteJournal) -> None:
         self.journal = journal
         if self._report_failure is not None:
-            journal.wait_in_memory(self._report_failure, self._hold_again, self._write_first)
+            journal.buffer_unwritten_steps(
+                self._report_failure, self._lock_again, self._write_dependencies
+            )
 
-    def wait_in_memory(self, tell: Callable[[Finding | None], object]) -> None:
-        """From now on steps that cannot be written wait in memory, as `SqliteJournal` has it; for
-        programs that stay open, and say so. Where nothing can be written that is told at once."""
-        self._report_failure = tell
-        self._take(self.journal)
-        self.assets.hold_all()
-        self.session.changed.connect(self.assets.hold)
+    def buffer_unwritten_steps(self, report: Callable[[Finding | None], object]) -> None:
+        """Keep steps that cannot be written in memory, as `SqliteJournal` does.
+
+        For programs that stay open and show this state. `report` is called at once if nothing can
+        be written.
+        """
+        self._report_failure = report
+        self._use_journal(self.journal)
+        self.assets.cache_all()
+        self.session.changed.connect(self.assets.cache_edit)
         self.journal.try_writing()
 
-    def _hold_again(self) -> None:
-        """The folder is back, with a lock file of its own. Raises InputError, TargetError."""
+    def _lock_again(self) -> None:
+        """Lock the folder after it has returned. Raises InputError and TargetError."""
         lock = ProjectLock(self.folder / "lock")
         self._release()
         self._lock = lock
 
-    def _write_first(self) -> None:
-        """What must be there before a row is written: the lock, which a folder that could not be
-        written has not taken, and the files that rows name. Raises VomError."""
+    def _write_dependencies(self) -> None:
+        """Write what a row depends on: the lock, if not taken yet, and the named files.
+
+        Raises VomError.
+        """
         if self._lock is None:
             self._lock = ProjectLock(self.folder / "lock")
-        self.assets.write_waiting()
+        self.assets.write_pending()
 
     def _release(self) -> None:
         if self._lock is not None:
@@ -104,18 +111,18 @@ class Project:
 
     @property
     def write_failure(self) -> Finding | None:
-        """Why the next step cannot be written, as far as that is known."""
+        """Reason why the next step cannot be written, as far as it is known."""
         return self.journal.write_failure()
 
     @property
-    def _is_there(self) -> bool:
-        """The folder at the project's place is this project's."""
+    def _owns_folder(self) -> bool:
+        """Whether the folder at the project's path still belongs to this project."""
         failure = self.write_failure
         return failure is None or not is_lost(failure)
 
     @classmethod
     def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
-        """A new project in `folder`, which must not hold one. Raises TargetError."""
+        """Create a project in `folder`, which must not contain one. Raises TargetError."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -125,7 +132,7 @@ class Project:
             ) from error
         if (folder / JOURNAL).exists():
             raise TargetError(Finding("project.exists"), file=folder)
-        return cls._held(folder, settings, create=True)
+        return cls._open_locked(folder, settings, create=True)
 
     @classmethod
     def open(
@@ -133,29 +140,41 @@ class Project:
         folder: Path,
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
-        without_lock: bool = False,
+        allow_unlocked: bool = False,
     ) -> Project:
-        """without_lock : also where the folder cannot be written, and so cannot be locked: for
-        programs that let steps wait in memory then (`wait_in_memory`). Raises InputError where it
-        is no project, damaged, newer, or open elsewhere, TargetError where it cannot be locked."""
+        """Open the project in a folder.
+
+        Parameters
+        ----------
+        allow_unlocked : bool
+            Also open a project whose folder cannot be written and therefore not be locked. For
+            programs that keep such steps in memory (`buffer_unwritten_steps`).
+
+        Raises
+        ------
+        InputError
+            If the folder is not a project, is damaged, newer, or open elsewhere.
+        TargetError
+            If the folder cannot be locked.
+        """
         whole = project_folder(folder)
-        return cls._held(whole, settings, create=False, without_lock=without_lock)
+        return cls._open_locked(whole, settings, create=False, allow_unlocked=allow_unlocked)
 
     @classmethod
-    def _held(
+    def _open_locked(
         cls,
         folder: Path,
         settings: Callable[[], Mapping[str, Any]],
         *,
         create: bool,
-        without_lock: bool = False,
+        allow_unlocked: bool = False,
     ) -> Project:
-        """The lock is given up again where the journal cannot be had."""
+        """Open a project and release the lock if the journal cannot be opened."""
         lock: ProjectLock | None = None
         try:
             lock = ProjectLock(folder / "lock")
         except TargetError:
-            if not without_lock:
+            if not allow_unlocked:
                 raise
         try:
             journal = SqliteJournal(folder / JOURNAL, create=create)
@@ -175,20 +194,22 @@ class Project:
 
     @property
     def cache(self) -> Path:
-        """May be deleted; of a folder that cannot be written it lies elsewhere until it is
-        closed."""
+        """Cache folder, which may be deleted.
+
+        For a read-only project it is a temporary folder that is deleted on closing.
+        """
         return self._cache
 
-    def _leave_cache(self) -> None:
+    def _delete_temporary_cache(self) -> None:
         if self._cache.parent != self.folder:
             shutil.rmtree(self._cache, ignore_errors=True)
 
     @property
     def has_reconstructions(self) -> bool:
-        """Hours of work may be in them, though nothing was measured yet."""
-        made = self.folder / RECONSTRUCTIONS
-        stages = made.glob("*/work/*")
-        return any(made.glob(f"*/{FILE_NAME}")) or any(
+        """Whether there are reconstructions or stages of them, which may be hours of work."""
+        folder = self.folder / RECONSTRUCTIONS
+        stages = folder.glob("*/work/*")
+        return any(folder.glob(f"*/{FILE_NAME}")) or any(
             stage.is_dir() and stage.suffix != ".part" for stage in stages
         )
 
@@ -197,52 +218,54 @@ class Project:
         return any(path.is_file() for path in (self.folder / PHOTO_TABLES).glob("*/*"))
 
     def compaction(self) -> compaction.Plan:
-        """What compacting would take away."""
+        """Return what a compaction would remove."""
         return compaction.plan(self.folder, self.session, self.journal)
 
     @property
     def is_compacted(self) -> bool:
-        """Since it was opened, so that it can be taken back."""
+        """Whether the project was compacted since it was opened, so that this can be undone."""
         return self._compacted is not None
 
     def compact(self) -> None:
-        """Take away rows and files that nothing can reach any more; until the project is closed
-        `take_back_compaction` brings them back. Raises DocumentError, TargetError."""
-        made = compaction.compact(self.folder, self.session, self.journal)
-        self._compacted = made
+        """Remove unreachable rows and files. `undo_compaction` restores them until closing.
 
-    def take_back_compaction(self) -> None:
-        """Raises DocumentError where the project was not compacted since it was opened."""
+        Raises DocumentError and TargetError.
+        """
+        compacted = compaction.compact(self.folder, self.session, self.journal)
+        self._compacted = compacted
+
+    def undo_compaction(self) -> None:
+        """Restore what was compacted. Raises DocumentError if there was no compaction."""
         if self._compacted is None:
             raise DocumentError(Finding("compaction.none"))
-        compaction.take_back(self.folder, self.session, self.journal, self._compacted)
+        compaction.undo_compaction(self.folder, self.session, self.journal, self._compacted)
         self._compacted = None
 
     def repair(self) -> Repaired:
-        """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
-        made = repair(self.folder, self.session, self.journal)
+        """Rewrite a journal with damaged rows. Raises DocumentError and TargetError."""
+        result = repair(self.folder, self.session, self.journal)
         self.problems = []
-        return made
+        return result
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Move to another folder: history, copies and reconstructions go along.
+        """Move the project to another folder, with history, copies and reconstructions.
 
-        A project with a name stays behind as it was last saved; an untitled one is deleted. If the
-        folder is gone or was replaced, what is in memory goes along, and findings report what does
-        not. No job may be at work in its folder. Raises TargetError.
+        A project with a name stays as it was last saved; an untitled one is deleted. If the old
+        folder is gone or was replaced, the state in memory is written, and findings report what is
+        missing. No job may be running in the project's folder. Raises TargetError.
         """
         if folder.exists() and not folder.is_dir():
             raise TargetError(Finding("output.exists"), file=folder)
         if folder.exists() and any(folder.iterdir()):
             raise TargetError(Finding("folder.not-empty"), file=folder)
         part = folder.with_name(folder.name + ".part")
-        there, left, untitled = self._is_there, self.folder, self.untitled
+        owns_folder, old_folder, untitled = self._owns_folder, self.folder, self.untitled
         failed = self.write_failure is not None
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
             numbers = self._copy_journal(part / JOURNAL)
-            moves = self._copy_files(part) if there else False
+            moves = self._copy_files(part) if owns_folder else False
             self.assets.write(part)
             if folder.exists():
                 folder.rmdir()
@@ -253,41 +276,43 @@ class Project:
         except VomError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(cause_of(error), file=folder) from error
-        lock, journal = _taken_hold(folder)
+        lock, journal = _open_saved(folder)
         was_dirty = self.session.dirty
         old = self.session.use_journal(journal, numbers)
         if was_dirty and not untitled and self.write_failure is None:
-            left_behind = Session(old)
-            left_behind.discard_unsaved()
+            old_session = Session(old)
+            old_session.discard_unsaved()
         old.close()
         self._release()
-        self._leave_cache()
+        self._delete_temporary_cache()
         self.folder, self._lock, self._cache = folder, lock, folder / "cache"
-        self._take(journal)
+        self._use_journal(journal)
         self.session.mark_saved()
         if self._report_failure is not None and failed:
             self._report_failure(None)
         if moves:
-            move_reconstructions(left, folder)
-        if untitled and there:
-            shutil.rmtree(left, ignore_errors=True)
-        return [] if there else self._left_behind()
+            move_reconstructions(old_folder, folder)
+        if untitled and owns_folder:
+            shutil.rmtree(old_folder, ignore_errors=True)
+        return [] if owns_folder else self._report_missing_files()
 
-    def _left_behind(self) -> list[Finding]:
+    def _report_missing_files(self) -> list[Finding]:
         """Report what could not be copied from a folder that is gone or was replaced."""
-        made = self.folder / RECONSTRUCTIONS
+        folder = self.folder / RECONSTRUCTIONS
         missing = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
             *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
-            *(r.name for r in self.session.of(Reconstruction) if not is_folder(made / r.folder)),
+            *(r.name for r in self.session.of(Reconstruction) if not is_folder(folder / r.folder)),
         ]
         if not missing:
             return []
         return [Finding("project.files-left-behind", names=missing)]
 
     def _copy_journal(self, path: Path) -> Mapping[int, int] | None:
-        """The history in a new file; the numbers of its rows by those of now where they differ.
-        Raises TargetError."""
+        """Write the history to a new file and return the new row numbers if they differ.
+
+        Raises TargetError.
+        """
         failure = self.write_failure
         if failure is None or failure.code != "journal.replaced":
             try:
@@ -296,13 +321,15 @@ class Project:
             except TargetError:
                 if failure is None:
                     raise
-        # What is at its place cannot be read, or is another: all that can be reached is known.
-        return compaction.write_anew(path, self.session, None, self._settings())
+        # The file cannot be read or is another one: write all reachable steps from memory.
+        return compaction.write_compacted_journal(path, self.session, None, self._settings())
 
     def _copy_files(self, part: Path) -> bool:
-        """What lies beside the journal; whether the reconstructions are to be moved instead. Raises
-        OSError."""
-        for name in _ALONG:
+        """Copy the files beside the journal; return whether to move the reconstructions instead.
+
+        Raises OSError.
+        """
+        for name in _COPIED_FOLDERS:
             if (self.folder / name).is_dir():
                 shutil.copytree(self.folder / name, part / name, ignore=special_files)
         if self.untitled and _same_disk(self.folder, part):
@@ -311,37 +338,42 @@ class Project:
         return False
 
     def close(self) -> None:
-        """An untitled project that never held a feature, a reconstruction or marks in photos leaves
-        nothing behind; another one keeps its history, from which discarded work can be
-        brought back."""
+        """Close the project.
+
+        An untitled project is deleted if it never contained features, reconstructions or marks in
+        photos. Any other project keeps its history, from which discarded work can be restored.
+        """
         session = self.session
-        empty = not session.ever_held(Feature) and not session.draft
+        empty = not session.has_ever_contained(Feature) and not session.draft
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
-        worthless = self.untitled and empty
-        there = self._is_there
+        is_disposable = self.untitled and empty
+        owns_folder = self._owns_folder
         self.session.close()
         self.assets.close()
-        if there:
-            compaction.forget(self.folder)
+        if owns_folder:
+            compaction.discard_backup(self.folder)
         self._release()
-        self._leave_cache()
-        if not there:
+        self._delete_temporary_cache()
+        if not owns_folder:
             return
-        if worthless:
+        if is_disposable:
             shutil.rmtree(self.folder, ignore_errors=True)
         elif self.untitled:
             shutil.rmtree(self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
-        """How the path of a model is written down: relative inside the folder, else absolute."""
+        """Return the stored path of a model, relative if it is inside the project's folder."""
         full = path.resolve()
         if full.is_relative_to(self.folder.resolve()):
             return full.relative_to(self.folder.resolve()).as_posix()
         return str(full)
 
     def find_model(self, model: Model) -> Path | None:
-        """The file of a model: where it was, or of the same name in the folder, its `models`, or
-        beside the folder (a project that was moved together with its models)."""
+        """Return the file of a model, or None.
+
+        Searched are its stored path and the same file name in the project's folder, in its
+        `models` folder and beside it (for a project that was moved together with its models).
+        """
         stored = Path(model.path)
         places = [self.folder / stored] if not stored.is_absolute() else [stored]
         places += [
@@ -352,17 +384,19 @@ class Project:
         return next((place for place in places if is_regular(place)), None)
 
 
-def _passing_folder(otherwise: Path) -> Path:
-    """Among the temporary files, while there is room for one."""
+def _temporary_folder(fallback: Path) -> Path:
+    """Create a temporary folder, or return `fallback` if that fails."""
     try:
         return Path(tempfile.mkdtemp(prefix="vomstudio-cache-"))
     except OSError:
-        return otherwise
+        return fallback
 
 
-def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
-    """Of a project that was just made and is marked as saved; it goes again where that fails.
-    Raises InputError, TargetError."""
+def _open_saved(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
+    """Lock and open a new project and mark it as saved; delete it on failure.
+
+    Raises InputError and TargetError.
+    """
     lock: ProjectLock | None = None
     journal: SqliteJournal | None = None
     try:
@@ -384,7 +418,7 @@ def _same_disk(one: Path, other: Path) -> bool:
 
 
 def project_folder(path: Path) -> Path:
-    """The folder of a project named by its folder or by a file in it. Raises InputError."""
+    """Return the folder of a project given by its folder or a file in it. Raises InputError."""
     if is_regular(path) and path.parent.suffix == SUFFIX:
         path = path.parent
     if not path_exists(path):
@@ -402,7 +436,7 @@ def is_project(path: Path) -> bool:
 
 
 def untitled_folder() -> Path:
-    """Where projects without a name live."""
+    """Return the folder of projects without a name."""
     return state_folder() / "untitled"
 
 
@@ -417,7 +451,7 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
 
 
 def is_free(folder: Path) -> bool:
-    """A project that is there and that no window holds."""
+    """Return whether a project exists and is not open in another window."""
     if not is_regular(folder / JOURNAL):
         return False
     try:
@@ -428,22 +462,28 @@ def is_free(folder: Path) -> bool:
 
 
 def untitled_projects(*, finished: bool) -> list[Path]:
-    """Untitled projects that no window holds, the newest first: those whose changes were discarded
-    on closing (finished), or those that a crash or a power cut has left behind."""
-    found = []
+    """Return untitled projects that are not open, newest first.
+
+    Parameters
+    ----------
+    finished : bool
+        True for projects whose changes were discarded on closing, False for those that a crash or a
+        power failure left unsaved.
+    """
+    folders = []
     journals = untitled_folder().glob(f"*{SUFFIX}/{JOURNAL}")
     for folder in (j.parent for j in sorted(journals, key=_time_of, reverse=True)):
         if not is_free(folder):
             continue
         try:
-            kept = read_replay(folder)
-            done = kept.top == kept.saved_top and kept.draft is None
+            replay = read_replay(folder)
+            is_finished = replay.top == replay.saved_top and replay.draft is None
         except InputError:
-            # Opening it says what is wrong; hiding it would lose it.
-            done = False
-        if done == finished:
-            found.append(folder)
-    return found
+            # Opening the project reports the error; hiding it would lose it.
+            is_finished = False
+        if is_finished == finished:
+            folders.append(folder)
+    return folders
 
 
 def _time_of(path: Path) -> float:

@@ -1,4 +1,4 @@
-"""Python's garbage collector, kept from looking through records while many are made."""
+"""Pause of Python's garbage collector while many records are created."""
 
 from __future__ import annotations
 
@@ -8,21 +8,24 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def no_collection(*, stays: bool = False) -> Iterator[None]:
-    """Records, figures and rows hold no circles, so there is nothing to be found among them; yet
-    the collector looks through all of them again and again while their number grows, which takes
-    up to half of the time.
+def pause_collection(*, is_long_lived: bool = False) -> Iterator[None]:
+    """Pause the garbage collector.
 
-    stays : what is made is kept for long, and is not looked through afterwards either, which stops
-        every thread for 30 ms where it is thousands of records. It still goes with the last that
-        refers to it
+    Records, figures and rows contain no reference cycles, but the collector scans all of them
+    repeatedly while their number grows, which takes up to half of the time.
+
+    Parameters
+    ----------
+    is_long_lived : bool
+        The created objects live long and are excluded from later scans too, which would stop every
+        thread for 30 ms with thousands of records. They are still freed with their last reference.
     """
     was_on = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        if stays:
+        if is_long_lived:
             gc.freeze()
         if was_on:
             gc.enable()

@@ -1,4 +1,4 @@
-"""Edits of what was looked at. Pure, as `project.edits` are."""
+"""Edits of the coverage grids. Pure, like `project.edits`."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from vomstudio.project.records import FaceGrid, Model, Record, get
 
 Records = Mapping[str, Record]
 MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
-"""Letters of cells, with the words of the history."""
+"""Letters of cells, with their names in the history."""
 
 
 def add_grid(records: Records, grid: FaceGrid) -> Edit:
-    """Lay a grid over a face. Raises DocumentError where the model is not there, or the grid has
-    no cells."""
+    """Add a grid over a face.
+
+    Raises DocumentError if the model is missing or the grid is empty.
+    """
     if get(records, grid.model_id, Model) is None:
         raise DocumentError(
             Finding("record.missing", kind="model", id=grid.model_id), field="model"
@@ -32,8 +34,10 @@ def add_grid(records: Records, grid: FaceGrid) -> Edit:
 
 
 def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) -> Edit:
-    """Say what was found in cells. Raises DocumentError for cells that the grid does not have, and
-    where nothing would change."""
+    """Set the mark of cells.
+
+    Raises DocumentError for missing cells, or if nothing would change.
+    """
     grid = _grid(records, grid_id)
     if mark not in MARKS:
         raise DocumentError(
@@ -41,21 +45,21 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
         )
     count = grid.columns * grid.rows
     marks = list(marks_of(grid))
-    chosen = sorted(set(cells))
-    if not chosen or chosen[0] < 0 or chosen[-1] >= count:
+    selected = sorted(set(cells))
+    if not selected or selected[0] < 0 or selected[-1] >= count:
         raise DocumentError(Finding("grid.no-cell", grid=grid.name), field="cells")
-    if all(marks[cell] == mark for cell in chosen):
+    if all(marks[cell] == mark for cell in selected):
         raise DocumentError(Finding("edit.no-change"))
-    for cell in chosen:
+    for cell in selected:
         marks[cell] = mark
-    what = "1 cell" if len(chosen) == 1 else f"{len(chosen)} cells"
+    subject = "1 cell" if len(selected) == 1 else f"{len(selected)} cells"
     return change(
-        records, f"Mark {what} as {MARKS[mark]}", {grid.id: replace(grid, marks="".join(marks))}
+        records, f"Mark {subject} as {MARKS[mark]}", {grid.id: replace(grid, marks="".join(marks))}
     )
 
 
 def marks_of(grid: FaceGrid) -> str:
-    """A letter for each cell, whatever the record holds: what it lacks was not looked at."""
+    """Return a letter for each cell; cells without a valid mark were not inspected."""
     count = grid.columns * grid.rows
     known = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
     return known.ljust(count, "-")
@@ -81,5 +85,5 @@ def _grid(records: Records, grid_id: str) -> FaceGrid:
 
 
 def _next_name(records: Records) -> str:
-    taken = {r.name for r in records.values() if isinstance(r, FaceGrid)}
-    return next(name for k in range(1, len(taken) + 2) if (name := f"Grid {k}") not in taken)
+    used = {r.name for r in records.values() if isinstance(r, FaceGrid)}
+    return next(name for k in range(1, len(used) + 2) if (name := f"Grid {k}") not in used)

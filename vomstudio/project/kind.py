@@ -1,7 +1,7 @@
-"""What a kind of feature says of itself, so that nothing else need know which kinds there are.
+"""Declaration of a kind of feature, so that no other code needs to know which kinds exist.
 
-A kind is one module of `project/kinds`. It is asked for with `kind_of`; what it can do is read off
-its fields, never off the class of a record.
+A kind is one module of `project/kinds`. `kind_of` returns the kind of a feature; its capabilities
+are read from its fields, never from the class of a record.
 """
 
 from __future__ import annotations
@@ -15,25 +15,37 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.project.figures import Figure, Subject
-from vomstudio.project.measurement import Measurement, Measuring, Records
+from vomstudio.project.measurement import Measurement, MeasurementContext, Records
 from vomstudio.project.records import Feature, FeatureType, Painted, Record, Typed, get
 
 Evidence = Literal["", "picked", "read", "derived"]
-"""Where an orientation comes from. Picks of a type are pooled (mean planes, fold axes), what was
-read with a compass is compared with them, and what is derived from them is neither."""
+"""Source of an orientation. Picks of a type are pooled (mean planes, fold axes), compass readings
+are compared with them, and derived orientations are neither."""
 
 
 Lookup = Callable[[str], Measurement | None]
-"""The measurement of another feature by its id."""
+"""Returns the measurement of another feature by its id."""
 
 
 @dataclass(frozen=True)
 class Attribute:
     """A field of a record that the user may change.
 
-    field: its name. title: beside it. form: how it is put in; a plane is the id of a feature, a
-    word one of the choices, or another that came from a file. choices: value and words. text:
-    beside a flag. applies: whether a feature has it at present.
+    Attributes
+    ----------
+    field : str
+        Name of the field.
+    title : str
+        Label beside the input.
+    form : str
+        How the value is entered. "plane" is the id of a feature; "word" is one of the choices, or
+        another word that came from a file.
+    choices : tuple of tuple of str
+        Values and their labels.
+    text : str
+        Label beside a flag.
+    applies : callable
+        Returns whether a feature has the attribute at present.
     """
 
     field: str
@@ -54,13 +66,20 @@ NOTES = Attribute("notes", _("Notes"))
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """How a feature is drawn in 3-D, in World.
+    """3-D drawing of a feature, in World.
 
-    line : (n, 3) points joined in order; one point where it only has a place
-    anchor : (3,) where it is named
-    sign : (3,) where the symbol of its attitude stands, None for none
-    faces : the piece of a model that is painted instead of the line while the model is open
-    label : in place of its orientation beside the name
+    Attributes
+    ----------
+    line : (n, 3) float64
+        Points joined in order; a single point for a feature that only has a position.
+    anchor : (3,) float64
+        Position of the label.
+    sign : (3,) float64 or None
+        Position of the symbol of its attitude; None without a symbol.
+    faces : Painted or None
+        Part of a model that is painted instead of the line while the model is open.
+    label : str or None
+        Text beside the name instead of the orientation.
     """
 
     line: FloatArray
@@ -71,9 +90,12 @@ class Sketch:
 
 
 @dataclass(frozen=True)
-class NetLook:
-    """How a kind stands on the net: in sets of its own with these words after their name, and this
-    marker in place of the type's ("" for the type's)."""
+class NetAppearance:
+    """Style of a kind on the stereonet.
+
+    The kind forms sets of its own with `suffix` after their names, and uses `marker` instead of the
+    type's ("" for the type's).
+    """
 
     suffix: str = ""
     marker: str = ""
@@ -81,15 +103,22 @@ class NetLook:
 
 @dataclass(frozen=True, eq=False)
 class GisLayer:
-    """The layer of a kind in GIS and CAD files.
+    """Layer of a kind in GIS and CAD files.
 
-    shape : (n, 3) World of a subject, None where it has none; of a ring the first point is not
-        repeated
-    figures : its attributes; counts are whole numbers here
-    sparse : figures that no feature has are left out
-    by : the figure by whose words features have their colours, where there is such a figure
-    main : of what a project is mostly made of. It is there even where it is empty, and in a drawing
-        it has the names of the feature types for itself
+    Attributes
+    ----------
+    shape : callable
+        Returns the (n, 3) World points of a subject, None without any; the first point of a ring is
+        not repeated.
+    figures : tuple of Figure
+        Attributes of the layer; counts are integers here.
+    sparse : bool
+        Leave out figures that no feature has.
+    by : str
+        Name of the figure that determines the colours, if the layer has it.
+    main : bool
+        Main layer of a project: written even if it is empty, and its drawing layers are named by
+        the feature types alone.
     """
 
     name: str
@@ -102,8 +131,8 @@ class GisLayer:
 
 
 @dataclass(frozen=True)
-class OwnGroup:
-    """Where features are listed, shown and hidden together that have no feature type."""
+class KindGroup:
+    """Group for listing, showing and hiding the features of a kind without feature types."""
 
     id: str
     title: str
@@ -118,7 +147,7 @@ def _no_text(measured: Measurement) -> str | None:
     return None
 
 
-def _own_points(subject: Subject) -> FloatArray:
+def _measured_points(subject: Subject) -> FloatArray:
     return subject.measured.points
 
 
@@ -126,29 +155,49 @@ def _own_points(subject: Subject) -> FloatArray:
 class Kind:
     """A kind of feature.
 
-    name : on disk; order : among the kinds, in lists and files
-    record : its class; parts : classes of its fields that are records themselves
-    title, icon : in words and as a sign; class_name : what a feature is called, where that differs
-        from feature to feature
-    measure : all features of the kind that are new, in one batch
-    figures : which it has
-    remarks, about : where it comes from, in the notes of files and in the window
-    words, headline : what the fit panel says besides, and in place of an orientation
-    orientations : which it may have; evidence : where they come from; plane : of a kind that may
-        have planes, whether a feature has one
-    names : the ids of the features that another is told to rest on, gone ones among them
-    below : the features that it rests on; its measurement is given theirs
-    regroups : what it rests on may change with any edit
-    attributes : what may be changed; tool : with which it is made and continued
-    sketch : in 3-D, with a look at what else is measured; None where it has no place
-    net, layer : on the net, in files
-    group : of a kind without feature type; color : #rrggbb, "" for its type's; tint : of one
-        feature in place of the kind's colour, "" for that
-    prefix : the word with whose first letter an untyped feature is named
-    places : (n, 3) World, by which its distance from another place is told
-    filled : its outline encloses a part of the surface, which is painted too
-    listed : it stands in the window's table although it has no orientation; written : what is
-        then written beside it on a drawing
+    Attributes
+    ----------
+    name, order
+        Name on disk; position among the kinds in lists and files.
+    record, parts
+        Class of its records; classes of fields that are records themselves.
+    title, icon, class_name
+        Title and icon; name of a feature if that differs within the kind.
+    measure
+        Measures all new features of the kind in one batch.
+    figures
+        The figures that it has.
+    remarks, about
+        Comments on its source, for the notes in files and for the window.
+    words, headline
+        Further lines of the fit panel, and its text in place of an orientation.
+    orientations, evidence, plane
+        Possible orientations; their source; for kinds that may have planes, whether a feature has
+        one.
+    dependency_ids
+        Ids of the features that a feature refers to, including deleted ones.
+    dependencies
+        The features that it depends on; their measurements are passed to `measure`.
+    has_dynamic_dependencies
+        Whether any edit may change its dependencies.
+    attributes, tool
+        What the user may change; tool that creates and continues it.
+    sketch
+        3-D drawing, given access to other measurements; None without a position.
+    net, layer
+        Style on the net, layer in files.
+    group, color, tint
+        Group for a kind without feature type; #rrggbb, "" for the colour of its type; colour of a
+        single feature instead of the kind's, "" for none.
+    prefix
+        Word whose first letter begins the names of untyped features.
+    places
+        (n, 3) World points used for distances from other positions.
+    filled
+        Whether its outline encloses a part of the surface that is painted too.
+    listed, drawing_label
+        Whether it appears in the window's table although it has no orientation; its label on a
+        drawing in that case.
     """
 
     name: str
@@ -156,7 +205,7 @@ class Kind:
     record: type[Feature]
     title: str
     icon: str
-    measure: Callable[[Measuring, Sequence[Any]], list[Measurement]]
+    measure: Callable[[MeasurementContext, Sequence[Any]], list[Measurement]]
     figures: tuple[Figure, ...]
     attributes: tuple[Attribute, ...]
     sketch: Callable[[Subject, Lookup], Sketch | None]
@@ -169,33 +218,33 @@ class Kind:
     orientations: tuple[Literal["plane", "line"], ...] = ()
     evidence: Evidence = ""
     plane: Callable[[Any], bool] | None = None
-    names: Callable[[Any], Sequence[str]] = _nothing
-    below: Callable[[Records, Any], Sequence[Feature]] = _nothing
-    regroups: bool = False
+    dependency_ids: Callable[[Any], Sequence[str]] = _nothing
+    dependencies: Callable[[Records, Any], Sequence[Feature]] = _nothing
+    has_dynamic_dependencies: bool = False
     tool: str = ""
-    net: NetLook | None = None
+    net: NetAppearance | None = None
     layer: GisLayer | None = None
-    group: OwnGroup | None = None
+    group: KindGroup | None = None
     color: str = ""
     tint: Callable[[Any], str] = lambda feature: ""
     prefix: Callable[[Any], str] = lambda feature: ""
-    places: Callable[[Subject], FloatArray] = _own_points
+    places: Callable[[Subject], FloatArray] = _measured_points
     listed: bool = False
     filled: bool = False
-    written: Callable[[Any], str] = lambda feature: str(feature.name)
+    drawing_label: Callable[[Any], str] = lambda feature: str(feature.name)
 
     @property
-    def typed(self) -> bool:
-        """Its features have one of the project's feature types."""
+    def has_feature_type(self) -> bool:
+        """Whether its features have one of the project's feature types."""
         return issubclass(self.record, Typed)
 
     @property
-    def rests_on_features(self) -> bool:
-        """Its features may look different after an edit of another feature."""
-        return self.regroups or self.names is not _nothing
+    def depends_on_features(self) -> bool:
+        """Whether an edit of another feature may change its features."""
+        return self.has_dynamic_dependencies or self.dependency_ids is not _nothing
 
-    def called(self, feature: Any) -> str:
-        """What one of its features is, in a word."""
+    def noun(self, feature: Any) -> str:
+        """Return the name of a feature's class, in one word."""
         return self.name if self.class_name is None else self.class_name(feature)
 
 
@@ -203,7 +252,7 @@ _KINDS: dict[type[Any], Kind] = {}
 
 
 def register(kind: Kind) -> None:
-    """Called by `project/kinds` for each kind it finds."""
+    """Register a kind. Called by `project/kinds` for each of its modules."""
     _KINDS[kind.record] = kind
 
 
@@ -212,30 +261,30 @@ def kind_of(feature: Feature) -> Kind:
 
 
 def color_of(feature: Feature, records: Records) -> str:
-    """The colour of a feature, "#rrggbb"; "" where its feature type is gone."""
+    """Return the colour of a feature, "#rrggbb"; "" if its feature type was removed."""
     kind = kind_of(feature)
     type_ = get(records, getattr(feature, "type_id", None), FeatureType)
     return kind.tint(feature) or kind.color or ("" if type_ is None else type_.color)
 
 
 def has_plane(record: Record | None) -> bool:
-    """A feature that is a plane, or has one."""
+    """Return whether a record is a feature with a plane."""
     plane = kind_of(record).plane if isinstance(record, Feature) else None
     return plane is not None and plane(record)
 
 
 def may_have_plane(record: Record | None) -> bool:
-    """A feature of a kind of which there are planes."""
+    """Return whether a record is a feature of a kind that can have planes."""
     return isinstance(record, Feature) and kind_of(record).plane is not None
 
 
 def planes_among(records: Records, ids: Sequence[str]) -> list[Feature]:
-    """The features of these ids that may have a plane."""
+    """Return the features with these ids that may have a plane."""
     return [r for id_ in ids if isinstance(r := records.get(id_), Feature) and may_have_plane(r)]
 
 
 def is_picked_plane(record: Record | None) -> bool:
-    """A plane picked on a model, which stands for its feature type."""
+    """Return whether a record is a plane picked on a model, which represents its feature type."""
     return (
         isinstance(record, Feature)
         and (kind := kind_of(record)).plane is not None
@@ -244,7 +293,7 @@ def is_picked_plane(record: Record | None) -> bool:
 
 
 def group_of(feature: Feature) -> str:
-    """The id that hides a feature together with its like: its type's, or that of its kind."""
+    """Return the id of the group that a feature is hidden with: its type's or its kind's."""
     if isinstance(feature, Typed):
         return feature.type_id
     group = kind_of(feature).group
@@ -252,28 +301,28 @@ def group_of(feature: Feature) -> str:
 
 
 def group_and_set(record: Record) -> tuple[str, str, bool] | None:
-    """The group of a feature, its set ("" for none), and whether it is a picked plane."""
+    """Return the group of a feature, its set ("" for none), and whether it is a picked plane."""
     if not isinstance(record, Feature):
         return None
     return group_of(record), str(getattr(record, "set_name", "")), is_picked_plane(record)
 
 
 # --- drawing ---------------------------------------------------------------------------------
-def half_way(line: FloatArray) -> FloatArray:
-    """(3,) in the middle of a line, as one walks along it."""
+def midpoint(line: FloatArray) -> FloatArray:
+    """Return the (3,) midpoint of a polyline, by length."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
 
 
 def centre(measured: Measurement) -> FloatArray:
-    """(3,) of the fitted plane, else of the points."""
+    """Return the (3,) centre of the fitted plane, or of the points without a fit."""
     middle = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
     return np.asarray(middle, float)
 
 
 def line_of(subject: Subject) -> FloatArray | None:
-    """The points, where they make a line."""
+    """Return the points if they form a line."""
     points = subject.measured.points
     return points if len(points) > 1 else None
 
@@ -282,10 +331,10 @@ def always(feature: Any) -> bool:
     return True
 
 
-def plane_named(feature: Any) -> tuple[str, ...]:
-    """Of a feature with the field `plane_id`."""
+def plane_ids(feature: Any) -> tuple[str, ...]:
+    """Return the plane that a feature with the field `plane_id` refers to."""
     return (feature.plane_id,) if feature.plane_id else ()
 
 
-def plane_below(records: Records, feature: Any) -> list[Feature]:
-    return planes_among(records, plane_named(feature))
+def plane_dependencies(records: Records, feature: Any) -> list[Feature]:
+    return planes_among(records, plane_ids(feature))

@@ -1,5 +1,7 @@
-"""The figures of lengths and areas that are measured on a model, and how they are said; kinds that
-have no orientation list theirs (`project/kinds`)."""
+"""Figures of lengths and areas measured on a model, and their texts.
+
+Kinds without an orientation list theirs in `project/kinds`.
+"""
 
 from __future__ import annotations
 
@@ -15,38 +17,37 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.measurement import Measurement
 
 
-def _of_registration(figure: str) -> str:
-    """The name of the registration's error of a figure."""
+def _registration_error_name(figure: str) -> str:
     name, unit = figure.rsplit("_", 1)
     return f"{name}_registration95_{unit}"
 
 
 def _thickness_error(figures: Mapping[str, float]) -> float | None:
-    """With the registration, where that is known."""
+    """Return the error including the registration if that is known."""
     error = figures.get("thickness_total95_m")
     return figures.get("thickness_error95_m") if error is None else error
 
 
 def _area(figures: Mapping[str, float], *, metric: bool) -> str:
     text = area_text(figures["area_m2"], metric=metric)
-    error = figures.get(_of_registration("area_m2"))
+    error = figures.get(_registration_error_name("area_m2"))
     return text if error is None else f"{text} ± {area_text(error, metric=metric)}"
 
 
-# The figure that a dimension is made for, first in this order where it has it.
-_MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
+# The main figure of a dimension is the first of these that it has.
+_HEADLINE_ORDER: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
 
 
 def headline(measured: Measurement) -> str | None:
-    """The main figure of a dimension, with its error where that is known."""
+    """Return the main figure of a dimension, with its error if that is known."""
     figures, metric = measured.dimension, measured.metric
     if not figures:
         return None
-    for name in _MAIN:
+    for name in _HEADLINE_ORDER:
         if name in figures:
             if name == "area_m2":
                 return _area(figures, metric=metric)
-            error = figures.get(_of_registration(name))
+            error = figures.get(_registration_error_name(name))
             if name == "thickness_m":
                 error = _thickness_error(figures)
             text = length_text(figures[name], metric=metric)
@@ -55,14 +56,14 @@ def headline(measured: Measurement) -> str | None:
 
 
 def words(measured: Measurement) -> list[str]:
-    """The figures of a dimension, the one it is made for first."""
+    """Return the figures of a dimension as text, the main one first."""
     figures = measured.dimension or {}
 
     def length(value: float, digits: int = 3) -> str:
         return length_text(value, digits, metric=measured.metric)
 
-    def said_with_error(name: str) -> str:
-        error = figures.get(_of_registration(name))
+    def length_with_error(name: str) -> str:
+        error = figures.get(_registration_error_name(name))
         text = length(abs(figures[name]))
         return text if error is None else f"{text} ± {length(error, 2)}"
 
@@ -86,13 +87,13 @@ def words(measured: Measurement) -> list[str]:
             )
     if "area_m2" in figures:
         lines.append(_area(figures, metric=measured.metric))
-    for name, said in (
+    for name, text in (
         ("length_m", _("Length along the line {length}")),
         ("distance_m", _("Distance {length}")),
         ("perimeter_m", _("Perimeter {length}")),
     ):
         if name in figures:
-            lines.append(tr(said, length=said_with_error(name)))
+            lines.append(tr(text, length=length_with_error(name)))
     if "horizontal_m" in figures:
         up = figures["vertical_m"]
         lines.append(
@@ -100,11 +101,11 @@ def words(measured: Measurement) -> list[str]:
                 "Horizontal {horizontal}, upward {vertical}"
                 if up >= 0.0
                 else "Horizontal {horizontal}, downward {vertical}",
-                horizontal=said_with_error("horizontal_m"),
-                vertical=said_with_error("vertical_m"),
+                horizontal=length_with_error("horizontal_m"),
+                vertical=length_with_error("vertical_m"),
             )
         )
-    if any(_of_registration(name) in figures for name in ("area_m2", "distance_m")):
+    if any(_registration_error_name(name) in figures for name in ("area_m2", "distance_m")):
         lines.append(tr("± is the 95 % error of the registration, in scale and attitude."))
     return lines
 

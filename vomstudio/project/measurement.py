@@ -1,4 +1,4 @@
-"""What one feature says once it is measured, and what a kind has at hand to measure it."""
+"""Measurement of one feature, and the inputs that a kind needs to measure it."""
 
 from __future__ import annotations
 
@@ -40,34 +40,59 @@ _NO_POINTS: FloatArray = np.zeros((0, 3))
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a feature says, in World; None where a figure does not apply or cannot be had.
+    """Results of measuring one feature, in World coordinates.
 
-    points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1); of
-        an intersection the ends of a line as long as its planes
-    resolution_m, outcrop_normal : the feature's own
-    by_this_rule : False where these two were measured by an earlier rule. What follows from the
-        plane then has the error that the project has stated so far, until its user updates them
-    fit : of a trace or patch; line_fit : of a lineation. Where there is none `problem` says why
-    plane, line : the orientation, whatever it comes from
-    max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
-        direction of the larger one where it is a line
-    rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
-    slip_rake_deg : directed, as in geology.orientation.slip_from_rake
-    on_plane : of a lineation, the plane in which these two are counted
-    angle_deg : between the planes of an intersection
-    area_m2 : of a patch's faces
-    dimension : lengths and areas by name, in m or m2
-    said : of what is no measurement, what it is in words
-    metric : False where the model's scale is not known: lengths are then in units of its file
-    kind : the name of the feature's kind
-    judged_as : what kind of plane the verdict is on
-    registration_error_deg : 95 % half-angle by which the model's registration can tilt it; None
-        where the model was not registered, or its error is not known
-    stretch_error_deg : 95 % half-angle of a trace's plane in view of its doubtful stretches; None
-        where it has none
-    bend_deg : of a face that bends as a whole, from edge to edge
-    total : joint 95 % region of a line, together with the registration as far as that is known;
-        None where its own is not
+    Fields are None if they do not apply to the feature or cannot be computed.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Vertices; the centre of a patch or the position of a reading (n = 1); for an intersection
+        the ends of a line as long as its planes.
+    resolution_m, outcrop_normal
+        Copied from the feature.
+    uses_current_rule : bool
+        False if these two were measured by an earlier rule. The errors derived from the plane then
+        stay as the project has reported them until the user updates the measurement.
+    fit, line_fit
+        Fit of a trace or patch, and of a lineation. If there is no fit, `problem` states the
+        reason.
+    plane, line
+        The orientation, whatever its source.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of its joint 95 % region.
+    confidence_axis : (3,) float64 or None
+        Direction of the larger semi-axis, for lines.
+    rake_deg, off_plane_deg : float or None
+        Rake of a lineation in its plane, and its angle from that plane.
+    slip_rake_deg : float or None
+        Directed rake, as in `geology.orientation.slip_from_rake`.
+    on_plane : Plane or None
+        The plane of a lineation to which rake and angle refer.
+    angle_deg : float or None
+        Angle between the planes of an intersection.
+    area_m2 : float or None
+        Area of the faces of a patch.
+    dimension : mapping of str to float or None
+        Lengths and areas by name, in m or m2.
+    text : str
+        Text of a feature that has no number.
+    metric : bool
+        False if the scale of the model is unknown: lengths are then in units of its file.
+    kind : str
+        Name of the feature's kind.
+    judged_as : str
+        Kind of plane that the verdict is about.
+    registration_error_deg : float or None
+        95 % half-angle by which the registration of the model can tilt the plane or line; None if
+        the model was not registered or its error is unknown.
+    stretch_error_deg : float or None
+        95 % half-angle of a trace's plane due to its doubtful stretches; None without any.
+    bend_deg : float or None
+        Bend of a face from edge to edge, for a face that bends as a whole.
+    total : Region or None
+        Joint 95 % region of a line including the registration, as far as that is known; None if the
+        region of the line is unknown.
     """
 
     points: FloatArray
@@ -89,8 +114,8 @@ class Measurement:
     angle_deg: float | None = None
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None
-    said: str = ""
-    by_this_rule: bool = True
+    text: str = ""
+    uses_current_rule: bool = True
     metric: bool = True
     kind: str = ""
     judged_as: JudgedAs = "trace"
@@ -101,8 +126,10 @@ class Measurement:
 
     @cached_property
     def total95_deg(self) -> float | None:
-        """The 95 % error by which the plane or line is judged, with the registration as far as that
-        is known; None where there is none."""
+        """95 % error of the plane or line used in verdicts, or None if unknown.
+
+        It includes the registration as far as that is known.
+        """
         if self.fit is None:
             return self.max_confidence95_deg if self.total is None else self.total.largest_deg
         if self.fit.error is not None:
@@ -118,7 +145,7 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is the attitude of this place alone; None without one."""
+        """Whether a fitted plane is the attitude of this location only; None without a fit."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
@@ -131,7 +158,7 @@ class Measurement:
         return format_attitude(attitude, self.total95_deg, notation, bare=bare)
 
     def slip_vector(self) -> FloatArray | None:
-        """(3,) unit vector along which the hanging wall moves; None where that is not known."""
+        """Return the (3,) unit vector of the hanging wall's movement; None if it is unknown."""
         if self.on_plane is None or self.slip_rake_deg is None:
             return None
         return orientation.slip_from_rake(self.on_plane, self.slip_rake_deg).vector()
@@ -139,11 +166,15 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class NearestPick:
-    """The pick of a reading's type to which it is compared.
+    """The pick of the reading's type with which the reading is compared.
 
-    angle_deg: between the two planes or lines, axial, 0 to 90. distance_m: from the reading's
-    place to the nearest point of the pick; None where the reading has no place: then the pick is
-    the one with the smallest angle.
+    Attributes
+    ----------
+    angle_deg : float
+        Axial angle between the two planes or lines, 0 to 90.
+    distance_m : float or None
+        Distance from the reading to the nearest point of the pick; None if the reading has no
+        position. The pick is then the one with the smallest angle.
     """
 
     pick_id: str
@@ -153,8 +184,8 @@ class NearestPick:
 
 
 @dataclass(frozen=True, eq=False)
-class Measuring:
-    """What features are measured with. known: the measurements of what they rest on, by id."""
+class MeasurementContext:
+    """Inputs of a measurement. `known` maps feature ids to measurements of the dependencies."""
 
     records: Records
     thresholds: Thresholds
@@ -164,12 +195,12 @@ class Measuring:
         return get(self.records, model_id, Model)
 
     def plane(self, feature_id: str) -> UncertainPlane | None:
-        """The plane of a feature with the error it is judged by; None where it has none."""
+        """Return the plane of a feature with its error for verdicts; None if it has no plane."""
         measured = self.known.get(feature_id)
-        return None if measured is None else as_uncertain(measured)
+        return None if measured is None else plane_with_error(measured)
 
 
-def nothing_measured(
+def empty_measurement(
     points: FloatArray,
     resolution_m: float | None,
     problem: Finding | None,
@@ -177,13 +208,15 @@ def nothing_measured(
     kind: str,
     metric: bool = True,
 ) -> Measurement:
-    """Of a feature that has a place but no figure."""
+    """Return the measurement of a feature that has a position but no number."""
     return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
 
 
-def of_fit(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
-    """The fields of a measurement that a fitted plane gives; `plane` is its attitude where that is
-    known already."""
+def fit_fields(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
+    """Return the fields of a measurement that a fitted plane determines.
+
+    `plane` is its attitude if that is already known.
+    """
     if fit is None:
         return {}
     return {
@@ -193,64 +226,75 @@ def of_fit(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
     }
 
 
-def as_uncertain(measured: Measurement) -> UncertainPlane | None:
-    """The plane with the error it is judged by; None where there is no plane."""
-    fit, plane = measured.fit, measured.plane
+def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
+    """Return the plane with its error for verdicts, or None."""
+    fit, plane = measurement.fit, measurement.plane
     if plane is None:
         return None
     if fit is None or fit.error_rake_deg is None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    resolution = measured.resolution_m if measured.by_this_rule else None
+    resolution = measurement.resolution_m if measurement.uses_current_rule else None
     largest, smallest = wider_of(
         fit,
-        measured.judged_as,
+        measurement.judged_as,
         resolution,
-        measured.outcrop_normal,
-        measured.stretch_error_deg,
+        measurement.outcrop_normal,
+        measurement.stretch_error_deg,
     )
-    free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
-    rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
-    return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)
+    degrees_of_freedom = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
+    roughness = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
+    return replace(
+        uncertain_plane(plane.normal(), tilt, largest, smallest, degrees_of_freedom),
+        roughness=roughness,
+    )
 
 
 # --- from the file frame to World ------------------------------------------------------------
 def world_points(feature: Picked, model: Model | None) -> FloatArray:
-    """(n, 3) vertices in World; in the file frame where the model is gone."""
+    """Return the (n, 3) vertices in World, or in the file frame if the model was removed."""
     return world_lines([feature], [model])[0]
 
 
 def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> list[FloatArray]:
-    """`world_points` of many features, those of one model together."""
+    """Return `world_points` of many features, transformed in one batch per model."""
     rows: dict[int, list[int]] = {}
     for i, model in enumerate(models):
         rows.setdefault(id(model), []).append(i)
     result: list[FloatArray] = [_NO_POINTS] * len(features)
-    for own in rows.values():
-        chosen = [features[i].vertices for i in own]
-        numbers = chain.from_iterable(chain.from_iterable(chosen))
-        flat = np.fromiter(numbers, np.float64, 3 * sum(map(len, chosen)))
-        turned = transform.apply(rows_of(models[own[0]]), flat.reshape(-1, 3))
+    for indices in rows.values():
+        lines = [features[i].vertices for i in indices]
+        numbers = chain.from_iterable(chain.from_iterable(lines))
+        flat = np.fromiter(numbers, np.float64, 3 * sum(map(len, lines)))
+        world = transform.apply(rows_of(models[indices[0]]), flat.reshape(-1, 3))
         start = 0
-        for i, line in zip(own, chosen, strict=True):
-            result[i] = turned[start : start + len(line)]
+        for i, line in zip(indices, lines, strict=True):
+            result[i] = world[start : start + len(line)]
             start += len(line)
     return result
 
 
 @dataclass(frozen=True, eq=False)
 class ToWorld:
-    """From the file frame of a model to World. rows : (4, 4); scale : lengths grow by it"""
+    """Transformation from the file frame of a model to World.
+
+    Attributes
+    ----------
+    rows : (4, 4) float64
+    scale : float
+        Factor from file lengths to World lengths.
+    rotation : (3, 3) float64 or None
+        Covariance of the registration's rotation, radians squared; None if unknown.
+    """
 
     rows: FloatArray
     scale: float
     metric: bool
     rotation: FloatArray | None = None
-    """(3, 3) covariance of the registration's rotation, radians squared, where it is known."""
 
     @classmethod
-    def of(cls, model: Model | None) -> ToWorld:
-        """That of a model; nothing changes where the model is gone."""
+    def from_model(cls, model: Model | None) -> ToWorld:
+        """Return the transformation of a model, or the identity if the model was removed."""
         rows = rows_of(model)
         registration = None if model is None else model.registration
         rotation = None if registration is None else registration.rotation_covariance()
@@ -258,30 +302,30 @@ class ToWorld:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """(3, 3); a direction as a row times it is the direction in World."""
-        turned: FloatArray = (self.rows[:3, :3] / self.scale).T
-        return turned
+        """(3, 3) rotation; a row direction times it is the direction in World."""
+        rotation: FloatArray = (self.rows[:3, :3] / self.scale).T
+        return rotation
 
     def tilt_deg(self, direction: npt.ArrayLike | None) -> float | None:
-        """95 % half-angle by which the registration can tilt a normal or line (3,) in World."""
+        """Return the 95 % half-angle by which the registration can tilt a direction (3,)."""
         if self.rotation is None or direction is None:
             return None
         return self.tilts_deg(np.asarray(direction, np.float64)[None])[0]
 
     def tilts_deg(self, directions: FloatArray) -> list[float]:
-        """The same of directions (n, 3); 0 where nothing is known of the rotation."""
+        """Return `tilt_deg` for directions (n, 3); 0 if the rotation error is unknown."""
         if self.rotation is None:
             return [0.0] * len(directions)
         return [float(angle) for angle in errors_95_deg(self.rotation, directions)]
 
 
 def rows_of(model: Model | None) -> FloatArray:
-    """(4, 4) from the file frame to World; the identity where the model is gone."""
+    """Return the (4, 4) matrix from the file frame to World, or the identity."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
 
-def in_world(length: float | None, rows: FloatArray) -> float | None:
-    """A length of the file in metres."""
+def length_in_metres(length: float | None, rows: FloatArray) -> float | None:
+    """Convert a length in units of the file to metres."""
     return None if length is None else length * transform.scale_of(rows)
 
 
@@ -289,8 +333,8 @@ def is_metric(model: Model | None) -> bool:
     return model is None or model.frame.has_metres
 
 
-def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
-    """The verdict, with a note where what it rests on was measured by an earlier rule."""
+def note_earlier_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
+    """Return the verdict, with a note if its inputs were measured by an earlier rule."""
     if rule >= SURROUNDINGS_RULE or not measured:
         return verdict
     note = Finding("plane.earlier-rule")
@@ -305,36 +349,38 @@ def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -
     fit95_deg : float or None
         Error of the common fit.
     measured : iterable of Measurement
-        Of the features: the best resolved one limits what the resolution can tilt, and their
-        registration turns all of them alike.
+        Measurements of the features. The best resolved one limits the tilt due to resolution,
+        and the registration tilts all of them together.
 
     Returns
     -------
     float or None
-        Degrees, at most 90; None if that of the fit is not known.
+        Degrees, at most 90; None if the error of the fit is unknown.
     """
     if fit95_deg is None:
         return None
-    each = list(measured)
+    measurements = list(measured)
     tilts = [
         resolution_tilt_deg(m.fit, m.resolution_m, m.judged_as) or 0.0
-        for m in each
+        for m in measurements
         if m.fit is not None
     ]
-    turned = max((m.registration_error_deg or 0.0 for m in each), default=0.0)
-    return min(math.hypot(max(fit95_deg, min(tilts, default=0.0)), turned), 90.0)
+    registration_deg = max((m.registration_error_deg or 0.0 for m in measurements), default=0.0)
+    return min(math.hypot(max(fit95_deg, min(tilts, default=0.0)), registration_deg), 90.0)
 
 
-_OF_ANY_PLACE = 1.0 / math.sqrt(12.0)
-"""Standard deviation of what lies anywhere within a length of 1."""
+UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
+"""Standard deviation of a uniform distribution of width 1."""
 
 
-def scatter_of(measured: Iterable[Measurement]) -> float:
-    """The likely standard deviation of a point picked on these features, metres: the largest
-    scatter about a plane of theirs, or what the resolution of their models leaves, which is up to
-    half of it to either side; 0 where nothing is known."""
-    known = [0.0]
+def pick_scatter_m(measured: Iterable[Measurement]) -> float:
+    """Return the likely standard deviation of a point picked on these features, metres.
+
+    It is the largest scatter about one of their planes, or the error from the resolution of their
+    models, which is up to half of it to either side; 0 if nothing is known.
+    """
+    scatters = [0.0]
     for each in measured:
-        known.append((each.resolution_m or 0.0) * _OF_ANY_PLACE)
-        known.append((each.fit.rms or 0.0) if each.fit is not None else 0.0)
-    return max(known)
+        scatters.append((each.resolution_m or 0.0) * UNIFORM_SIGMA)
+        scatters.append((each.fit.rms or 0.0) if each.fit is not None else 0.0)
+    return max(scatters)

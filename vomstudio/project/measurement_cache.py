@@ -1,4 +1,4 @@
-"""World coordinates and judged figures of the features, each worked out once per revision."""
+"""Cache of the World coordinates and judged measurements of features."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from operator import is_not
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.kind import Kind
 from vomstudio.project.kinds import kind_of
-from vomstudio.project.measurement import Measurement, Measuring, Records
+from vomstudio.project.measurement import Measurement, MeasurementContext, Records
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import (
     PROFILE_ID,
@@ -26,60 +26,64 @@ from vomstudio.project.records import (
 __all__ = [
     "Measurement",
     "Measurements",
+    "depends_on",
     "measure_all",
     "measure_one",
-    "rests_on",
     "sources_of",
 ]
 
 
 class Measurements:
-    """Measurements of a document's features, kept as long as what they rest on stays what it is."""
+    """Measurements of a project's features, cached until their dependencies change."""
 
     def __init__(self, thresholds: Thresholds | None = None) -> None:
-        self._otherwise = self._judged_by = thresholds or Thresholds()
-        self._kept: dict[str, tuple[tuple[Record | None, ...], Measurement]] = {}
-        self._sure: dict[str, Measurement] = {}
-        self._sure_of: tuple[RecordMap | None, int] = (None, 0)
+        self._default_thresholds = self._thresholds = thresholds or Thresholds()
+        self._cache: dict[str, tuple[tuple[Record | None, ...], Measurement]] = {}
+        self._current: dict[str, Measurement] = {}
+        self._current_revision: tuple[RecordMap | None, int] = (None, 0)
 
     @property
-    def otherwise(self) -> Thresholds:
-        """The limits for a document without a profile of its own."""
-        return self._otherwise
+    def default_thresholds(self) -> Thresholds:
+        """Thresholds for a project without a profile."""
+        return self._default_thresholds
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
-        """The measurements of those `ids` that are features; new ones are fitted in one batch."""
+        """Return the measurements of the `ids` that are features, fitted in one batch if new."""
         if not isinstance(records, RecordMap):
-            return self._looked_up(records, ids)
-        # The window asks for all of thousands again and again: what rests on records that are the
-        # same as then is not looked at once more.
-        known, revision = self._sure_of
+            return self._look_up(records, ids)
+        # The window requests thousands of features repeatedly: skip the dependency check while the
+        # revision is the same.
+        known, revision = self._current_revision
         if known is not records or revision != records.revision:
-            self._sure, self._sure_of = {}, (records, records.revision)
-        wanted = list(ids)
-        if new := [id_ for id_ in wanted if id_ not in self._sure]:
-            self._sure |= self._looked_up(records, new)
-        return {id_: m for id_ in wanted if (m := self._sure.get(id_)) is not None}
+            self._current, self._current_revision = {}, (records, records.revision)
+        requested = list(ids)
+        if missing := [id_ for id_ in requested if id_ not in self._current]:
+            self._current |= self._look_up(records, missing)
+        return {id_: m for id_ in requested if (m := self._current.get(id_)) is not None}
 
-    def _looked_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
-        limits = limits_of(records, self._otherwise)
-        if limits != self._judged_by:
-            self._judged_by, self._kept = limits, {}
-        # One pass, no generators.
+    def _look_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
+        limits = limits_of(records, self._default_thresholds)
+        if limits != self._thresholds:
+            self._thresholds, self._cache = limits, {}
+        # Single pass without generators, for speed.
         features, new, sources = [], [], {}
         for id_ in ids:
             feature = records.get(id_)
             if not isinstance(feature, Feature):
                 continue
             features.append(feature)
-            rests_on = sources_of(records, feature)
-            kept = self._kept.get(id_)
-            if kept is None or len(kept[0]) != len(rests_on) or any(map(is_not, kept[0], rests_on)):
+            dependencies = sources_of(records, feature)
+            entry = self._cache.get(id_)
+            if (
+                entry is None
+                or len(entry[0]) != len(dependencies)
+                or any(map(is_not, entry[0], dependencies))
+            ):
                 new.append(feature)
-                sources[id_] = rests_on
+                sources[id_] = dependencies
         for feature, measurement in zip(new, self._measure(records, new), strict=True):
-            self._kept[feature.id] = (sources[feature.id], measurement)
-        return {feature.id: self._kept[feature.id][1] for feature in features}
+            self._cache[feature.id] = (sources[feature.id], measurement)
+        return {feature.id: self._cache[feature.id][1] for feature in features}
 
     def keep(
         self,
@@ -87,53 +91,57 @@ class Measurements:
         measured: Iterable[tuple[Feature, Measurement]],
         judged_by: Thresholds,
     ) -> None:
-        """Features that are about to come into the document, with what was measured of them on its
-        models as they are; nothing is kept where the document has other limits than `judged_by`."""
-        limits = limits_of(records, self._otherwise)
+        """Store measurements of features that are about to be added to the project.
+
+        Nothing is stored if the project's thresholds differ from `judged_by`.
+        """
+        limits = limits_of(records, self._default_thresholds)
         if limits != judged_by:
             return
-        if limits != self._judged_by:
-            self._judged_by, self._kept = limits, {}
+        if limits != self._thresholds:
+            self._thresholds, self._cache = limits, {}
         for feature, measurement in measured:
-            self._kept[feature.id] = (sources_of(records, feature), measurement)
+            self._cache[feature.id] = (sources_of(records, feature), measurement)
 
-    def one(self, records: Records, feature: Feature) -> Measurement:
-        """The measurement of a feature that is not in the document."""
+    def measure(self, records: Records, feature: Feature) -> Measurement:
+        """Measure a feature that is not in the project."""
         return self._measure(records, [feature])[0]
 
     def _measure(self, records: Records, features: list[Feature]) -> list[Measurement]:
-        # An intersection of sets may rest on thousands of planes, of which one has changed.
-        below = [each.id for f in features for each in kind_of(f).below(records, f)]
+        # An intersection of sets may depend on thousands of planes, of which one has changed.
+        below = [each.id for f in features for each in kind_of(f).dependencies(records, f)]
         known = self.of(records, dict.fromkeys(below)) if below else {}
-        with no_collection():
-            return measure_all(records, features, self._otherwise, known)
+        with pause_collection():
+            return measure_all(records, features, self._default_thresholds, known)
 
-    def edited(self, records: Records, ids: Collection[str]) -> None:
-        """Nothing has changed since these measurements were asked for last but what one edit did,
-        after which the features `ids` may look different; some of them may be gone."""
+    def keep_after_edit(self, records: Records, ids: Collection[str]) -> None:
+        """Keep the cached measurements after one edit that affects only the features `ids`.
+
+        Some of these features may have been deleted.
+        """
         for id_ in ids:
             if id_ not in records:
-                self._kept.pop(id_, None)
-        known, revision = self._sure_of
+                self._cache.pop(id_, None)
+        known, revision = self._current_revision
         if not isinstance(records, RecordMap) or known is not records:
             return
         if revision == records.revision - 1:
             for id_ in ids:
-                self._sure.pop(id_, None)
-            self._sure_of = (records, records.revision)
+                self._current.pop(id_, None)
+            self._current_revision = (records, records.revision)
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
-    """The records that a feature's figures rest on, itself first."""
-    own = (get(records, feature.model_id, Model),) if isinstance(feature, OnAModel) else ()
-    below = kind_of(feature).below(records, feature)
+    """Return the records that a feature's measurement depends on, itself first."""
+    model = (get(records, feature.model_id, Model),) if isinstance(feature, OnAModel) else ()
+    below = kind_of(feature).dependencies(records, feature)
     if not below:
-        return (feature, *own)
-    return (feature, *own, *(s for each in below for s in sources_of(records, each)))
+        return (feature, *model)
+    return (feature, *model, *(s for each in below for s in sources_of(records, each)))
 
 
-def rests_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
-    """Whether a feature looks different after an edit of the records `ids`."""
+def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
+    """Return whether an edit of the records `ids` can change the measurement of a feature."""
     if PROFILE_ID in ids:
         return True
     if isinstance(feature, OnAModel) and feature.model_id in ids:
@@ -141,13 +149,13 @@ def rests_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
     if isinstance(feature, Typed) and feature.type_id in ids:
         return True
     kind = kind_of(feature)
-    if kind.regroups:
-        # Members of its groups may have come or gone: such features are few, and looked at again.
+    if kind.has_dynamic_dependencies:
+        # Members of its groups may have changed: such features are few and are measured again.
         return True
-    named = kind.names(feature)
-    if not named:
+    ids_of_dependencies = kind.dependency_ids(feature)
+    if not ids_of_dependencies:
         return False
-    return any(id_ in ids for id_ in named) or any(
+    return any(id_ in ids for id_ in ids_of_dependencies) or any(
         r.id in ids for r in sources_of(records, feature) if r is not None
     )
 
@@ -155,31 +163,37 @@ def rests_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
 def measure_all(
     records: Records,
     features: Sequence[Feature],
-    otherwise: Thresholds | None = None,
+    default_thresholds: Thresholds | None = None,
     known: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
-    """Measure features, those of one kind in one batch; `known` are measurements of what they rest
-    on, by id, where these have been made already. They are judged by the document's
-    profile, else by `otherwise`."""
-    thresholds = limits_of(records, otherwise or Thresholds())
+    """Measure features, one batch per kind.
+
+    Parameters
+    ----------
+    otherwise : Thresholds or None
+        Thresholds for a project without a profile.
+    known : mapping of str to Measurement, optional
+        Measurements of dependencies that were already computed, by feature id.
+    """
+    thresholds = limits_of(records, default_thresholds or Thresholds())
     known = dict(known or {})
-    below = {each.id: each for f in features for each in kind_of(f).below(records, f)}
+    below = {each.id: each for f in features for each in kind_of(f).dependencies(records, f)}
     missing = [each for id_, each in below.items() if id_ not in known]
     if missing:
-        found = measure_all(records, missing, thresholds)
-        known |= {each.id: m for each, m in zip(missing, found, strict=True)}
-    at = Measuring(records, thresholds, known)
-    own: dict[Kind, list[Feature]] = {}
+        measurements = measure_all(records, missing, thresholds)
+        known |= {each.id: m for each, m in zip(missing, measurements, strict=True)}
+    inputs = MeasurementContext(records, thresholds, known)
+    features_by_kind: dict[Kind, list[Feature]] = {}
     for feature in features:
-        own.setdefault(kind_of(feature), []).append(feature)
-    measured = {kind: iter(kind.measure(at, batch)) for kind, batch in own.items()}
+        features_by_kind.setdefault(kind_of(feature), []).append(feature)
+    measured = {kind: iter(kind.measure(inputs, batch)) for kind, batch in features_by_kind.items()}
     return [next(measured[kind_of(feature)]) for feature in features]
 
 
 def measure_one(
     feature: Feature, model: Model | None, thresholds: Thresholds | None = None
 ) -> Measurement:
-    """A batch of one; raises GeometryError where no figure can be had."""
+    """Measure one feature. Raises GeometryError if it cannot be measured."""
     records: dict[str, Record] = {} if model is None else {model.id: model}
     measurement = measure_all(records, [feature], thresholds)[0]
     if measurement.problem is not None:

@@ -1,4 +1,4 @@
-"""Edits of what models made of photos rest on. Pure, as `project.edits` are."""
+"""Edits of the photo sets, points and reconstructions of photo models. Pure functions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pixel = tuple[float, float]
 
 @dataclass(frozen=True)
 class PointState:
-    """A marked point without its id: as a table or a window holds it. Fields as in MarkedPoint."""
+    """A marked point without its id, as in a table or window. Fields as in MarkedPoint."""
 
     label: str
     position: Point | None = None
@@ -42,13 +42,14 @@ Marks = Mapping[tuple[str, str], Pixel]
 
 
 def points_of(records: Records, photo_set_id: str) -> list[MarkedPoint]:
+    """Return the marked points of a photo set."""
     return [
         r for r in records.values() if isinstance(r, MarkedPoint) and r.photo_set_id == photo_set_id
     ]
 
 
 def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, ImageMark]]:
-    """The marks of a set of photos, each with its point."""
+    """Return the marks of a photo set, each with its point."""
     points = {p.id: p for p in points_of(records, photo_set_id)}
     return [
         (points[r.point_id], r)
@@ -58,7 +59,7 @@ def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, Ima
 
 
 def masks_of(records: Records, photo_set_id: str) -> dict[str, Mask]:
-    """By photo."""
+    """Return the masks of a photo set, by photo."""
     return {
         r.photo: r
         for r in records.values()
@@ -73,7 +74,7 @@ def add_photo_set(
     marks: Marks | None = None,
     masks: Mapping[str, Asset] | None = None,
 ) -> Edit:
-    """A folder of photos, with what lay beside them."""
+    """Add a folder of photos, with the points, marks and masks of its sidecar files."""
     if photo_set.id in records:
         raise DocumentError(Finding("record.exists", name=photo_set.name))
     after: After = {photo_set.id: photo_set}
@@ -82,7 +83,7 @@ def add_photo_set(
     return change(records, f"Add the photos {photo_set.name}", after)
 
 
-def take_in(
+def import_sidecar_data(
     records: Records,
     photo_set_id: str,
     points: Sequence[PointState],
@@ -90,7 +91,7 @@ def take_in(
     masks: Mapping[str, Asset | None],
     crs: str | None = None,
 ) -> Edit:
-    """What lies beside the photos now, in place of the points and masks that are here."""
+    """Replace the points and masks of a photo set by those of its sidecar files."""
     photo_set = _set(records, photo_set_id)
     known = photo_set.crs if crs is None else crs
     after: After = {photo_set_id: replace(photo_set, crs=known)}
@@ -108,8 +109,10 @@ def set_points(
     *,
     crs: str | None = None,
 ) -> Edit:
-    """Give a set of photos these points and marks; what is as it was is not touched. A point that
-    has another label, and the marks of the old one, is the same point."""
+    """Set the points and marks of a photo set; unchanged ones keep their records.
+
+    A point with a new label but the marks of an old one is the same point.
+    """
     photo_set = _set(records, photo_set_id)
     after = _points_after(records, photo_set_id, points, marks)
     if crs is not None and crs != photo_set.crs:
@@ -120,7 +123,7 @@ def set_points(
 def set_masks(
     records: Records, photo_set_id: str, masks: Mapping[str, Asset | None], label: str
 ) -> Edit:
-    """Give photos other masks; None for none."""
+    """Set the masks of photos; None removes a mask."""
     _set(records, photo_set_id)
     return change(records, label, _masks_after(records, photo_set_id, masks))
 
@@ -137,7 +140,7 @@ def locate_photos(records: Records, photo_set_id: str, path: str) -> Edit:
 def add_reconstruction(
     records: Records, reconstruction: Reconstruction, registration: Registration
 ) -> Edit:
-    """What a run has made of a set of photos, in place of an earlier run in the same folder."""
+    """Add the result of a run, replacing an earlier run in the same folder."""
     _set(records, reconstruction.photo_set_id)
     after: After = {reconstruction.id: reconstruction}
     after |= set_registration(records, registration).after
@@ -152,14 +155,14 @@ def add_reconstruction(
 
 
 def reconstruction_in(records: Records, folder: str) -> Reconstruction | None:
-    """The one whose files are in this folder."""
+    """Return the reconstruction whose files are in this folder."""
     return next(
         (r for r in records.values() if isinstance(r, Reconstruction) and r.folder == folder), None
     )
 
 
-def registration_by(records: Records, reconstruction_id: str) -> Registration | None:
-    """The registration that came with a reconstruction."""
+def reconstruction_registration(records: Records, reconstruction_id: str) -> Registration | None:
+    """Return the registration that came with a reconstruction."""
     return next(
         (
             r
@@ -179,42 +182,42 @@ def _points_after(
         states.setdefault(label, PointState(label))
     ids = {label: old[label].id for label in states if label in old}
     old_marks = {(p.label, m.photo): m for p, m in marks_of(records, photo_set_id)}
-    _renamed(ids, old, states, old_marks, marks)
+    _match_renamed_point(ids, old, states, old_marks, marks)
     after: After = {}
     for label, state in states.items():
         id_ = ids.setdefault(label, new_id("point"))
-        made = MarkedPoint(id_, photo_set_id, label, state.position, state.sigma_m, state.check)
-        if records.get(id_) != made:
-            after[id_] = made
+        point = MarkedPoint(id_, photo_set_id, label, state.position, state.sigma_m, state.check)
+        if records.get(id_) != point:
+            after[id_] = point
     after |= {p.id: None for p in old.values() if p.id not in ids.values()}
-    by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
-    kept = set()
+    marks_by_point = {(m.point_id, m.photo): m for m in old_marks.values()}
+    used = set()
     for (label, photo), (x, y) in marks.items():
-        before = by_point.get((ids[label], photo))
+        before = marks_by_point.get((ids[label], photo))
         id_ = new_id("mark") if before is None else before.id
-        kept.add(id_)
+        used.add(id_)
         mark = ImageMark(id_, ids[label], photo, x, y)
         if before != mark:
             after[id_] = mark
-    after |= {m.id: None for m in by_point.values() if m.id not in kept}
+    after |= {m.id: None for m in marks_by_point.values() if m.id not in used}
     return after
 
 
-def _renamed(
+def _match_renamed_point(
     ids: dict[str, str],
     old: Mapping[str, MarkedPoint],
     states: Mapping[str, PointState],
     old_marks: Marks | Mapping[tuple[str, str], ImageMark],
     marks: Marks,
 ) -> None:
-    """Gives a label that is new the id of the one that is gone, where one came for one."""
-    gone = [label for label in old if label not in states]
-    new = [label for label in states if label not in old]
-    if len(gone) == len(new) == 1:
-        before = {photo for label, photo in old_marks if label == gone[0]}
-        now = {photo for label, photo in marks if label == new[0]}
-        if before == now:
-            ids[new[0]] = old[gone[0]].id
+    """Give a new label the id of the removed one if exactly one replaced one."""
+    removed = [label for label in old if label not in states]
+    added = [label for label in states if label not in old]
+    if len(removed) == len(added) == 1:
+        old_photos = {photo for label, photo in old_marks if label == removed[0]}
+        photos = {photo for label, photo in marks if label == added[0]}
+        if old_photos == photos:
+            ids[added[0]] = old[removed[0]].id
 
 
 def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset | None]) -> After:
@@ -234,10 +237,10 @@ def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset 
 
 
 def _set(records: Records, photo_set_id: str) -> PhotoSet:
-    found = records.get(photo_set_id)
-    if not isinstance(found, PhotoSet):
+    photo_set = records.get(photo_set_id)
+    if not isinstance(photo_set, PhotoSet):
         raise DocumentError(Finding("record.missing", kind="photo set", id=photo_set_id))
-    return found
+    return photo_set
 
 
 def photo_sets(records: Records) -> Iterable[PhotoSet]:

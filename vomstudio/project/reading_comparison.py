@@ -1,4 +1,4 @@
-"""Compass readings beside what was picked on the model: how far apart they are, in degrees."""
+"""Comparison of compass readings with picks on the model, in degrees."""
 
 from __future__ import annotations
 
@@ -33,38 +33,42 @@ class _Picks:
 def nearest_picks(
     records: Mapping[str, Record], measurements: Measurements
 ) -> dict[str, NearestPick]:
-    """For each reading that has a counterpart: planes are compared with planes picked of the same
-    type, lines with lines. Picks on a model whose north is not known are left out: they have no
-    geographic direction."""
-    typed = [r for r in records.values() if isinstance(r, Typed)]
-    readings = [r for r in typed if kind_of(r).evidence == "read"]
+    """Return the nearest pick for each reading that has a counterpart.
+
+    Planes are compared with planes picked of the same type, lines with lines. Picks on a model
+    without north have no geographic direction and are excluded.
+    """
+    features = [r for r in records.values() if isinstance(r, Typed)]
+    readings = [r for r in features if kind_of(r).evidence == "read"]
     if not readings:
         return {}
-    read = measurements.of(records, [r.id for r in readings])
+    measured = measurements.of(records, [r.id for r in readings])
     groups: dict[tuple[str, bool], list[Typed]] = {}
     for reading in readings:
-        is_plane = read[reading.id].plane is not None
+        is_plane = measured[reading.id].plane is not None
         groups.setdefault((reading.type_id, is_plane), []).append(reading)
     result: dict[str, NearestPick] = {}
-    for (type_id, is_plane), own in groups.items():
-        picks = _picks(records, measurements, [r for r in typed if r.type_id == type_id], is_plane)
+    for (type_id, is_plane), group in groups.items():
+        picks = _picks(
+            records, measurements, [r for r in features if r.type_id == type_id], is_plane
+        )
         if picks is not None:
-            result |= _compare(own, read, picks)
+            result |= _compare(group, measured, picks)
     return result
 
 
 def _picks(
     records: Mapping[str, Record],
     measurements: Measurements,
-    typed: Sequence[Typed],
+    candidates: Sequence[Typed],
     is_plane: bool,
 ) -> _Picks | None:
-    wanted = "plane" if is_plane else "line"
+    nature = "plane" if is_plane else "line"
     features = [
         f
-        for f in typed
+        for f in candidates
         if (kind := kind_of(f)).evidence == "picked"
-        and wanted in kind.orientations
+        and nature in kind.orientations
         and isinstance(f, OnAModel)
         and (model := get(records, f.model_id, Model)) is not None
         and model.frame.has_north
@@ -87,18 +91,18 @@ def _compare(
     tree = cKDTree(picks.points)
     result = {}
     for reading in readings:
-        own = measured[reading.id]
-        vector = _vector(own)
+        measurement = measured[reading.id]
+        vector = _vector(measurement)
         if vector is None:
             continue
         distance: float | None = None
-        if len(own.points):
-            away, point = tree.query(own.points[0])
-            row, distance = int(picks.owner[point]), float(away)
+        if len(measurement.points):
+            distance_m, point = tree.query(measurement.points[0])
+            row, distance = int(picks.owner[point]), float(distance_m)
         else:
             row = int(np.argmax(np.abs(picks.vectors @ vector)))
         pick = picks.features[row]
-        angle = _angle_deg(own, picks.measured[pick.id])
+        angle = _angle_deg(measurement, picks.measured[pick.id])
         result[reading.id] = NearestPick(pick.id, pick.name, angle, distance)
     return result
 
@@ -111,14 +115,14 @@ def _angle_deg(a: Measurement, b: Measurement) -> float:
     return angle_between_lines(a.line, b.line)
 
 
-def _vector(measured: Measurement) -> FloatArray | None:
-    if measured.plane is not None:
-        return measured.plane.normal()
-    return None if measured.line is None else measured.line.vector()
+def _vector(measurement: Measurement) -> FloatArray | None:
+    if measurement.plane is not None:
+        return measurement.plane.normal()
+    return None if measurement.line is None else measurement.line.vector()
 
 
 def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> Finding:
-    """Return how well readings agree with the picks."""
+    """Return a finding about the agreement of readings with picks."""
     n = len(readings)
     angles = [picks[i].angle_deg for i in readings if i in picks]
     if not angles:

@@ -1,5 +1,4 @@
-"""What a finished reconstruction is to the document: its record, and the registration it found;
-and how its files go along when a project is saved elsewhere."""
+"""Records of finished reconstructions, and copying of their files for "Save as"."""
 
 from __future__ import annotations
 
@@ -21,27 +20,27 @@ from vomstudio.io.models.reconstruction_file import RESULT, finite_number, resul
 from vomstudio.project.records import Reconstruction
 
 RECONSTRUCTIONS = "reconstruction"
-"""The folder of what is made of photos, one folder in it for each set and quality."""
+"""Folder of the reconstructions, with a folder for each photo set and quality."""
 REQUEST = "request.json"
-# What a reconstruction adds lines to; all else is written once, under another name.
-_LARGEST_COPIED = 1 << 20
+# Larger files are written once, under a new name; a reconstruction appends to small ones only.
+MAX_COPY_BYTES = 1 << 20
 
 
 def read_reconstruction(
     folder: Path, photo_set_id: str, name: str
 ) -> tuple[Reconstruction, Registration]:
-    """The records of what a run has left in `folder`. Raises InputError."""
+    """Return the records of a run's results in `folder`. Raises InputError."""
     path = folder / RESULT
     try:
         data = read_small(path, JSON_BYTES)
-        found = json.loads(data)
+        result = json.loads(data)
         finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except (InputError, OSError, ValueError, RecursionError) as error:
         raise InputError(Finding("reconstruction.unreadable"), file=path) from (error)
-    if not isinstance(found, dict):
+    if not isinstance(result, dict):
         raise InputError(Finding("reconstruction.invalid"), file=path)
-    settings = found.get("settings")
-    versions = found.get("versions")
+    settings = result.get("settings")
+    versions = result.get("versions")
     reconstruction = Reconstruction(
         new_id("reconstruction"),
         photo_set_id,
@@ -50,13 +49,13 @@ def read_reconstruction(
         str(settings.get("quality", "")) if isinstance(settings, dict) else "",
         hashlib.sha256(data).hexdigest(),
         _pairs(settings),
-        _count(found.get("photos")),
-        _count(found.get("registered")),
-        finite_number(found.get("reprojection_error_px")),
+        _count(result.get("photos")),
+        _count(result.get("registered")),
+        finite_number(result.get("reprojection_error_px")),
         str(versions.get("vomstudio", "")) if isinstance(versions, dict) else "",
         finished,
     )
-    return reconstruction, result_registration(found, reconstruction.name, reconstruction.id)
+    return reconstruction, result_registration(result, reconstruction.name, reconstruction.id)
 
 
 def _pairs(settings: object) -> tuple[tuple[str, str], ...]:
@@ -69,46 +68,49 @@ def _count(value: object) -> int:
     return value if isinstance(value, int) else 0
 
 
-# --- their files -------------------------------------------------------------------------
+# --- files -------------------------------------------------------------------------------
 def copy_reconstructions(source: Path, target: Path) -> None:
-    """What is finished. Large files are shared where the disk can do it: none is ever changed, a
-    new one takes its place."""
+    """Copy finished reconstructions.
 
-    def take(one: str, other: str) -> object:
-        if Path(one).stat().st_size > _LARGEST_COPIED:
+    Large files are hard-linked if the disk allows it: they are replaced by new files, never
+    changed.
+    """
+
+    def copy_or_link(source_file: str, target_file: str) -> object:
+        if Path(source_file).stat().st_size > MAX_COPY_BYTES:
             try:
-                os.link(one, other)
-                return other
+                os.link(source_file, target_file)
+                return target_file
             except OSError:
                 pass
-        return shutil.copy2(one, other)
+        return shutil.copy2(source_file, target_file)
 
-    def unfinished(folder: str, names: list[str]) -> set[str]:
+    def ignored(folder: str, names: list[str]) -> set[str]:
         links = special_files(folder, names)
-        below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
-        if below[1:2] != ("work",):
+        parts = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
+        if parts[1:2] != ("work",):
             return links
-        locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
+        locks = {n for n in names if n.startswith("lock")} if len(parts) == 2 else set()
         return links | locks | {n for n in names if n.endswith(".part")}
 
     if (source / RECONSTRUCTIONS).is_dir():
         shutil.copytree(
             source / RECONSTRUCTIONS,
             target / RECONSTRUCTIONS,
-            copy_function=take,
-            ignore=unfinished,
+            copy_function=copy_or_link,
+            ignore=ignored,
         )
 
 
 def move_reconstructions(source: Path, target: Path) -> None:
-    """Raises TargetError; then they are where they were."""
+    """Move reconstructions. Raises TargetError and leaves them unchanged on failure."""
     if not (source / RECONSTRUCTIONS).is_dir():
         return
     try:
         (source / RECONSTRUCTIONS).rename(target / RECONSTRUCTIONS)
         return
     except OSError:
-        # A folder of the same disk that is mounted elsewhere, or a file that somebody has open.
+        # The folder may be a mount point of the same disk, or a file may be open.
         pass
     try:
         copy_reconstructions(source, target)

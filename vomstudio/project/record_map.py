@@ -1,4 +1,4 @@
-"""The records of an open project as everybody reads them, with indices that follow every change."""
+"""The records of an open project, with indices that follow every change."""
 
 from __future__ import annotations
 
@@ -16,46 +16,50 @@ K = TypeVar("K", bound=Hashable)
 
 
 class RecordMap(Mapping[str, Record]):
-    """Records by id, in the order in which they came; only the session that owns them changes them.
+    """Records by id, in insertion order; only the owning session changes them.
 
-    An edit touches few records of many thousand, so neither are they copied for it nor is any
-    question answered by looking at all of them: which records are of a class, and which numbers the
-    names that begin with a letter have, is found once and kept up from then on.
-    revision : grows with every change
+    An edit changes few of many thousand records. The mapping is therefore not copied, and the
+    indices (records by class, numbers used in names) are built once and then updated.
+
+    Attributes
+    ----------
+    revision : int
+        Grows with every change.
     """
 
     def __init__(self, records: Mapping[str, Record]) -> None:
         self._records = dict(records)
-        self._of: dict[type[Any], dict[str, Any]] = {}
+        self._by_class: dict[type[Any], dict[str, Any]] = {}
         self._numbers: dict[str, Counter[int]] = {}
         self._counts: dict[Callable[[Record], Hashable], Counter[Any]] = {}
-        self._once: dict[Callable[[RecordMap], Any], Any] = {}
+        self._cached: dict[Callable[[RecordMap], Any], Any] = {}
         self.revision = 0
 
-    def take(self, after: Mapping[str, Record | None]) -> None:
-        """For the session: put these records in, take those out that are None."""
+    def apply(self, after: Mapping[str, Record | None]) -> None:
+        """Insert these records and remove those that are None. Called by the session only."""
         self.revision += 1
-        self._once = {}
+        self._cached = {}
         for id_, new in after.items():
             old = self._records.get(id_)
             if new is None:
                 self._records.pop(id_, None)
             else:
                 self._records[id_] = new
-            for cls, kept in self._of.items():
+            for cls, members in self._by_class.items():
                 if isinstance(new, cls):
-                    # A record of another class stood there: it is not where this one would come.
-                    if old is not None and id_ not in kept:
-                        self._of = {}
+                    # The id belonged to a record of another class, so its position in the order
+                    # differs.
+                    if old is not None and id_ not in members:
+                        self._by_class = {}
                         break
-                    kept[id_] = new
+                    members[id_] = new
                 else:
-                    kept.pop(id_, None)
+                    members.pop(id_, None)
             for key_of, counts in self._counts.items():
-                for record, more in ((old, -1), (new, 1)):
+                for record, step in ((old, -1), (new, 1)):
                     key = None if record is None else key_of(record)
                     if key is not None:
-                        counts[key] += more
+                        counts[key] += step
                         if not counts[key]:
                             del counts[key]
             for prefix, numbers in self._numbers.items():
@@ -67,15 +71,15 @@ class RecordMap(Mapping[str, Record]):
                     numbers[number] += 1
 
     def of(self, cls: type[T]) -> list[T]:
-        """The records of a class, in the order in which they came."""
-        kept = self._of.get(cls)
-        if kept is None:
-            kept = {id_: r for id_, r in self._records.items() if isinstance(r, cls)}
-            self._of[cls] = kept
-        return list(kept.values())
+        """Return the records of a class, in the order in which they were added."""
+        members = self._by_class.get(cls)
+        if members is None:
+            members = {id_: r for id_, r in self._records.items() if isinstance(r, cls)}
+            self._by_class[cls] = members
+        return list(members.values())
 
     def highest_number(self, prefix: str) -> int:
-        """Of the features that are named by this prefix and a number; 0 where there is none."""
+        """Return the highest number in names that consist of this prefix and a number, or 0."""
         numbers = self._numbers.get(prefix)
         if numbers is None:
             numbers = Counter(
@@ -86,21 +90,21 @@ class RecordMap(Mapping[str, Record]):
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
 
-    def counted(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
-        """How many records have each key; those of which it is None are not counted."""
+    def count_by(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
+        """Return the number of records per key; records with the key None are not counted."""
         if key_of not in self._counts:
             keys = map(key_of, self._records.values())
             self._counts[key_of] = Counter(key for key in keys if key is not None)
         return MappingProxyType(self._counts[key_of])
 
-    def once(self, work_out: Callable[[RecordMap], T]) -> T:
-        """What a function of the records gives, worked out once until they change."""
-        if work_out not in self._once:
-            self._once[work_out] = work_out(self)
-        found: T = self._once[work_out]
-        return found
+    def cached(self, compute: Callable[[RecordMap], T]) -> T:
+        """Return the result of a function of the records, computed once per revision."""
+        if compute not in self._cached:
+            self._cached[compute] = compute(self)
+        result: T = self._cached[compute]
+        return result
 
-    # --- a mapping; those of Mapping itself are slower ----------------------------------------
+    # --- mapping methods; the defaults of Mapping are slower -------------------------------------
     def __getitem__(self, id_: str) -> Record:
         return self._records[id_]
 
@@ -121,24 +125,24 @@ class RecordMap(Mapping[str, Record]):
     @overload
     def get(self, id_: str, default: Record | D, /) -> Record | D: ...
     def get(self, id_: str, default: Any = None, /) -> Any:
-        """The record of an id, else `default`."""
+        """Return the record of an id, or `default`."""
         return self._records.get(id_, default)
 
     def keys(self) -> KeysView[str]:
-        """The ids."""
+        """Return the ids."""
         return self._records.keys()
 
     def values(self) -> ValuesView[Record]:
-        """The records."""
+        """Return the records."""
         return self._records.values()
 
     def items(self) -> ItemsView[str, Record]:
-        """Ids with their records."""
+        """Return ids with their records."""
         return self._records.items()
 
 
 def highest_number(records: Mapping[str, Record], prefix: str) -> int:
-    """Of the features that are named by this prefix and a number; 0 where there is none."""
+    """Return the highest number in names that consist of this prefix and a number, or 0."""
     if isinstance(records, RecordMap):
         return records.highest_number(prefix)
     numbers = (number_of(prefix, record) for record in records.values())
@@ -146,7 +150,7 @@ def highest_number(records: Mapping[str, Record], prefix: str) -> int:
 
 
 def number_of(prefix: str, record: Record | None) -> int | None:
-    """Of a feature that is named by this prefix and a number; None for others."""
+    """Return the number in a name that consists of this prefix and a number, else None."""
     if not isinstance(record, Feature) or not record.name.startswith(prefix):
         return None
     digits = record.name[len(prefix) :]

@@ -1,4 +1,4 @@
-"""What the registrations of models do to the features on them."""
+"""Effects of model registrations on the features of these models."""
 
 from __future__ import annotations
 
@@ -17,45 +17,47 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance
 from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Feature, Model, OnAModel, get
 
-_WRONG = 6.0
-"""A point is wrong that is so many times further off than half of the points are."""
+OUTLIER_RATIO = 6.0
+"""Points whose residual exceeds this multiple of the median are outliers."""
 
 
 def model_of(records: Records, feature: Feature | None) -> Model | None:
-    """The model that a feature is on; None for one that is on none, or whose model is gone."""
+    """Return the model of a feature; None without one or if the model was removed."""
     return get(records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
 
 
 def models_of(records: Records, features: Iterable[Feature]) -> list[Model | None]:
-    """As `model_of`, of thousands of features on a few models."""
+    """Return `model_of` for each of many features on a few models."""
     ids = [f.model_id if isinstance(f, OnAModel) else "" for f in features]
     models = {id_: get(records, id_, Model) for id_ in set(ids)}
     return [models[id_] for id_ in ids]
 
 
 def turns_of(models: Iterable[Model | None]) -> Turns:
-    """How features on these models, one each, turn with the registrations; models that were placed
-    by one registration turn together."""
+    """Return how features on these models, one per model, rotate with the registrations.
+
+    Models that were placed by the same registration rotate together.
+    """
     known: dict[int, tuple[object, FloatArray | None]] = {}
-    found = []
+    turns = []
     for model in models:
         if id(model) not in known:
             registration = None if model is None else model.registration
             rotation = None if registration is None else registration.rotation_covariance()
             known[id(model)] = (None if registration is None else registration.id, rotation)
-        found.append(known[id(model)])
-    return together(found)
+        turns.append(known[id(model)])
+    return together(turns)
 
 
 def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
-    """Return the covariance of a fitted plane's upward normal, with all that its total error has.
+    """Return the covariance of a fitted plane's upward normal, as in its total error.
 
     Parameters
     ----------
     measured : Measurement
     model : Model or None
-        Its registration turns the plane as its rotation's covariance states; without one the
-        measured registration error counts alike in all directions.
+        The covariance of its registration's rotation is added; without a registration the
+        measured registration error is used in all directions.
 
     Returns
     -------
@@ -91,36 +93,40 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
 
 
 def bowing_of_registration(registration: Registration | None) -> Bowing | None:
-    """The bowing that the residuals of its points show, wrong ones left out; None where there are
-    too few, or they tell nothing of it."""
+    """Estimate the bowing of a model from its control residuals, without outliers.
+
+    Returns None if there are too few points or their residuals do not constrain it.
+    """
     if registration is None or not registration.control:
         return None
     points: Sequence[RegistrationPoint] = registration.control
-    judges = [p for p in points if p.check]
-    # A model that was bent to its control fits that, bowed or not.
-    if registration.method == "control" and len(judges) >= FEWEST:
-        points = judges
-    world, left = (
+    check_points = [p for p in points if p.check]
+    # A model that was fitted to its control agrees with it, bowed or not.
+    if registration.method == "control" and len(check_points) >= FEWEST:
+        points = check_points
+    world, residuals = (
         np.array([getattr(p, name) for p in points], np.float64) for name in ("world", "residual")
     )
     sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in points], np.float64)
-    length = np.linalg.norm(left, axis=1)
-    right = length <= _WRONG * float(np.median(length))
+    length = np.linalg.norm(residuals, axis=1)
+    inliers = length <= OUTLIER_RATIO * float(np.median(length))
     normal = None if registration.normal is None else np.array(registration.normal)
-    found = bowing_of(world[right], left[right], sigma[right], normal=normal)
-    # The edge is that of the model, which may reach farther than its points.
-    reach = registration.reach_m
-    return found if found is None or reach is None else replace(found, reach_m=reach)
+    bowing = bowing_of(world[inliers], residuals[inliers], sigma[inliers], normal=normal)
+    # The edge is that of the model, which may extend beyond its points.
+    reach_m = registration.reach_m
+    return bowing if bowing is None or reach_m is None else replace(bowing, reach_m=reach_m)
 
 
-def may_be_bowed_deg(registration: Registration) -> float | None:
-    """By how much dips may differ from edge to edge of a model, as in `bowing.bowing_deg`."""
+def bowing_limit_deg(registration: Registration) -> float | None:
+    """Return the possible difference of dips from edge to edge, as in `bowing.bowing_deg`."""
     return bowing_deg(registration.lens_bowing95_deg, bowing_of_registration(registration))
 
 
-def bowed_deg(models: Iterable[Model | None]) -> float | None:
-    """By how much dips may differ from edge to edge of the worst bowed of these models; None where
-    nothing tells of it."""
+def max_bowing_deg(models: Iterable[Model | None]) -> float | None:
+    """Return the possible difference of dips from edge to edge of the most bowed model.
+
+    None if nothing is known about bowing.
+    """
     registrations = {m.registration.id: m.registration for m in models if m and m.registration}
-    found = [may_be_bowed_deg(each) for each in registrations.values()]
-    return max((each for each in found if each is not None), default=None)
+    limits = [bowing_limit_deg(registration) for registration in registrations.values()]
+    return max((registration for registration in limits if registration is not None), default=None)

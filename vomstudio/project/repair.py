@@ -1,7 +1,6 @@
-"""A journal with damaged rows, written anew with all that could be read.
+"""Repair of a journal with damaged rows: a new journal of all rows that could be read.
 
-What stood in the damaged rows is lost, and is named; the journal as it was is kept beside the new
-one for whoever can read more of it.
+The content of damaged rows is lost and reported. The damaged journal is kept beside the new one.
 """
 
 from __future__ import annotations
@@ -18,29 +17,44 @@ from vomstudio.project.session import Session
 
 @dataclass(frozen=True)
 class Repaired:
-    """kept : the damaged journal; lost : what could not be read"""
+    """Result of a repair.
+
+    Attributes
+    ----------
+    kept : Path
+        The damaged journal.
+    lost : tuple of Finding
+        What could not be read.
+    """
 
     kept: Path
     lost: tuple[Finding, ...]
 
 
 def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
-    """Raises DocumentError where there is nothing to repair, or where the new journal would say
-    something else, TargetError where it cannot be written; then nothing has changed."""
-    lost = tuple(session.problems)
-    if not lost:
+    """Rewrite the journal without its damaged rows.
+
+    Raises
+    ------
+    DocumentError
+        If there is nothing to repair, or the new journal would differ in content.
+    TargetError
+        If the journal cannot be written. Nothing has changed then.
+    """
+    problems = tuple(session.problems)
+    if not problems:
         raise DocumentError(Finding("journal.sound"))
-    new = folder / compaction.NEW
-    numbers = compaction.write_anew(new, session, journal)
-    written = read_replay(new)
-    if written.records != dict(session.records) or written.saved != dict(session.saved):
+    new = folder / compaction.NEW_NAME
+    numbers = compaction.write_compacted_journal(new, session, journal)
+    repaired = read_replay(new)
+    if repaired.records != dict(session.records) or repaired.saved != dict(session.saved):
         compaction.remove(new)
         raise DocumentError(Finding("journal.inconsistent"))
-    kept = _free_name(folder)
-    journal.copy_to(kept)
-    compaction.put_in_place(new, folder, session, journal, numbers)
+    backup = _free_name(folder)
+    journal.copy_to(backup)
+    compaction.replace_journal(new, folder, session, journal, numbers)
     session.problems = ()
-    return Repaired(kept, lost)
+    return Repaired(backup, problems)
 
 
 def _free_name(folder: Path) -> Path:

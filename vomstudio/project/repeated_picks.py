@@ -1,4 +1,4 @@
-"""The picks of a project or a table with those that repeat others."""
+"""Picks of a project or table, including those that repeat others."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature
 
 
-def read_picks_again(path: Path, azimuth: Azimuth | None = None) -> OrientationTable:
-    """Of the project in a folder, which may be open in a window, else of a table. Raises as
-    `read_orientations`."""
+def read_repeated_picks(path: Path, azimuth: Azimuth | None = None) -> OrientationTable:
+    """Read the picks of a project folder, which may be open in a window, or of a table.
+
+    Raises the errors of `read_orientations`.
+    """
     if not is_project(path):
         return read_orientations(path, azimuth, repeats=True)
-    kept = read_replay(path)
-    refuse_empty(kept.records, path)
-    features = [r for r in kept.records.values() if isinstance(r, Feature)]
-    measured = Measurements(thresholds_of(kept.settings)).of(kept.records, [f.id for f in features])
-    return feature_table(kept.records, features, measured, repeats=True)
+    replay = read_replay(path)
+    refuse_empty(replay.records, path)
+    features = [r for r in replay.records.values() if isinstance(r, Feature)]
+    measured = Measurements(thresholds_of(replay.settings)).of(
+        replay.records, [f.id for f in features]
+    )
+    return feature_table(replay.records, features, measured, repeats=True)

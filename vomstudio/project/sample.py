@@ -1,4 +1,4 @@
-"""The embedded sample outcrop: its model, picks and photos, and the truth about them."""
+"""The embedded sample outcrop: its model, picks and photos, and their true values."""
 
 from __future__ import annotations
 
@@ -22,8 +22,11 @@ FOLDER = "sample"
 
 @dataclass(frozen=True, eq=False)
 class SamplePicks:
-    """Digitised picks: pick i has names[i], kinds[i] (bedding, fault, joint), sets[i], horizons[i]
-    ("" where it is on no named bed) and points[offsets[i]:offsets[i + 1]], World, m."""
+    """Digitised picks.
+
+    Pick i has names[i], kinds[i] (bedding, fault, joint), sets[i], horizons[i] ("" without a named
+    bed) and points[offsets[i]:offsets[i + 1]], World, metres.
+    """
 
     names: tuple[str, ...]
     kinds: tuple[str, ...]
@@ -38,7 +41,7 @@ class SamplePicks:
 
 @dataclass(frozen=True)
 class SampleTruth:
-    """By the name of their pick the planes; fold axis, bedding/fault intersection, slip."""
+    """True planes by pick, fold axis, intersection of bedding and fault, and displacement."""
 
     planes: dict[str, Plane]
     axis: Line
@@ -47,29 +50,29 @@ class SampleTruth:
 
 
 def sample_model() -> Path:
-    """The sample's OBJ file."""
+    """Return the path of the sample's OBJ file."""
     return resource(FOLDER, "sample.obj")
 
 
 def sample_photos() -> Path:
-    """The folder of the sample's photos."""
+    """Return the folder of the sample's photos."""
     return resource(FOLDER, "photos")
 
 
 def sample_control() -> Path:
-    """Its control points: CSV label,x,y,z,sigma,use."""
+    """Return the path of its control points: CSV label,x,y,z,sigma,use."""
     return resource(FOLDER, "control.csv")
 
 
 def sample_marks() -> Path:
-    """Where the photos show the control points: CSV label,photo,x,y, COLMAP's pixels."""
+    """Return the path of the control point marks: CSV label,photo,x,y, COLMAP pixels."""
     return resource(FOLDER, "marks.csv")
 
 
 def read_true_cameras(path: Path | None = None) -> Cameras:
-    """The photos with the lens and the poses that they were made with.
+    """Return the photos with the lens and the poses with which they were rendered.
 
-    Raises InputError where the file is damaged.
+    Raises InputError if the file is damaged.
     """
     path = path or resource(FOLDER, "cameras_truth.csv")
     try:
@@ -78,14 +81,14 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
         origin = np.floor(centres.min(axis=0))
         views = []
         for row, centre in zip(rows, centres - origin, strict=True):
-            turn = [[float(row[f"r{i}{j}"]) for j in (1, 2, 3)] for i in (1, 2, 3)]
+            matrix = [[float(row[f"r{i}{j}"]) for j in (1, 2, 3)] for i in (1, 2, 3)]
             lens = Intrinsics(
                 "OPENCV",
                 int(row["width"]),
                 int(row["height"]),
                 tuple(float(row[name]) for name in MODELS["OPENCV"]),
             )
-            rotation = np.array(turn)
+            rotation = np.array(matrix)
             views.append(View(row["name"], lens, rotation, -rotation @ centre))
         x, y, z = (int(value) for value in origin)
         return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
@@ -94,7 +97,7 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
 
 
 def read_picks(path: Path | None = None) -> SamplePicks:
-    """Raises InputError where the file is damaged."""
+    """Return the digitised picks. Raises InputError if the file is damaged."""
     path = path or resource(FOLDER, "picks.csv")
     rows = _rows(path)
     try:
@@ -113,7 +116,7 @@ def read_picks(path: Path | None = None) -> SamplePicks:
 
 
 def read_truth(path: Path | None = None) -> SampleTruth:
-    """Raises InputError where the file is damaged."""
+    """Return the true values. Raises InputError if the file is damaged."""
     path = path or resource(FOLDER, "truth.csv")
     try:
         rows = {row["name"]: row for row in _rows(path)}

@@ -1,4 +1,4 @@
-"""What is selected: one thing in net, table, tree and 3-D. View state, not undone."""
+"""The selection, shared by net, table, tree and 3-D view. View state, not undone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Selection:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """In the order in which they were chosen; the last one is the current one."""
+        """Ids in the order of selection; the last one is the current one."""
         return self._ids
 
     @property
@@ -34,6 +34,6 @@ class Selection:
             self.set((*self._ids, id_))
 
     def keep(self, ids: Iterable[str]) -> None:
-        """Forget whatever is not among `ids` any more."""
+        """Deselect everything that is not among `ids`."""
         known = set(ids)
         self.set(i for i in self._ids if i in known)

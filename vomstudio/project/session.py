@@ -1,4 +1,7 @@
-"""One way in (`Session.apply`), one way to be told (`changed`)."""
+"""The session of an open project: records, history and notifications.
+
+`Session.apply` is the only way to change records, `changed` the only notification.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,10 @@ T = TypeVar("T")
 
 
 class Session:
-    """The records of one open project, their history and their journal.
+    """Records of one open project, with their history and their journal.
 
-    A row is committed to the journal before anyone is told of its effect. `settings` returns the
-    settings that affect results; they are written beside every edit.
+    A row is committed to the journal before its effect is announced. `settings` returns the
+    settings that affect results; they are stored with every edit.
     """
 
     def __init__(self, journal: Journal, settings: Callable[[], Mapping[str, Any]] = dict) -> None:
@@ -41,7 +44,7 @@ class Session:
         if not played.done and not played.undone and not played.records:
             self._begin()
         elif not self.of(FeatureType):
-            # The journal's first row is damaged: without feature types nothing can be picked.
+            # The journal's first row is damaged. Without feature types nothing can be picked.
             types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
             self._write(change(self._records, "Restore the feature types", types), "do")
 
@@ -53,19 +56,19 @@ class Session:
 
     @property
     def records(self) -> RecordMap:
-        """The records of now, also after further edits: who keeps those of a moment copies them."""
+        """Live mapping of the records; copy it to keep a state."""
         return self._records
 
     def features(self) -> list[Feature]:
-        """Everything measured, in the order in which it came."""
+        """Return all features, in the order in which they were added."""
         return self._records.of(Feature)
 
     def of(self, cls: type[T]) -> list[T]:
-        """The records of one class, in the order in which they came."""
+        """Return the records of one class, in the order in which they were added."""
         return self._records.of(cls)
 
-    def ever_held(self, *classes: type[Any]) -> bool:
-        """A record of these classes is or was in the project, as far as the history reaches."""
+    def has_ever_contained(self, *classes: type[Any]) -> bool:
+        """Return whether the history has ever contained a record of these classes."""
         return any(
             isinstance(record, classes)
             for _, edit in (*self._done, *self._undone)
@@ -74,16 +77,23 @@ class Session:
 
     # --- edits -------------------------------------------------------------------------------
     def apply(self, edit: Edit, *, finishes_draft: bool = False, joins: int | None = None) -> int:
-        """joins: the number of the newest edit, as this call returned it, with which it shall be
-        one step of the history; where that is not the newest any more, it becomes its own.
+        """Apply an edit and return its number.
 
-        Returns the number of the edit. Raises DocumentError where the edit no longer fits or cannot
-        be written; then nothing has changed.
+        Parameters
+        ----------
+        joins : int, optional
+            Number of the newest edit, as returned by this method, with which this one forms one
+            step of the history. If another edit is the newest, this one becomes a step of its own.
+
+        Raises
+        ------
+        DocumentError
+            If the edit does not fit the records or cannot be written. Nothing has changed then.
         """
-        # Amending what is saved would take the save back with it.
+        # Amending a saved edit would undo the save as well.
         amends = joins is not None and joins == self.top and self.dirty
         self._write(edit, "amend" if amends else "do", finishes_draft=finishes_draft)
-        self._tell(edit)
+        self._notify(edit)
         return self.top
 
     def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
@@ -100,13 +110,13 @@ class Session:
         )
         if finishes_draft:
             self.draft = None
-        self._records.take(edit.after)
+        self._records.apply(edit.after)
         if kind == "amend":
             edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
         self._undone.clear()
 
-    def _tell(self, edit: Edit) -> None:
+    def _notify(self, edit: Edit) -> None:
         with group_notifications():
             self.changed.emit(edit)
             self.history_changed.emit(None)
@@ -118,17 +128,17 @@ class Session:
 
     @property
     def saved_top(self) -> int:
-        """The number of the newest edit at the last save."""
+        """Number of the newest edit at the last save."""
         return self._saved_top
 
     @property
     def saved(self) -> Mapping[str, Record]:
-        """The records at the last save."""
+        """Records at the last save."""
         return MappingProxyType(self._saved)
 
     @property
     def undo_label(self) -> str | None:
-        """What would be undone; None where there is nothing (the project's birth stays)."""
+        """Label of the step to undo, or None. Creating the project cannot be undone."""
         return self._done[-1][1].label if len(self._done) > 1 else None
 
     @property
@@ -144,8 +154,8 @@ class Session:
         self._undone.append((seq, edit))
         inverse = edit.inverse()
         inverse.check(self._records)
-        self._records.take(inverse.after)
-        self._tell(inverse)
+        self._records.apply(inverse.after)
+        self._notify(inverse)
 
     def redo(self) -> None:
         if self.redo_label is None:
@@ -155,8 +165,8 @@ class Session:
         self._undone.pop()
         self._done.append((seq, edit))
         edit.check(self._records)
-        self._records.take(edit.after)
-        self._tell(edit)
+        self._records.apply(edit.after)
+        self._notify(edit)
 
     # --- saving ------------------------------------------------------------------------------
     @property
@@ -168,20 +178,20 @@ class Session:
         self.mark_saved()
 
     def mark_saved(self) -> None:
-        """The journal ends with a save of the present state."""
+        """Treat the current state as saved. The journal must end with a save."""
         self._saved, self._saved_top = dict(self._records), self.top
         self.recovered = False
         self.history_changed.emit(None)
 
     def discard_unsaved(self) -> None:
-        """Back to the last save, by an edit that can itself be undone."""
+        """Return to the last save, by an edit that can itself be undone."""
         ids = {
             id_
             for id_ in {*self._records, *self._saved}
             if self._records.get(id_) != self._saved.get(id_)
         }
         if not any(isinstance(record, FeatureType) for record in self._saved.values()):
-            # Types that were restored after damage are no work that could be put aside.
+            # Types that were restored after damage are not work that could be discarded.
             ids = {id_ for id_ in ids if not isinstance(self._records.get(id_), FeatureType)}
         edit = change(
             self._records, "Discard unsaved changes", {id_: self._saved.get(id_) for id_ in ids}
@@ -190,19 +200,21 @@ class Session:
         self._journal.append("save")
         self._saved, self._saved_top = dict(self._records), self.top
         self.recovered = False
-        self._tell(edit)
+        self._notify(edit)
 
     # --- drafts ------------------------------------------------------------------------------
     def set_draft(self, state: Mapping[str, Any] | None) -> None:
-        """The clicks of an unfinished tool; None once it is cancelled."""
+        """Store the clicks of an unfinished tool; None after it was cancelled."""
         if state is None and self.draft is None:
             return
         seq = self._journal.append("draft", after=state)
         self.draft = None if state is None else Draft(seq, dict(state))
 
     def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
-        """Go on in another journal, which holds the same steps; returns the one left. numbers: of
-        its rows by those of the one left, where they differ."""
+        """Continue in another journal with the same steps and return the previous one.
+
+        `numbers` maps row numbers of the previous journal to those of the new one, if they differ.
+        """
         old, self._journal = self._journal, journal
         if numbers:
             self._done = [(numbers[seq], edit) for seq, edit in self._done]
@@ -213,11 +225,11 @@ class Session:
         return old
 
     def done_steps(self) -> list[tuple[int, Edit]]:
-        """Row number and edit of what can be undone, the oldest first."""
+        """Return row number and edit of each step that can be undone, oldest first."""
         return list(self._done)
 
     def undone_steps(self) -> list[tuple[int, Edit]]:
-        """Row number and edit of what can be done again, the next one last."""
+        """Return row number and edit of each step that can be redone, the next one last."""
         return list(self._undone)
 
     def close(self) -> None:

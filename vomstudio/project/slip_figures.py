@@ -1,5 +1,7 @@
-"""The figures of a slip: the line in its plane, which way the hanging wall moved, and the plane
-itself. They belong to the catalogue, whose table has them in the order of `SLIP`."""
+"""Figures of slip: the line in its plane, the sense of movement, and the plane itself.
+
+The catalogue lists them in the order of `SLIP`.
+"""
 
 from __future__ import annotations
 
@@ -23,22 +25,25 @@ def _sense_text(s: Subject) -> str:
 
 
 def _confidence(s: Subject) -> str | None:
-    """Of a sense only; what is left of it where the sense was taken back says nothing."""
+    """Return the confidence of the sense; None if the sense was removed."""
     return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
 
 
 def _confidence_text(s: Subject) -> str:
-    found = _confidence(s)
-    return "" if found is None else tr({str(code): words for code, words in CONFIDENCES}[found])
+    confidence = _confidence(s)
+    return (
+        ""
+        if confidence is None
+        else tr({str(code): words for code, words in CONFIDENCES}[confidence])
+    )
 
 
-def _on_plane(s: Subject) -> str | None:
-    """The name of the plane; the id of one without a name."""
+def _plane_name(s: Subject) -> str | None:
     host = s.records.get(getattr(s.feature, "plane_id", ""))
     return (host.name or host.id) if isinstance(host, Feature) else None
 
 
-def _of_plane(name: str) -> Callable[[Subject], Any]:
+def _plane_attribute(name: str) -> Callable[[Subject], Any]:
     return lambda s: None if s.measured.on_plane is None else getattr(s.measured.on_plane, name)
 
 
@@ -82,7 +87,7 @@ ON_PLANE = text_figure(
     "on_plane",
     _("On plane"),
     _("Plane on which the line lies"),
-    _on_plane,
+    _plane_name,
     short="on_plane",
     words=("on_plane",),
 )
@@ -90,7 +95,7 @@ ON_PLANE_DIP_DIRECTION = figure_in_degrees(
     "on_plane_dip_direction_deg",
     _("Its dip dir."),
     _("Dip direction of the plane on which the line lies"),
-    _of_plane("dip_direction_deg"),
+    _plane_attribute("dip_direction_deg"),
     "azimuth",
     short="onplane_dd",
 )
@@ -98,7 +103,7 @@ ON_PLANE_DIP = figure_in_degrees(
     "on_plane_dip_deg",
     _("Its dip"),
     _("Dip of the plane on which the line lies"),
-    _of_plane("dip_deg"),
+    _plane_attribute("dip_deg"),
     "angle",
     short="onplanedip",
 )

@@ -1,4 +1,4 @@
-"""What the straight traces of a document determine, held against its other planes."""
+"""Straight traces of a project compared with its other planes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def band_of_measured(measured: Measurement) -> PlaneBand | None:
-    """The band of planes that a straight trace allows; None for everything else."""
+    """Return the band of planes that a straight trace allows; None for other features."""
     if measured.fit is None or measured.judged_as != "trace" or measured.line is not None:
         return None
     from vomstudio.geology.plane_bands import band_of
@@ -28,19 +28,21 @@ def band_of_measured(measured: Measurement) -> PlaneBand | None:
 def priors_among(
     features: Iterable[Any],
     measured: Mapping[str, Measurement],
-    name_of: Callable[[Any], str],
-    leave_out: str,
+    set_name: Callable[[Any], str],
+    excluded_id: str,
 ) -> list[SetPrior]:
-    """The sets of planes, by their names, that a trace may belong to: without the trace itself, and
-    without planes that are poor."""
+    """Return the sets of planes, by name, to which a trace may belong.
+
+    The trace itself and planes of poor quality are excluded.
+    """
     from vomstudio.geology.band_figures import priors_of
 
     groups: dict[str, list[Any]] = {}
     for feature in features:
-        found = measured.get(feature.id)
-        if feature.id == leave_out or found is None or found.plane is None:
+        measurement = measured.get(feature.id)
+        if feature.id == excluded_id or measurement is None or measurement.plane is None:
             continue
-        if found.verdict is not None and found.verdict.quality == "poor":
+        if measurement.verdict is not None and measurement.verdict.quality == "poor":
             continue
-        groups.setdefault(name_of(feature), []).append(found.plane.normal())
+        groups.setdefault(set_name(feature), []).append(measurement.plane.normal())
     return priors_of(groups)

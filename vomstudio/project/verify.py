@@ -1,4 +1,4 @@
-"""Whether a project is whole: every row what was written, every file that a row names there."""
+"""Verification of a project: every row is intact and every named file exists."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.project.assets import asset_path, is_sound
+from vomstudio.project.assets import asset_path, is_intact
 from vomstudio.project.edit import Edit
 from vomstudio.project.journal.database import read_schema_and_replay
 from vomstudio.project.journal.replay import Replay
@@ -17,7 +17,11 @@ from vomstudio.project.records import Asset, Feature, Mask, Model, Record
 
 @dataclass(frozen=True)
 class Verification:
-    """schema: of the journal; steps: that can be undone; sound: there are no problems."""
+    """Result of a verification.
+
+    `schema` is that of the journal, `steps` the number of steps that can be undone; `sound` is True
+    without problems.
+    """
 
     schema: int
     steps: int
@@ -32,8 +36,10 @@ class Verification:
 
 
 def verify(folder: Path) -> Verification:
-    """Read everything and change nothing; the project may be open in a window. Raises InputError
-    where it is none, or a newer one."""
+    """Read the whole project without changing it; it may be open in a window.
+
+    Raises InputError if it is not a project, or a newer one.
+    """
     schema, played = read_schema_and_replay(folder)
     records = played.records.values()
     named = named_assets(played)
@@ -41,7 +47,7 @@ def verify(folder: Path) -> Verification:
     for asset in named:
         try:
             path = asset_path(folder, asset)
-            if not is_sound(path):
+            if not is_intact(path):
                 problems.append(Finding("asset.damaged", path=path))
         except InputError as error:
             problems.append(finding_of(error))
@@ -58,16 +64,16 @@ def verify(folder: Path) -> Verification:
 
 
 def named_assets(played: Replay) -> list[Asset]:
-    """Every file that undoing, doing again or discarding can come to."""
+    """Return every file that undo, redo or discard may need."""
     steps = [edit for _, edit in (*played.done, *played.undone)]
     return assets_of(played.records.values(), played.saved.values(), steps)
 
 
 def assets_of(now: Iterable[Record], saved: Iterable[Record], steps: Iterable[Edit]) -> list[Asset]:
-    """The files that records name which are there, were saved, or come with a step."""
-    found: dict[str, Asset] = {}
+    """Return the files named by records that exist, were saved, or belong to a step."""
+    assets: dict[str, Asset] = {}
     changed = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
     for record in (*now, *saved, *changed):
         if isinstance(record, Mask):
-            found[record.file.path] = record.file
-    return list(found.values())
+            assets[record.file.path] = record.file
+    return list(assets.values())

@@ -15,10 +15,10 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.attitude_tables import (
     AttitudeTable,
     attitude_table,
-    without_attitudes,
+    empty_attitude_table,
 )
 from vomstudio.io.control.observation_tables import Positions
-from vomstudio.io.photos.metadata_checks import altitude_findings, without_unmeasured_angles
+from vomstudio.io.photos.metadata_checks import altitude_findings, drop_unmeasured_angles
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photo
 
@@ -86,7 +86,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
     names, angles, down, norths = list[str](), list[FloatArray](), list[FloatArray](), list[str]()
     days, places = list[date | None](), list[FloatArray]()
     drones = unnamed = 0
-    metadata, findings = without_unmeasured_angles([read_photo(path) for path in photos.values()])
+    metadata, findings = drop_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):
         turns = _quarter_turns(photo, views.get(name))
         angles_deg = np.full(3, np.nan)
@@ -112,7 +112,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         place = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
         places.append(np.array(place))
     if not names and findings:
-        return without_attitudes(findings)
+        return empty_attitude_table(findings)
     if not names:
         raise UsageError(
             Finding("attitude.not-in-photos"),

@@ -10,9 +10,9 @@ from vomstudio.geology.profiles import Thresholds
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
 from vomstudio.project.kinds import KINDS
-from vomstudio.project.kinds.reading import compared
+from vomstudio.project.kinds.reading import comparison_text
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.measurement_cache import Measurements, rests_on
+from vomstudio.project.measurement_cache import Measurements, depends_on
 from vomstudio.project.reading_comparison import NearestPick, nearest_picks
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Feature, Model
@@ -38,7 +38,7 @@ class DerivedQuantities:
         """Drop the quantities that an edit has changed."""
         self._nearest = None
         self._affected = None
-        self.measurements.edited(self._projects.records, self.affected(edit))
+        self.measurements.keep_after_edit(self._projects.records, self.affected(edit))
 
     # --- measurements -------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
@@ -53,7 +53,7 @@ class DerivedQuantities:
 
     def measure(self, feature: Feature) -> Measurement:
         """Measure a feature that is not in the project."""
-        return self.measurements.one(self._projects.records, feature)
+        return self.measurements.measure(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
         """Return the pick nearest to a compass reading; all readings are compared at once."""
@@ -63,7 +63,7 @@ class DerivedQuantities:
 
     def nearest_text(self, reading_id: str) -> str:
         """Describe the distance of a reading from the nearest pick."""
-        return compared(self.nearest_pick(reading_id))
+        return comparison_text(self.nearest_pick(reading_id))
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
         """Return a feature of the project with everything that its figures depend on."""
@@ -117,8 +117,8 @@ def _affected(records: RecordMap, edit: Edit) -> list[str]:
     dependents = [
         feature
         for kind in KINDS
-        if all_may or kind.rests_on_features
+        if all_may or kind.depends_on_features
         for feature in records.of(kind.record)
         if feature.id not in ids
     ]
-    return changed_features + [f.id for f in dependents if rests_on(records, f, ids)]
+    return changed_features + [f.id for f in dependents if depends_on(records, f, ids)]

@@ -374,7 +374,9 @@ class HeadlessProject:
                 continue
             feature_type = pick.kind or kind
             trace = create_trace(pick.name, points, model, feature_type.id, set_name, surface)
-            trace = replace(trace, name=trace.name or names.of(feature_type), domain=pick.domain)
+            trace = replace(
+                trace, name=trace.name or names.next_for(feature_type), domain=pick.domain
+            )
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -383,7 +385,7 @@ class HeadlessProject:
             named = get(edit.after, trace.id, Trace)
             assert named is not None
             added[trace.id] = named
-            names.take(named)
+            names.reserve(named)
             traces.append(named)
         if not traces:
             example = ": ".join(map(str, skipped[0])) if skipped else ""
@@ -460,11 +462,11 @@ class HeadlessProject:
         InputError
         """
         from vomstudio.io.gis.crs import world_crs
-        from vomstudio.project.imports.feature_lists import read_listed
+        from vomstudio.project.imports.feature_lists import read_listed_features
 
         model_data = self._read(model)
         frame = model.frame
-        features = read_listed(
+        features = read_listed_features(
             path,
             model,
             self.session.records,

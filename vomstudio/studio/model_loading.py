@@ -141,7 +141,7 @@ class ModelLoader:
         if key in self._running:
             return
 
-        if copc.points_in(path) > self._budget():
+        if copc.point_count(path) > self._budget():
             self._stream(key, path, then)
             return
 
@@ -247,7 +247,7 @@ class ModelLoader:
         self._running[key] = None
 
         def read() -> OpenModel:
-            data = model_cache.hand_over(cached.folder).data
+            data = model_cache.read_transferred(cached.folder).data
             # The owner's thread needs the bounds often: 0.1 s for ten million points.
             _ = data.bounds
             return OpenModel(

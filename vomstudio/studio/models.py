@@ -17,15 +17,15 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import (
-    bounds_in_world,
     check_frame,
     frame_of_file,
     registration_beside,
+    world_bounds,
 )
 from vomstudio.io.photos import cameras_file
 from vomstudio.project import edits
 from vomstudio.project.folder import is_project
-from vomstudio.project.photo_edits import reconstruction_in, registration_by
+from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model, Record
 from vomstudio.project.registration_frames import registration_in_project
@@ -273,12 +273,12 @@ class Models:
         made_here = registration_of_file(records, stored)
         if made_here is not None:
             return made_here, check_frame(
-                made_here.frame, bounds_in_world(bounds, made_here.matrix), file=path.name
+                made_here.frame, world_bounds(bounds, made_here.matrix), file=path.name
             )
         stored_registration = registration_beside(path, opened.content_hash, opened.crs)
         if stored_registration.registration is not None:
             registration = registration_in_project(records, stored_registration.registration)
-            placed = bounds_in_world(bounds, registration.matrix)
+            placed = world_bounds(bounds, registration.matrix)
             return registration, check_frame(registration.frame, placed, file=path.name)
         frame = frame_of_file(path, opened.crs)
         return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
@@ -324,7 +324,9 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
     reconstruction = reconstruction_in(records, parts[1])
-    return None if reconstruction is None else registration_by(records, reconstruction.id)
+    return (
+        None if reconstruction is None else reconstruction_registration(records, reconstruction.id)
+    )
 
 
 def name_of(path: Path) -> str:

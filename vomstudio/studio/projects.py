@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal
 from vomstudio.project.edit import Edit
 from vomstudio.project.folder import Project, create_untitled, is_free, untitled_projects
-from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.journal.database import NAME as JOURNAL
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.measurement_cache import Measurements
@@ -147,7 +147,7 @@ class Projects:
             read.append((project, measurements))
 
         def whole() -> None:
-            with no_collection(stays=True):
+            with pause_collection(is_long_lived=True):
                 work()
 
         self._run_blocking(whole)
@@ -155,7 +155,7 @@ class Projects:
 
     def _lock(self, folder: Path) -> Project:
         settings = self._preferences.settings
-        return Project.open(folder, settings=settings.recorded_settings, without_lock=True)
+        return Project.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
         """Return projects that a crash left open, except those in `but`."""
@@ -168,7 +168,7 @@ class Projects:
         if self._project is not None:
             self.leave()
         self._project, self.measurements = project, measurements
-        project.wait_in_memory(self._report_failure)
+        project.buffer_unwritten_steps(self._report_failure)
         project.session.changed.connect(self.edited.emit)
         project.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
@@ -207,7 +207,7 @@ class Projects:
     def whole_on_disk(self) -> bool:
         """Whether all steps are on the disk, in the original folder."""
         failure = self.project.write_failure
-        return failure is None or not (is_lost(failure) or self.project.journal.waits)
+        return failure is None or not (is_lost(failure) or self.project.journal.has_pending_rows)
 
     # --- saving -------------------------------------------------------------------------------
     def save(self) -> None:

@@ -42,7 +42,7 @@ class Surroundings:
         if self._background.is_busy:
             return Finding("surroundings.running")
         # Called after every gesture for thousands of features that lie on a few models.
-        models = self._projects.records.counted(find_model_of_earlier_rule)
+        models = self._projects.records.count_by(find_model_of_earlier_rule)
         if not models:
             return Finding("surroundings.up-to-date")
         hashes = self._hashes()
@@ -78,7 +78,7 @@ class Surroundings:
         )
 
     def _earlier(self) -> list[Surrounded]:
-        return self._projects.records.once(features_of_earlier_rules)
+        return self._projects.records.cached(features_of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
         """Return the content hashes of the open models by id."""

@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding, finding_of
 from vomstudio.geology.intersections import intersection_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
-from vomstudio.project.measurement import Measurement, as_uncertain
+from vomstudio.project.measurement import Measurement, plane_with_error
 from vomstudio.project.records import Model, Record
 from vomstudio.studio.model_loading import OpenModel
 
@@ -51,7 +51,9 @@ def direction_across_slip(slipped: Measurement) -> Direction | Finding:
 def intersection_direction(planes: Iterable[Measurement]) -> Direction | Finding:
     """Return the intersection of two planes, or why it is undefined."""
     uncertain = [
-        uncertain_plane for each in planes if (uncertain_plane := as_uncertain(each)) is not None
+        uncertain_plane
+        for each in planes
+        if (uncertain_plane := plane_with_error(each)) is not None
     ]
     if len(uncertain) != 2:
         return Finding("selection.not-two-planes")

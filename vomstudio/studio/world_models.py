@@ -24,7 +24,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project.records import Model
 
 
@@ -69,7 +69,7 @@ class WorldModel:
             return self.in_project.frame.has_north
         if self.registration is not None:
             return self.registration.frame.has_north
-        return self.crs is not None or scale_known(self.loaded.path) is not False
+        return self.crs is not None or has_known_scale(self.loaded.path) is not False
 
     @property
     def in_metres(self) -> bool:

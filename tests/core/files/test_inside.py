@@ -24,7 +24,7 @@ from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.drawn_masks import write_mask
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
-from vomstudio.project.assets import keep_asset
+from vomstudio.project.assets import store_asset
 from vomstudio.project.folder import Project
 
 
@@ -64,7 +64,7 @@ def test_layers_and_assets_stay_in_the_project(project: Path, victim: Path) -> N
     (project / "assets").rmdir() if (project / "assets").exists() else None
     (project / "assets").symlink_to(victim.parent)
     with refused("output.link", TargetError):
-        keep_asset(project, b"content", ".png")
+        store_asset(project, b"content", ".png")
     (project / "cache").symlink_to(victim.parent) if not (project / "cache").exists() else None
     assert victim.read_text() == "mine"
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]

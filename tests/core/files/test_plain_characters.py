@@ -13,7 +13,7 @@ import pytest
 from tests.specimens.figures import copy_of
 from vomstudio.cli import main
 from vomstudio.core.files.plain_characters import replace_control_characters
-from vomstudio.io.exchange.columns import as_text
+from vomstudio.io.exchange.columns import delimited_text
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.project import edits
 from vomstudio.project.exports.export import export_project
@@ -50,7 +50,7 @@ def test_tables_are_text(project: Path, tmp_path: Path) -> None:
     assert {" ".join(replace_control_characters(NAME).split())} == {
         " ".join(name.split()) for name in read.sets if name
     }
-    text = as_text(("name",), [(NAME,)], ",")
+    text = delimited_text(("name",), [(NAME,)], ",")
     assert next(csv.reader([text.splitlines()[1]])) == [
         " ".join(replace_control_characters(NAME).split())
     ]

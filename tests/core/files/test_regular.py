@@ -187,4 +187,4 @@ def test_a_pipe_into_which_nobody_writes_is_refused_by_tables_clouds_and_caches(
         with pytest.raises(InputError, match="pipe"):
             read(tmp_path / name)
     # Whether it is streamed is asked in the thread of the window, and the reading then refuses.
-    assert copc.points_in(tmp_path / "a.copc.laz") == 0
+    assert copc.point_count(tmp_path / "a.copc.laz") == 0

@@ -24,7 +24,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.text.set_columns import parse_rings
-from vomstudio.project.imports.feature_lists import read_listed
+from vomstudio.project.imports.feature_lists import read_listed_features
 from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import find_inside_polygons
 
@@ -188,7 +188,7 @@ def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
 
 def _listed(path: Path) -> Any:
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
-    return read_listed(path, model, {"m1": model}, "EPSG:32633")
+    return read_listed_features(path, model, {"m1": model}, "EPSG:32633")
 
 
 @pytest.mark.parametrize("deep", [20, 1000, 300_000])

@@ -22,7 +22,7 @@ from vomstudio.core.progress import CancelToken
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
-from vomstudio.project.imports.feature_lists import read_listed
+from vomstudio.project.imports.feature_lists import read_listed_features
 from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import find_inside_polygons
 
@@ -160,7 +160,7 @@ def test_a_refusal_from_the_other_process_is_as_it_is_here(
 
 def _listed(path: Path) -> object:
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
-    return read_listed(path, model, {"m1": model}, "EPSG:32633")
+    return read_listed_features(path, model, {"m1": model}, "EPSG:32633")
 
 
 READERS: list[Callable[[Path], object]] = [

@@ -16,7 +16,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import sidecar_crs
-from vomstudio.io.models.opening import MOST_FIELDS, read_model
+from vomstudio.io.models.opening import MAX_FIELDS, read_model
 from vomstudio.io.text.rows import read_rows
 from vomstudio.io.text.xml_tree import read_xml
 
@@ -135,7 +135,7 @@ def test_thousands_of_values_per_point_become_no_thousands_of_files(tmp_path: Pa
     path = tmp_path / "a.ply"
     path.write_bytes(head.encode() + np.random.default_rng(1).random(15_009, np.float32).tobytes())
     found = read_model(path)
-    assert len(found.data.fields) == MOST_FIELDS
+    assert len(found.data.fields) == MAX_FIELDS
     assert by_code(found.warnings)["model.fields-limited"]["count"] == 5_000
 
 

@@ -125,7 +125,7 @@ def test_integers_with_a_scale_and_feet_become_metres(tmp_path: Path) -> None:
 def test_a_huge_grid_is_thinned_and_that_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dem, "MOST_VERTICES", 300)
+    monkeypatch.setattr(dem, "MAX_VERTICES", 300)
     monkeypatch.setattr(dem, "PIXELS_PER_STEP", 500)
     values = heights()
     mesh, findings = surface(write(tmp_path / "a.tif", values))

@@ -624,7 +624,7 @@ def test_a_large_model_on_its_side_is_noticed_in_portions(
     scene.primitive(wall[:, [0, 2, 1]] * [1, -1, 1], np.array([[0, 1, 2], [0, 2, 3]]))
     findings = []
     for at_once in (1, 1 << 18):
-        monkeypatch.setattr("vomstudio.io.models.formats.gltf.ROWS_AT_ONCE", at_once)
+        monkeypatch.setattr("vomstudio.io.models.formats.gltf.BLOCK_ROWS", at_once)
         findings.append(mesh_of(scene.glb(tmp_path / "a.glb"))[1])
     assert findings[0] == findings[1]
     assert "model.maybe-lying" in findings[0]

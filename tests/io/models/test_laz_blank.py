@@ -61,7 +61,7 @@ def test_a_blank_part_is_found_wherever_blocks_are_cut(
     from vomstudio.core.progress import Silent
     from vomstudio.io.models.formats import _las_header
 
-    monkeypatch.setattr(_las_header, "_BLOCK", block)
+    monkeypatch.setattr(_las_header, "BLOCK_BYTES", block)
     cloud = laspy.LasData(laspy.LasHeader(version="1.2", point_format=0))
     cloud.x, cloud.y, cloud.z = (np.random.default_rng(4).random((900, 3)) * 40).T
     path = tmp_path / "a.laz"

@@ -173,18 +173,18 @@ def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_file
     monkeypatch.setattr(model_cache.tempfile, "tempdir", str(tmp_path / "temporary"))
     (tmp_path / "temporary").mkdir()
     (tmp_path / "cache").write_text("in the way")
-    loaded, folder = model_cache.load_into(model, tmp_path / "cache" / "model-1")
+    loaded, folder = model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
     assert folder.is_relative_to(tmp_path / "temporary")
-    assert len(model_cache.hand_over(folder).data.faces) == len(loaded.data.faces)
+    assert len(model_cache.read_transferred(folder).data.faces) == len(loaded.data.faces)
     assert list((tmp_path / "temporary").iterdir()) == []
     (tmp_path / "temporary").rmdir()
     with refused("model.cache-unwritable", TargetError):
-        model_cache.load_into(model, tmp_path / "cache" / "model-1")
+        model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
 
 
 def test_a_cache_that_was_handed_over_stays(model, tmp_path):
-    _, folder = model_cache.load_into(model, tmp_path / "cache" / "model-1")
-    model_cache.hand_over(folder)
+    _, folder = model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
+    model_cache.read_transferred(folder)
     assert folder == tmp_path / "cache" / "model-1"
     model.unlink()
-    model_cache.hand_over(folder)
+    model_cache.read_transferred(folder)

@@ -12,7 +12,7 @@ from PIL import Image
 from tests.messages import by_code
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.mesh import Material
-from vomstudio.io.models.mtl import check_image, find_beside, map_name, read_library
+from vomstudio.io.models.mtl import check_image, find_companion, map_name, read_library
 
 
 def library(folder: Path, text: str) -> tuple[dict[str, Material], list[Finding]]:
@@ -121,7 +121,7 @@ def test_the_large_textures_of_surveys_pass(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "/", "C:", "\\"])
 def test_strange_names_find_nothing(tmp_path: Path, name: str) -> None:
-    found, reason = find_beside(tmp_path, name)
+    found, reason = find_companion(tmp_path, name)
     assert found is None
     assert reason
 

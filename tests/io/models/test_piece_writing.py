@@ -13,7 +13,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.models.piece_writing import piece_of, write_piece
+from vomstudio.io.models.piece_writing import extract_piece, write_piece
 from vomstudio.io.models.reader import LoadedModel
 
 
@@ -104,7 +104,7 @@ def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
     with refused("model.empty-selection", GeometryError):
         written(mesh, [False] * 5, tmp_path)
     with refused("model.other-selection", GeometryError, selected=4, count=5):
-        piece_of(mesh, np.ones(4, bool))
+        extract_piece(mesh, np.ones(4, bool))
     other = LoadedModel(mesh, "mesh", None, (), tmp_path / "cliff.obj", "another")
     with refused("model.file-changed"):
         write_piece(
@@ -122,7 +122,7 @@ def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
 
 def test_a_mesh_without_materials_has_none():
     mesh = Mesh(np.random.default_rng(0).random((9, 3)), np.arange(9, dtype=np.int32).reshape(3, 3))
-    piece = piece_of(mesh, np.array([True, False, True]))
+    piece = extract_piece(mesh, np.array([True, False, True]))
     assert piece.materials == ()
     assert len(piece.vertices) == 6
     assert piece.faces.tolist() == [[0, 1, 2], [3, 4, 5]]

@@ -441,7 +441,7 @@ def test_a_file_in_pieces_is_the_file_as_a_whole(
     found = []
     for at_once in (1 << 20, 11, 3, 1):
         monkeypatch.setattr("vomstudio.io.models.formats._ply_tables.VALUES_PER_STEP", at_once)
-        monkeypatch.setattr("vomstudio.io.models.formats.ply.ROWS_AT_ONCE", at_once)
+        monkeypatch.setattr("vomstudio.io.models.formats.ply.BLOCK_ROWS", at_once)
         loaded = read_model(path)
         mesh = loaded.data
         assert isinstance(mesh, Mesh)

@@ -61,7 +61,7 @@ def test_a_preview_holds_points_of_the_file_from_end_to_end(
 def test_only_the_beginnings_of_chunks_are_unpacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point_format: int
 ) -> None:
-    monkeypatch.setattr(previews, "UNPACKED_POINTS", 9_000)
+    monkeypatch.setattr(previews, "MAX_UNPACKED_POINTS", 9_000)
     path = make(tmp_path / "a.laz", point_format)
     cloud = preview(path, 4000)
     whole = read_model(path).data

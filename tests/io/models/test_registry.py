@@ -125,4 +125,4 @@ def test_the_reader_asked_first_is_the_first_that_names_the_ending() -> None:
     """Which spares the import of the others must not change who reads."""
     for ending in formats.USUAL:
         first = next(r for r in registry.find_readers().all if ending in r.extensions)
-        assert registry.usual_reader(ending) is first
+        assert registry.default_reader(ending) is first

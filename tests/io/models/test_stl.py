@@ -161,7 +161,7 @@ def test_text_is_the_same_mesh_in_pieces_of_any_size(
     path.write_text("facet".join(words[:30]) + " " * 3000 + "facet" + words[30])
     whole, _ = mesh_of(path)
     monkeypatch.setattr(stl, "BLOCK_BYTES", size)
-    monkeypatch.setattr(stl, "_LOOK_BACK", size)
+    monkeypatch.setattr(stl, "LOOK_BACK_BYTES", size)
     pieces, _ = mesh_of(path)
     assert len(whole.faces) == len(made.faces)
     assert np.array_equal(whole.vertices, pieces.vertices)

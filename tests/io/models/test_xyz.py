@@ -254,7 +254,7 @@ def in_pieces(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
     """Tables are read, and colours scaled, so many rows at once."""
     monkeypatch.setattr(xyz, "FEW_BYTES", 0)
     for module in (xyz, _common):
-        monkeypatch.setattr(module, "ROWS_AT_ONCE", request.param)
+        monkeypatch.setattr(module, "BLOCK_ROWS", request.param)
 
 
 @pytest.mark.usefixtures("in_pieces")

@@ -11,7 +11,7 @@ from tests.io.photos.photo_maker import write_photo
 from tests.messages import by_code, refused
 from vomstudio.core.errors import TargetError
 from vomstudio.geometry.pixel_areas import Area, Change, changed_by
-from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place, write_mask
+from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask, write_mask
 from vomstudio.io.photos.pixels import read_mask
 from vomstudio.io.photos.reading import read_photos
 
@@ -25,7 +25,7 @@ def drawn(seed: int = 0) -> np.ndarray:
 def test_a_written_mask_is_what_the_reader_of_the_photos_takes(tmp_path: Path) -> None:
     photo = write_photo(tmp_path / "left" / "one.JPG")
     used = drawn()
-    assert write_mask(mask_place(photo), used) is None
+    assert write_mask(mask_path(photo), used) is None
     (found,) = read_photos(tmp_path).photos
     assert found.mask == tmp_path / "left" / "one_mask.png"
     assert (read_mask(found) == used).all()
@@ -37,7 +37,7 @@ def test_a_written_mask_is_what_the_reader_of_the_photos_takes(tmp_path: Path) -
 def test_photos_that_differ_in_their_ending_have_masks_of_their_own(tmp_path: Path) -> None:
     photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.png"))]
     for seed, photo in enumerate(photos):
-        write_mask(mask_place(photo, photos), drawn(seed))
+        write_mask(mask_path(photo, photos), drawn(seed))
     found = read_photos(tmp_path).photos
     assert len(found) == 2
     for seed, photo in enumerate(found):
@@ -48,7 +48,7 @@ def test_a_mask_drawn_for_one_of_two_comes_before_one_of_both(tmp_path: Path) ->
     photos = [write_photo(tmp_path / name, seed=i) for i, name in enumerate(("a.jpg", "a.tif"))]
     both = tmp_path / "a_mask.png"
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(both)
-    own = mask_place(photos[0], photos)
+    own = mask_path(photos[0], photos)
     write_mask(own, drawn())
     assert [photo.mask for photo in read_photos(tmp_path).photos] == [own, both]
 
@@ -65,7 +65,7 @@ def test_a_damaged_mask_is_left_out_with_the_code_of_its_error(tmp_path: Path) -
 def test_a_photo_alone_keeps_its_drawn_mask_before_one_with_its_ending(tmp_path: Path) -> None:
     photo = write_photo(tmp_path / "a.jpg")
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(tmp_path / "a.jpg.mask.png")
-    write_mask(mask_place(photo), drawn())
+    write_mask(mask_path(photo), drawn())
     assert read_photos(tmp_path).photos[0].mask == tmp_path / "a_mask.png"
 
 
@@ -77,7 +77,7 @@ def test_a_drawn_mask_comes_before_one_under_another_name_which_is_left_alone(tm
     before = other.read_bytes()
     assert read_photos(tmp_path).photos[0].mask == other
     # Nothing is masked: that must be said, or the other one would count.
-    path, kept = keep_mask(mask_place(photo), np.ones((HIGH, WIDE), bool), other)
+    path, kept = store_mask(mask_path(photo), np.ones((HIGH, WIDE), bool), other)
     assert path == tmp_path / "one_mask.png"
     assert kept is None
     found = read_photos(tmp_path)
@@ -99,11 +99,11 @@ def test_a_mask_of_somebody_else_is_put_aside_once(tmp_path: Path) -> None:
 
 def test_a_mask_that_hides_nothing_is_no_file(tmp_path: Path) -> None:
     place = tmp_path / "one_mask.png"
-    assert keep_mask(place, drawn(), None) == (place, None)
-    assert keep_mask(place, np.ones((HIGH, WIDE), bool), None) == (None, None)
+    assert store_mask(place, drawn(), None) == (place, None)
+    assert store_mask(place, np.ones((HIGH, WIDE), bool), None) == (None, None)
     assert not place.exists()
     Image.fromarray(np.zeros((HIGH, WIDE), np.uint8)).save(place)
-    path, kept = keep_mask(place, np.ones((HIGH, WIDE), bool), place)
+    path, kept = store_mask(place, np.ones((HIGH, WIDE), bool), place)
     assert path is None
     assert kept is not None
     assert kept.exists()

@@ -17,7 +17,7 @@ from tests.messages import by_code, refused
 from vomstudio.core.errors import InputError
 from vomstudio.io.photos.camera_table import camera_models, find_camera, similar_cameras
 from vomstudio.io.photos.photo import Photo
-from vomstudio.io.photos.pixels import grey, read_mask, thumbnail, turned_upright
+from vomstudio.io.photos.pixels import grey, read_mask, rotate_upright, thumbnail
 from vomstudio.io.photos.reading import NoPhotos, read_photos
 from vomstudio.io.photos.xmp import read_drone_tags
 
@@ -548,7 +548,7 @@ def test_thumbnails_are_upright_as_pillow_turns_them(tmp_path: Path, orientation
         image.getexif()[0x0112] = orientation
         expected = np.asarray(ImageOps.exif_transpose(image))
         stored = np.asarray(image)
-    assert np.array_equal(turned_upright(stored, orientation), expected)
+    assert np.array_equal(rotate_upright(stored, orientation), expected)
     assert np.array_equal(thumbnail(one(tmp_path), 64), expected)
     # Grey values for measuring stay as they are stored.
     assert grey(one(tmp_path)).shape == (30, 40)
@@ -639,11 +639,11 @@ def test_a_copied_set_is_the_same_photos(tmp_path: Path, data_dir: Path) -> None
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_marks_turn_with_the_picture(orientation: int) -> None:
-    from vomstudio.io.photos.pixels import turned_upright, upright_pixels
+    from vomstudio.io.photos.pixels import pixels_upright, rotate_upright
 
     picture = np.zeros((5, 7), np.uint8)
     picture[1, 4] = 255
-    upright = turned_upright(picture, orientation)
-    ((x, y),) = upright_pixels([[4.5, 1.5]], orientation, 7, 5)
+    upright = rotate_upright(picture, orientation)
+    ((x, y),) = pixels_upright([[4.5, 1.5]], orientation, 7, 5)
     assert upright[int(y), int(x)] == 255
     assert (x % 1, y % 1) == (0.5, 0.5)

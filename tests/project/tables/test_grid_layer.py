@@ -18,7 +18,7 @@ from vomstudio.project.exports.export import export_records
 from vomstudio.project.kinds.station import Station
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model
-from vomstudio.project.tables.grid_layer import LAYER, cells_in_world
+from vomstudio.project.tables.grid_layer import LAYER, world_cells
 
 MODEL = Model("m", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
 SEEN = Station("s", "St 1", "m", "0" * 64, ((1.0, 2.0, 3.0),))
@@ -51,7 +51,7 @@ def test_cells_lie_where_the_model_stands() -> None:
     )
     placed = Model("m", "cliff", "cliff.obj", "mesh", "0" * 64, by)
     for model, to_world in ((MODEL, np.eye(4)), (placed, matrix)):
-        numbers, corners = cells_in_world(grid(), {"m": model, "r": by, "g": grid()})
+        numbers, corners = world_cells(grid(), {"m": model, "r": by, "g": grid()})
         assert list(numbers) == list(range(6))
         # Cell 4 is the second one of the upper row: around from its lower left corner.
         right, up = np.array([0.6, 0.8, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -59,7 +59,7 @@ def test_cells_lie_where_the_model_stands() -> None:
         file = [np.array([1.0, 2.0, 3.0]) + a * right + b * up for a, b in steps]
         wanted = np.array(file) @ to_world[:3, :3].T + to_world[:3, 3]
         assert corners[4] == pytest.approx(wanted, abs=1e-8)
-    numbers, _ = cells_in_world(grid(), {"m": MODEL}, "de")
+    numbers, _ = world_cells(grid(), {"m": MODEL}, "de")
     assert list(numbers) == [0, 2, 5]
 
 

@@ -126,7 +126,7 @@ def _with_registration(
         return options
     from vomstudio.project.measurement import ToWorld
 
-    tilt = ToWorld.of(model.in_project).tilt_deg(plane.normal()) or 0.0
+    tilt = ToWorld.from_model(model.in_project).tilt_deg(plane.normal()) or 0.0
     return replace(options, registration_error_deg=tilt)
 
 

@@ -41,10 +41,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.coverage.table_repeats import table_repeats
-    from vomstudio.project.repeated_picks import read_picks_again
+    from vomstudio.project.repeated_picks import read_repeated_picks
 
     progress = report_reading(args, args.table)
-    table = read_picks_again(Path(args.table), args.azimuth)
+    table = read_repeated_picks(Path(args.table), args.azimuth)
     progress.stage(tr("Comparing repeated picks"))
     options = options_from(args, RepeatOptions)
     repeats = table_repeats(table, options.by, options.interpreter)

@@ -37,13 +37,13 @@ def write_edges(
     from PIL import Image
 
     from vomstudio.extraction.proposals.edge_network import EdgeNetwork
-    from vomstudio.io.photos.pixels import opened
+    from vomstudio.io.photos.pixels import open_photo
 
     net = EdgeNetwork(network)
     folder.mkdir(parents=True, exist_ok=True)
     made = []
     for number, path in enumerate(pictures):
-        with opened(path) as image:
+        with open_photo(path) as image:
             pixels = np.asarray(image.convert("RGB"))
         found = net.probability(pixels, progress)
         out = folder / f"edges_{number}.png"

@@ -1,4 +1,4 @@
-"""How cameras were held, as tables of apps, gimbals and other programs have it."""
+"""Camera attitudes from tables of apps, gimbals and other programs."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ _ANGLES = (
     ("roll", "bank", "camera roll", "gimbal roll", "gimbalrolldegree", "camerarolldegree"),
 )
 _NAMES = ("yaw", "pitch", "roll")
-_SWING = 3.0
-_NORTHS = {
+MAX_OVERSHOOT_DEG = 3.0
+_NORTH_WORDS = {
     **dict.fromkeys(("", "grid", "g"), "grid"),
     **dict.fromkeys(("true", "t", "geographic"), "true"),
     **dict.fromkeys(("magnetic", "m", "mag"), "magnetic"),
@@ -55,18 +55,27 @@ _NORTHS = {
 
 @dataclass(frozen=True, eq=False)
 class AttitudeTable:
-    """How n cameras were held.
+    """Attitudes of n cameras.
 
-    angles, sigma : (n, 3) degrees of yaw, pitch and roll; NaN where not given. yaw : azimuth of the
-        view, clockwise; pitch : 0 level, -90 straight down; roll : 0 with the image's long side
-        level, clockwise as the photographer tilts the camera
-    down : (n, 3) the direction in which things fall, in the frame of the camera (x right, y down, z
-        forward), unit vectors; NaN where pitch and roll say it, or nothing does
-    norths : what each yaw is counted from: "grid", "true" or "magnetic"
-    doubted : yaws are of a compass, which may be wrong for all photos alike
-    days : when each was read, None where that is not known; places : (n, 2) longitude and latitude,
-        NaN where not known
-    notes : what was assumed, or why there are no photos
+    Attributes
+    ----------
+    angles, sigma : (n, 3) float64
+        Degrees of yaw, pitch and roll; NaN if not stated. Yaw is the azimuth of the view,
+        clockwise; pitch is 0 level and -90 straight down; roll is 0 with the image's long side
+        level, clockwise as the photographer tilts the camera.
+    down : (n, 3) float64
+        Direction of gravity in the frame of the camera (x right, y down, z forward), unit vectors;
+        NaN if pitch and roll define it, or if it is unknown.
+    norths : tuple of str
+        North reference of each yaw: "grid", "true" or "magnetic".
+    doubted : bool
+        Yaws are from a compass, which may have a common error.
+    days : tuple of date or None
+        Dates of the readings, if known.
+    places : (n, 2) float64
+        Longitude and latitude, NaN if unknown.
+    notes : tuple of Finding
+        Assumptions, or why there are no photos.
     """
 
     photos: tuple[str, ...]
@@ -81,25 +90,34 @@ class AttitudeTable:
 
 
 def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
-    """`photo, yaw, pitch, roll[, sigma_yaw, sigma_pitch, sigma_roll][, north]`, in the words of
-    other programs too; yaw, or pitch and roll, may be missing; or the `geo.txt` of OpenDroneMap.
+    """Read a table of attitudes, or the `geo.txt` of OpenDroneMap.
 
-    north : from which yaws are counted where the table does not say: "grid", "true", "magnetic"
-    Raises InputError with file, line and column.
+    The columns are `photo, yaw, pitch, roll[, sigma_yaw, sigma_pitch, sigma_roll][, north]`, or
+    synonyms of other programs; yaw, or pitch and roll, may be missing.
+
+    Parameters
+    ----------
+    north : str
+        North reference if the table does not state it: "grid", "true" or "magnetic".
+
+    Raises
+    ------
+    InputError
+        With file, line and column.
     """
     path = Path(path)
     if is_geo(path):
-        return _of_geo(path)
+        return _read_geo_attitudes(path)
     table = NamedTable(path, ("photo", *_NAMES))
     photos = table.words(PHOTO, "photo")
     table.require_unique(photos)
     angles = np.full((len(photos), 3), np.nan)
-    there = [table.has(names) for names in _ANGLES]
-    if there[1] != there[2] or not any(there):
-        missing = _NAMES[there.index(False)]
-        table.columns((_ANGLES[there.index(False)],), (missing,))
+    has_angle = [table.has(names) for names in _ANGLES]
+    if has_angle[1] != has_angle[2] or not any(has_angle):
+        missing = _NAMES[has_angle.index(False)]
+        table.columns((_ANGLES[has_angle.index(False)],), (missing,))
     for column, names in enumerate(_ANGLES):
-        if there[column]:
+        if has_angle[column]:
             angles[:, column] = table.columns((names,), (_NAMES[column],))[:, 0]
     _require_angles(table, angles)
     sigma = np.column_stack(
@@ -109,12 +127,12 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
         ]
     )
     norths = _norths(table, len(photos), north)
-    yaws = np.isfinite(angles[:, 0])
-    unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
+    has_yaw = np.isfinite(angles[:, 0])
+    is_unstated = bool(has_yaw.any()) and not np.isfinite(sigma[has_yaw, 0]).any()
     notes: tuple[Finding, ...] = ()
-    if unstated and "magnetic" not in norths:
+    if is_unstated and "magnetic" not in norths:
         notes = (Finding("cameras.yaw-accuracy-unknown"),)
-    doubted = unstated or "magnetic" in norths
+    doubted = is_unstated or "magnetic" in norths
     return attitude_table(photos, angles, sigma, norths, doubted=doubted, notes=notes)
 
 
@@ -130,7 +148,7 @@ def attitude_table(
     places: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
-    """With what is not known left empty."""
+    """Return a table with NaN or None for values that are not given."""
     n = len(photos)
     return AttitudeTable(
         photos,
@@ -145,70 +163,74 @@ def attitude_table(
     )
 
 
-def without_attitudes(notes: Sequence[Finding]) -> AttitudeTable:
+def empty_attitude_table(notes: Sequence[Finding]) -> AttitudeTable:
     """Return a table without photos, with the reasons."""
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 
 def down_of(table: AttitudeTable) -> FloatArray:
-    """(n, 3) the direction in which things fall, in the frame of each camera: as it was measured,
-    or as pitch and roll say; NaN where neither is known."""
+    """Return the (n, 3) direction of gravity in the frame of each camera.
+
+    It is the measured one, or follows from pitch and roll; NaN if neither is known.
+    """
     down = table.down.copy()
-    told = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
-    tilts = np.column_stack([np.zeros(int(told.sum())), table.angles[told, 1:]])
-    down[told] = -camera_rotations(tilts)[:, 2, :]
+    has_tilt = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
+    tilts = np.column_stack([np.zeros(int(has_tilt.sum())), table.angles[has_tilt, 1:]])
+    down[has_tilt] = -camera_rotations(tilts)[:, 2, :]
     return down
 
 
 def _require_angles(table: NamedTable, angles: FloatArray) -> None:
-    """And bring roll within half a turn. Raises InputError."""
+    """Check the angles and wrap roll to half a turn. Raises InputError."""
     angles[:, 2] = np.where(angles[:, 2] > 180.0, angles[:, 2] - 360.0, angles[:, 2])
-    for column, lowest, highest in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):
-        # A gimbal that looks straight down swings a little beyond.
-        beyond = _SWING if column == 1 else 0.0
-        outside = (angles[:, column] < lowest - beyond) | (angles[:, column] > highest + beyond)
-        for row in np.flatnonzero(outside):
+    for column, minimum, maximum in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):
+        # A gimbal that points straight down may swing slightly beyond.
+        overshoot = MAX_OVERSHOOT_DEG if column == 1 else 0.0
+        is_outside = (angles[:, column] < minimum - overshoot) | (
+            angles[:, column] > maximum + overshoot
+        )
+        for row in np.flatnonzero(is_outside):
             finding = Finding(
                 "angle.out-of-range",
                 value=angles[row, column],
-                minimum=lowest,
-                maximum=highest,
+                minimum=minimum,
+                maximum=maximum,
             )
             if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
                 finding = Finding("cameras.pitch-from-nadir")
             raise table.at(int(row), finding, _NAMES[column])
 
 
-def _norths(table: NamedTable, n: int, usual: str) -> tuple[str, ...]:
+def _norths(table: NamedTable, n: int, default: str) -> tuple[str, ...]:
     if table.has(("north",)):
-        found = []
+        norths = []
         for row, word in enumerate(table.words(("north",), "north", empty=True)):
-            north = _NORTHS.get(word.casefold())
+            north = _NORTH_WORDS.get(word.casefold())
             if north is None:
                 finding = Finding(
                     "table.unknown-word", cell=shorten(word), words=("grid", "true", "magnetic")
                 )
                 raise table.at(row, finding, "north")
-            found.append(north if word else usual)
-        return tuple(found)
+            norths.append(north if word else default)
+        return tuple(norths)
     if table.has(("magnetic heading",)):
         return ("magnetic",) * n
-    heads = " ".join(table.table.names or ()).casefold()
-    if "(magnetic)" in heads:
+    header = " ".join(table.table.names or ()).casefold()
+    if "(magnetic)" in header:
         return ("magnetic",) * n
-    if "(true)" in heads or table.has(("true heading",)):
+    if "(true)" in header or table.has(("true heading",)):
         return ("true",) * n
-    return (usual,) * n
+    return (default,) * n
 
 
-def _of_geo(path: Path) -> AttitudeTable:
+def _read_geo_attitudes(path: Path) -> AttitudeTable:
     geo = read_geo(path)
     rows = np.flatnonzero(np.isfinite(geo.angles).all(axis=1))
     if not len(rows):
         raise InputError(Finding("cameras.no-angles"), file=path, line=geo.lines[0], field="yaw")
     photos = tuple(geo.photos[i] for i in rows)
     if not geo.angles[rows].any():
-        return without_attitudes(
+        return empty_attitude_table(
             [Finding("photo.angles-not-measured", photos=len(photos), photo=photos[0])]
         )
     note = Finding("cameras.opendronemap-angles", file=path.name)

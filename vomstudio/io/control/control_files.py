@@ -1,4 +1,4 @@
-"""Ground control from files of any format: points, marks, the CRS, and where they are found."""
+"""Ground control of any format: points, marks, CRS, and their location."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.io.control.registry import choose_format, find_formats
 
 
 def read_control(path: str | Path) -> list[ControlPoint]:
-    """The points of a file. Raises InputError with file, line and column or element."""
+    """Read the points of a file. Raises InputError with file, line and column or element."""
     path = Path(path)
     points = choose_format(path).points(path)
     for point in points:
@@ -22,34 +22,33 @@ def read_control(path: str | Path) -> list[ControlPoint]:
 
 
 def read_marks(path: str | Path) -> list[Mark]:
-    """The marks of a file. Raises InputError with file, line and column or element."""
+    """Read the marks of a file. Raises InputError with file, line and column or element."""
     path = Path(path)
     return choose_format(path).marks(path)
 
 
 def crs_of(path: str | Path) -> str | None:
-    """The CRS of the points of a file, "EPSG:n" (or WKT) with metres; None where it states none.
+    """Return the CRS of a file's points, "EPSG:n" (or WKT) with metres; None if not stated.
 
-    Points in degrees are read as those of their UTM zone. Raises InputError.
+    Points in degrees are returned in their UTM zone. Raises InputError.
     """
     path = Path(path)
     return choose_format(path).crs(path)
 
 
 def marks_beside(control: Path) -> Path:
-    """Where the marks of a control file are unless another file is named: in it, or beside it."""
+    """Return the default file of marks for a control file: itself, or one beside it."""
     format_ = choose_format(control)
     if format_.holds_marks:
         return control
-    usual = control.with_name(MARKS)
-    if not usual.is_file() and format_.marks_beside is not None:
-        return format_.marks_beside(control) or usual
-    return usual
+    default = control.with_name(MARKS)
+    if not default.is_file() and format_.marks_beside is not None:
+        return format_.marks_beside(control) or default
+    return default
 
 
 def find_control(photos: Path) -> tuple[Path, Path] | None:
-    """Control and marks that lie in the folder of the photos or beside it; None where they do
-    not both."""
+    """Return control and marks in the folder of the photos or beside it; None without both."""
     for folder in (photos, photos.parent):
         if (folder / CONTROL).is_file() and (folder / MARKS).is_file():
             return folder / CONTROL, folder / MARKS
@@ -60,9 +59,11 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
     return None
 
 
-def _first_exchanged(control: Path, stated: str, code: str) -> Finding | None:
-    """Return ``control.swapped-degrees`` if points would be in another zone, `code`, with longitude
-    and latitude exchanged."""
+def _exchanged_degrees_finding(control: Path, stated: str, code: str) -> Finding | None:
+    """Return ``control.swapped-degrees`` if exchanged degrees would explain the other CRS.
+
+    That is the case if points would be in the zone `code` with longitude and latitude exchanged.
+    """
     from vomstudio.io.gis.crs import to_degrees, utm_zone
 
     points = read_control(control)
@@ -83,8 +84,11 @@ def _first_exchanged(control: Path, stated: str, code: str) -> Finding | None:
 
 
 def agreed_crs(control: Path, crs: str | None) -> str | None:
-    """The CRS of a model placed by this file: the one asked for, which must be that of the file
-    where it states one, or else the file's; None for a local frame. Raises UsageError."""
+    """Return the CRS of a model that is placed by a control file; None for a local frame.
+
+    It is the requested one, which must be that of the file if stated, or else the file's. Raises
+    UsageError.
+    """
     from vomstudio.io.gis.crs import metric_crs
 
     stated = crs_of(control)
@@ -92,7 +96,7 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
         return stated
     code = metric_crs(crs, "CRS")
     if stated is not None and stated != code:
-        if (exchanged := _first_exchanged(control, stated, code)) is not None:
+        if (exchanged := _exchanged_degrees_finding(control, stated, code)) is not None:
             raise InputError(exchanged, file=control)
         raise UsageError(
             Finding("frame.other-crs", crs=code, control=control.name, stated=stated), field="CRS"

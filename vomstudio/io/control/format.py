@@ -1,4 +1,4 @@
-"""What a format of ground control is."""
+"""Interface of a ground control format."""
 
 from __future__ import annotations
 
@@ -11,21 +11,35 @@ from vomstudio.io.control.points import ControlPoint, Mark
 
 @dataclass(frozen=True)
 class ControlFormat:
-    """One format, by the content of its files.
+    """One format, detected by the content of its files.
 
-    name : as a person says it
-    matches : whether a file is of this format; False for one that is not there
-    points : of a file, in a projected CRS in metres (`io.control.projection`), or in a local frame
-    marks : of a file, in pixels of the photo as stored, from the outer corner of its top left pixel
-    crs : "EPSG:n" or WKT of `points`; None where the file states none
-    holds_marks : its files have points and marks both
-    found_as : names under which its files are looked for beside the photos
-    certain : False where a file that matches may be of another format that knows it better
-    extensions : that its files usually have, for file dialogs
-    marks_beside : the file in the same folder that holds the marks of a file of points; None where
-        none does, or several do
+    All functions raise InputError, with line and column or element, for invalid files.
 
-    All raise InputError, with line and column or element, for what is wrong in a file.
+    Attributes
+    ----------
+    name : str
+        Name for the user.
+    matches : callable
+        Returns whether a file has this format; False for a missing file.
+    points : callable
+        Returns the points of a file, in a projected CRS in metres (`io.control.projection`), or in
+        a local frame.
+    marks : callable
+        Returns the marks of a file, in pixels of the stored photo, from the outer corner of its
+        top left pixel.
+    crs : callable
+        Returns "EPSG:n" or WKT of `points`; None if the file does not state one.
+    holds_marks : bool
+        Its files have both points and marks.
+    found_as : tuple of str
+        Default file names beside the photos.
+    certain : bool
+        False if a matching file may have another, more specific format.
+    extensions : tuple of str
+        Usual extensions, for file dialogs.
+    marks_beside : callable or None
+        Returns the file in the same folder with the marks of a file of points; None without
+        exactly one.
     """
 
     name: str

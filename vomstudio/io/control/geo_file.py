@@ -1,8 +1,10 @@
-"""OpenDroneMap's `geo.txt`: a line that names the coordinate system, then for every photo
+"""OpenDroneMap's `geo.txt`.
+
+It has a line with the coordinate system, then for every photo
 `image x y [z] [yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
 
-Yaw, pitch and roll are those of OpenDroneMap: of a camera whose pitch is 0 where it looks straight
-down and 90 where it looks ahead, with the top of the photo ahead.
+Yaw, pitch and roll are those of OpenDroneMap: the pitch is 0 for a camera that points straight
+down and 90 for one that looks forward, with the top of the photo forward.
 """
 
 from __future__ import annotations
@@ -26,9 +28,20 @@ _COLUMNS = ("x", "y", "z", "yaw", "pitch", "roll", "horizontal_accuracy", "verti
 
 @dataclass(frozen=True, eq=False)
 class GeoFile:
-    """crs : as pyproj understands it; line : of the header
-    places : (n, 3) as written, NaN where there is no height; angles : (n, 3) and sigma : (n, 2)
-    horizontal and vertical, NaN where not given
+    """Content of a `geo.txt`.
+
+    Attributes
+    ----------
+    crs : str
+        As understood by pyproj.
+    line : int
+        Line of the header.
+    places : (n, 3) float64
+        As written, NaN without a height.
+    angles : (n, 3) float64
+        NaN if not stated.
+    sigma : (n, 2) float64
+        Horizontal and vertical, NaN if not stated.
     """
 
     path: Path
@@ -42,7 +55,7 @@ class GeoFile:
 
 
 def is_geo(path: Path) -> bool:
-    """Whether it begins with a coordinate system, and goes on with the name of a photo."""
+    """Return whether a file begins with a coordinate system, followed by the name of a photo."""
     if not is_odm(path):
         return False
     rows = _rows(path)
@@ -51,36 +64,38 @@ def is_geo(path: Path) -> bool:
 
 
 def read_geo(path: Path) -> GeoFile:
-    """Raises InputError with line and column."""
+    """Read the file. Raises InputError with line and column."""
     rows = _rows(path)
     line, header = rows[0][0], " ".join(rows[0][1])
     crs = projection_of(path, line, header)
     photos, lines, values = list[str](), list[int](), list[list[float]]()
-    first: dict[str, int] = {}
+    first_lines: dict[str, int] = {}
     for number, cells in rows[1:]:
-        at = _end_of_name(cells)
-        name = " ".join(cells[:at]).replace("\\", "/")
-        if name in first:
+        name_end = _end_of_name(cells)
+        name = " ".join(cells[:name_end]).replace("\\", "/")
+        if name in first_lines:
             raise InputError(
-                Finding("table.repeated-label", label=shorten(name), first_line=first[name]),
+                Finding("table.repeated-label", label=shorten(name), first_line=first_lines[name]),
                 file=path,
                 line=number,
                 field="image",
             )
-        first[name] = number
-        given = cells[at : at + len(_COLUMNS)]
-        if len(given) < 2:
+        first_lines[name] = number
+        value_cells = cells[name_end : name_end + len(_COLUMNS)]
+        if len(value_cells) < 2:
             raise InputError(
                 _too_few_cells(cells),
                 file=path,
                 line=number,
                 field="x",
             )
-        found = [_value(path, number, n, c) for n, c in zip(_COLUMNS, given, strict=False)]
-        found += [float("nan")] * (len(_COLUMNS) - len(found))
+        row_values = [
+            _value(path, number, n, c) for n, c in zip(_COLUMNS, value_cells, strict=False)
+        ]
+        row_values += [float("nan")] * (len(_COLUMNS) - len(row_values))
         photos.append(name)
         lines.append(number)
-        values.append(found)
+        values.append(row_values)
     if not photos:
         raise InputError(Finding("control.no-photos"), file=path, line=line)
     table = np.array(values, np.float64)
@@ -92,8 +107,8 @@ def read_geo(path: Path) -> GeoFile:
             field=_COLUMNS[6 + int(column)],
         )
     for row, column in np.ndindex(len(table), table.shape[1] - 6):
-        if (said := why_no_error(float(table[row, 6 + column]))) is not None:
-            raise InputError(said, file=path, line=lines[row], field=_COLUMNS[6 + column])
+        if (finding := why_no_error(float(table[row, 6 + column]))) is not None:
+            raise InputError(finding, file=path, line=lines[row], field=_COLUMNS[6 + column])
     return GeoFile(
         path, crs, line, tuple(photos), tuple(lines), table[:, :3], table[:, 3:6], table[:, 6:]
     )
@@ -118,10 +133,10 @@ def _too_few_cells(cells: list[str]) -> Finding:
 
 
 def _end_of_name(cells: list[str]) -> int:
-    """Names may have spaces: two numbers end them."""
-    for at in range(1, len(cells) - 1):
-        if _number(cells[at]) is not None and _number(cells[at + 1]) is not None:
-            return at
+    """Return where the name ends, which may have spaces: two numbers end it."""
+    for index in range(1, len(cells) - 1):
+        if _number(cells[index]) is not None and _number(cells[index + 1]) is not None:
+            return index
     return 1
 
 
@@ -138,9 +153,9 @@ def _value(path: Path, line: int, name: str, cell: str) -> float:
     if value is not None:
         return value
     if name not in ("x", "y") and not is_comma_number(cell):
-        # What stands behind the numbers is for others.
+        # Cells after the numbers belong to other programs.
         return float("nan")
-    said = Finding("table.not-a-number", cell=shorten(cell))
+    finding = Finding("table.not-a-number", cell=shorten(cell))
     if is_comma_number(cell):
-        said = Finding("table.decimal-comma", cell=shorten(cell))
-    raise InputError(said, file=path, line=line, field=name)
+        finding = Finding("table.decimal-comma", cell=shorten(cell))
+    raise InputError(finding, file=path, line=line, field=name)

@@ -1,8 +1,8 @@
-"""Tables of what is known of a model's place: pairs of points, scale bars, camera positions, level
-lines in photos, and compass readings of what the model shows.
+"""Tables of observations that place a model.
 
-Headers are found by what they say, in any order; one that begins with `#` counts too, as Metashape
-writes it. Without a header the columns stand in the order in which they are named here.
+They are pairs of points, scale bars, camera positions, level lines in photos, and compass readings
+of parts of the model. Columns are found by their header, in any order; a header that begins with
+`#` is valid, as in Metashape. Without a header the columns have the order given here.
 """
 
 from __future__ import annotations
@@ -25,21 +25,31 @@ from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import extract_orientations
 from vomstudio.io.text.rows import shorten
 
-_MODEL = (
+_MODEL_COLUMNS = (
     ("model x", "local x", "xm", "mx"),
     ("model y", "local y", "ym", "my"),
     ("model z", "local z", "zm", "mz"),
 )
-_PAIRS = ("label", "model_x", "model_y", "model_z", "x", "y", "z")
+_PAIR_COLUMNS = ("label", "model_x", "model_y", "model_z", "x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """n points of the model with their coordinates.
+    """n points of the model with their World coordinates.
 
-    model, world : (n, 3); sigma : (n, 3) metres, NaN where not stated; check : (n,) they judge only
-    notes : messages of reading them; crs : of World, None for local coordinates
-    covariance : (n, 3, 3) errors of `model`, NaN for points that were clicked; None if all were
+    Attributes
+    ----------
+    model, world : (n, 3) float64
+    sigma : (n, 3) float64
+        Metres, NaN if not stated.
+    check : (n,) bool
+        Check points, not used for the registration.
+    notes : tuple of Finding
+        Findings of reading them.
+    crs : str or None
+        CRS of World; None for local coordinates.
+    covariance : (n, 3, 3) float64 or None
+        Errors of `model`, NaN for clicked points; None if all were clicked.
     """
 
     labels: tuple[str, ...]
@@ -53,13 +63,13 @@ class Pairs:
 
     @property
     def is_clicked(self) -> BoolArray:
-        """Which of the points (n,) were clicked on the model, not marked in photos."""
+        """Whether each point (n,) was clicked on the model and not marked in photos."""
         if self.covariance is None:
             return np.ones(len(self.labels), bool)
         return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
 
-    def with_more(self, other: Pairs) -> Pairs:
-        """These and others. Raises UsageError where a label is in both."""
+    def joined_with(self, other: Pairs) -> Pairs:
+        """Return these pairs followed by others. Raises UsageError if a label is in both."""
         for label in set(self.labels) & set(other.labels):
             raise UsageError(Finding("control.repeated-point", label=label))
         return Pairs(
@@ -70,27 +80,30 @@ class Pairs:
             np.concatenate([self.check, other.check]),
             (*self.notes, *other.notes),
             self.crs or other.crs,
-            _together(self, other),
+            _joined_covariance(self, other),
         )
 
 
-def _together(*tables: Pairs) -> FloatArray | None:
-    """Return the errors of the places of all tables, None if all were clicked."""
+def _joined_covariance(*tables: Pairs) -> FloatArray | None:
+    """Return the errors of the positions of all tables, None if all were clicked."""
     if all(table.covariance is None for table in tables):
         return None
-    clicked = (np.full((len(table.labels), 3, 3), np.nan) for table in tables)
+    missing_covariances = (np.full((len(table.labels), 3, 3), np.nan) for table in tables)
     return np.concatenate(
         [
-            each if table.covariance is None else table.covariance
-            for table, each in zip(tables, clicked, strict=True)
+            missing if table.covariance is None else table.covariance
+            for table, missing in zip(tables, missing_covariances, strict=True)
         ]
     )
 
 
 @dataclass(frozen=True)
 class ScaleBar:
-    """Between two points of the pairs; sigma_m : None where not stated; check : it judges only;
-    file, line : where it stands, None where it was not read"""
+    """Distance between two points of the pairs.
+
+    `sigma_m` is None if not stated, `check` marks a bar that is not used for the registration, and
+    `file` and `line` are None if it was not read from a file.
+    """
 
     first: str
     second: str
@@ -103,12 +116,23 @@ class ScaleBar:
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Where photos were taken. places : (n, 3) as written, NaN where a height is missing
-    degrees : they are longitude and latitude; sigma : (n, 3) metres, NaN where not stated
-    crs : of x and y as the file states it, in `line`, None where it does not
-    heights : what each is above: "ellipsoid", "sea level", "below sea level", or "" where that is
-        not stated; () where it is for none
-    notes : messages about the table, or about what the photos state
+    """Positions of photos.
+
+    Attributes
+    ----------
+    places : (n, 3) float64
+        As written, NaN without a height.
+    degrees : bool
+        x and y are longitude and latitude.
+    sigma : (n, 3) float64
+        Metres, NaN if not stated.
+    crs, line
+        CRS of x and y as the file states it in a line; None if not stated.
+    heights : tuple of str
+        Reference of each height: "ellipsoid", "sea level", "below sea level", or "" if not stated;
+        () if not stated for any.
+    notes : tuple of Finding
+        Findings about the table, or about what the photos state.
     """
 
     photos: tuple[str, ...]
@@ -124,7 +148,7 @@ class Positions:
 
 @dataclass(frozen=True, eq=False)
 class LevelTable:
-    """Lines that are level in photos. ends : (n, 2, 2) pixels"""
+    """Level lines in photos. `ends` (n, 2, 2) are pixels."""
 
     photos: tuple[str, ...]
     ends: FloatArray
@@ -134,10 +158,16 @@ class LevelTable:
 class CompassTable:
     """n planes and lines of the model that were read by compass.
 
-    is_plane : (n,) else a line; azimuth_deg, inclination_deg : (n,) as read, dip direction and dip
-        of planes, trend and plunge of lines
-    model : (n, 3) unit vectors in the model's frame, normals of planes
-    sigma : (n,) degrees, NaN where not stated
+    Attributes
+    ----------
+    is_plane : (n,) bool
+        False for lines.
+    azimuth_deg, inclination_deg : (n,) float64
+        As read: dip direction and dip of planes, trend and plunge of lines.
+    model : (n, 3) float64
+        Unit vectors in the model's frame, normals of planes.
+    sigma : (n,) float64
+        Degrees, NaN if not stated.
     """
 
     labels: tuple[str, ...]
@@ -148,7 +178,7 @@ class CompassTable:
     sigma: FloatArray
 
     def vectors(self) -> FloatArray:
-        """(n, 3) unit vectors by what was read: downward poles of planes, and the lines."""
+        """Return (n, 3) unit vectors of the readings: downward poles of planes, and lines."""
         poles = planes_to_poles(self.azimuth_deg, self.inclination_deg)
         lines = lines_to_vectors(self.azimuth_deg, self.inclination_deg)
         return np.where(self.is_plane[:, None], poles, lines)
@@ -172,10 +202,10 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
         With file, line and column, and for World coordinates that are not metric
         (`vomstudio.io.gate.points.points_to_world`).
     """
-    table = NamedTable(path, _PAIRS)
+    table = NamedTable(path, _PAIR_COLUMNS)
     labels = table.words(LABEL, "label")
     table.require_unique(labels)
-    model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
+    model = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_coordinates(world)
     placed = points_to_world(
@@ -196,10 +226,13 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
 
 
 def read_points(path: str | Path) -> Pairs:
-    """Points with coordinates from any file of ground control; `model` is NaN where the file does
-    not say where on the model they are. Raises InputError with file, line and column."""
+    """Read points with coordinates from any ground control file.
+
+    `model` is NaN if the file does not state positions on the model. Raises InputError with file,
+    line and column.
+    """
     path = Path(path)
-    if not choose_format(path).certain and _tells_places(path):
+    if not choose_format(path).certain and _has_model_positions(path):
         return read_pairs(path)
     points = read_control(path)
     sigma = [np.nan if p.sigma_m is None else p.sigma_m for p in points]
@@ -212,26 +245,26 @@ def read_points(path: str | Path) -> Pairs:
     )
 
 
-def _tells_places(path: Path) -> bool:
+def _has_model_positions(path: Path) -> bool:
     try:
-        return NamedTable(path, _PAIRS).has(_MODEL[0])
+        return NamedTable(path, _PAIR_COLUMNS).has(_MODEL_COLUMNS[0])
     except InputError:
         return False
 
 
 def read_scale_bars(path: str | Path) -> list[ScaleBar]:
-    """`from, to, length_m[, sigma_m][, use]`. Raises InputError."""
+    """Read `from, to, length_m[, sigma_m][, use]`. Raises InputError."""
     table = NamedTable(path, ("from", "to", "length_m"))
     first = table.words(("from", "first", "start", "label 1", "point 1"), "from")
     second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.at(int(row), Finding("table.not-positive"), "length_m")
-    for bar, (one, other) in enumerate(zip(first, second, strict=True)):
-        if one == other:
+    for bar, (first_label, second_label) in enumerate(zip(first, second, strict=True)):
+        if first_label == second_label:
             raise table.at(
                 bar,
-                Finding("control.bar-of-one-point", label=shorten(one)),
+                Finding("control.bar-of-one-point", label=shorten(first_label)),
                 "to",
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
@@ -252,8 +285,10 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
 
 
 def read_positions(path: str | Path) -> Positions:
-    """`photo, x, y, z[, sigma_x, sigma_y, sigma_z]`, or longitude, latitude and altitude as the
-    header says; or the `geo.txt` of OpenDroneMap. Raises InputError."""
+    """Read `photo, x, y, z[, sigma_x, sigma_y, sigma_z]`, or the `geo.txt` of OpenDroneMap.
+
+    Longitude, latitude and altitude are recognised by the header. Raises InputError.
+    """
     path = Path(path)
     if is_geo(path):
         geo = read_geo(path)
@@ -279,7 +314,7 @@ def read_positions(path: str | Path) -> Positions:
 
 
 def read_level_lines(path: str | Path) -> LevelTable:
-    """`photo, x1, y1, x2, y2`, pixels of two ends of a line that is level. Raises InputError."""
+    """Read `photo, x1, y1, x2, y2`, pixels of two ends of a level line. Raises InputError."""
     table = NamedTable(path, ("photo", "x1", "y1", "x2", "y2"))
     photos = table.words(PHOTO, "photo")
     names = ("x1", "y1", "x2", "y2")
@@ -290,20 +325,24 @@ def read_level_lines(path: str | Path) -> LevelTable:
 
 
 def read_compass(path: str | Path) -> CompassTable:
-    """An orientation table with the same planes and lines in the model's frame, as unit vectors
-    `model_x, model_y, model_z` (normals of planes), and `sigma_deg` where wanted. Raises
-    InputError and UsageError."""
+    """Read an orientation table with the same planes and lines in the model's frame.
+
+    These are unit vectors `model_x, model_y, model_z` (normals of planes), and optionally
+    `sigma_deg`. Raises InputError and UsageError.
+    """
     table = NamedTable(path, ())
-    if not all(table.has(names) for names in _MODEL):
+    if not all(table.has(names) for names in _MODEL_COLUMNS):
         raise InputError(
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
-    read = extract_orientations(table.table)
-    vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.row_indices]
+    orientations = extract_orientations(table.table)
+    vectors = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))[
+        orientations.row_indices
+    ]
     length = np.linalg.norm(vectors, axis=1)
-    for place in np.flatnonzero(~(length > 0)):
+    for index in np.flatnonzero(~(length > 0)):
         raise table.at(
-            int(read.row_indices[place]),
+            int(orientations.row_indices[index]),
             Finding("control.no-model-direction"),
             "model_x",
         )
@@ -314,17 +353,17 @@ def read_compass(path: str | Path) -> CompassTable:
             Finding("angle.out-of-range", value=sigma[row], minimum=0.0, maximum=90.0),
             "sigma_deg",
         )
-    labels = read.ids
+    labels = orientations.ids
     if not table.has(("id",)) and table.has(LABEL):
         names = table.words(LABEL, "label", empty=True)
         labels = tuple(
-            names[row] or label for row, label in zip(read.row_indices, labels, strict=True)
+            names[row] or label for row, label in zip(orientations.row_indices, labels, strict=True)
         )
     return CompassTable(
         labels,
-        read.is_plane,
-        np.where(read.is_plane, read.dip_direction_deg, read.trend_deg),
-        np.where(read.is_plane, read.dip_deg, read.plunge_deg),
+        orientations.is_plane,
+        np.where(orientations.is_plane, orientations.dip_direction_deg, orientations.trend_deg),
+        np.where(orientations.is_plane, orientations.dip_deg, orientations.plunge_deg),
         vectors / length[:, None],
-        sigma[read.row_indices],
+        sigma[orientations.row_indices],
     )

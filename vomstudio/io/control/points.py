@@ -1,6 +1,6 @@
-"""Ground control: points with surveyed coordinates, and where they are seen in the photos.
+"""Ground control: points with surveyed coordinates, and their marks in photos.
 
-Labels that are marked and have no coordinates are tie points: places that the photos share.
+Marked labels without coordinates are tie points: positions that photos share.
 """
 
 from __future__ import annotations
@@ -8,14 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 CONTROL, MARKS = "control.csv", "marks.csv"
-"""Names of our own tables beside the photos, where they are found without being named."""
+"""Default names of the tables beside the photos."""
 
 
 @dataclass(frozen=True)
 class ControlPoint:
-    """position : east, north, up in the CRS of the project, metres
-    sigma_m : of each coordinate; None where the table does not say
-    check : it judges the model and does not place it
+    """A ground control point.
+
+    `position` is east, north, up in the CRS of the project, metres; `sigma_m` is that of each
+    coordinate, None if not stated; `check` marks a check point, which is not used for the model.
     """
 
     label: str
@@ -26,8 +27,10 @@ class ControlPoint:
 
 @dataclass(frozen=True)
 class Mark:
-    """photo : its name, as in the folder, or the last part of it
-    x, y : pixels; (0.5, 0.5) is the centre of the top left pixel
+    """A mark in a photo.
+
+    `photo` is its name in the folder, or the last part of it; x and y are pixels, (0.5, 0.5) is
+    the centre of the top left pixel.
     """
 
     label: str

@@ -1,4 +1,4 @@
-"""Control points in the CRS in which a model is placed: projected, in metres."""
+"""Conversion of control points to the CRS of a model: projected, in metres."""
 
 from __future__ import annotations
 
@@ -11,15 +11,29 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import ControlPoint
 
 
-def in_metres(
+def project_points(
     path: Path, points: Sequence[ControlPoint], text: str | None, line: int | None = None
 ) -> tuple[list[ControlPoint], str | None]:
-    """Points in a projected CRS and "EPSG:n" or WKT of it, None where nothing or a local one is
-    stated; longitude and latitude become those of their UTM zone.
+    """Convert points to a projected CRS.
 
-    points : none of a format that is not read in degrees
-    text : the CRS as the file states it, in this line
-    Raises InputError for a CRS that is not known or not in metres.
+    Parameters
+    ----------
+    points : sequence of ControlPoint
+        Empty for a format that is not read in degrees.
+    text : str or None
+        CRS as the file states it, in `line`.
+
+    Returns
+    -------
+    points : list of ControlPoint
+        Longitude and latitude are converted to their UTM zone.
+    crs : str or None
+        "EPSG:n" or WKT; None if none or a local one is stated.
+
+    Raises
+    ------
+    InputError
+        For a CRS that is unknown or not in metres.
     """
     from pyproj import CRS
     from pyproj.exceptions import CRSError
@@ -41,13 +55,13 @@ def in_metres(
                     raise _nowhere(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
             to_grid = degrees_to_grid(code, horizontal.to_wkt())
-            moved = []
+            projected = []
             for point in points:
-                place = to_grid(point.position[0], point.position[1])
-                if place is None:
+                position = to_grid(point.position[0], point.position[1])
+                if position is None:
                     raise _nowhere(path, line, point)
-                moved.append(replace(point, position=(*place, point.position[2])))
-            return moved, code
+                projected.append(replace(point, position=(*position, point.position[2])))
+            return projected, code
         code, unit = parse_crs(horizontal.to_wkt())
     except (CRSError, InputError) as error:
         if isinstance(error, InputError) and error.file is not None:

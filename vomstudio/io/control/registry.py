@@ -1,7 +1,7 @@
-"""Which format takes which file of ground control.
+"""Registry of ground control formats.
 
-A new format is one module in `vomstudio/io/control/formats` that defines `CONTROL_FORMAT`, or a
-package of someone else that names a `ControlFormat` in the entry point group
+A new format is a module in `vomstudio/io/control/formats` that defines `CONTROL_FORMAT`, or a
+third-party package that names a `ControlFormat` in the entry point group
 `vomstudio.control_formats`.
 """
 
@@ -27,16 +27,23 @@ def find_formats() -> LoadedPlugins[ControlFormat]:
 
 
 def extensions() -> tuple[str, ...]:
-    """Every extension that files of ground control have, for file dialogs."""
-    return tuple(dict.fromkeys(e for one in find_formats().all for e in one.extensions))
+    """Return every extension of ground control files, for file dialogs."""
+    return tuple(
+        dict.fromkeys(e for control_format in find_formats().all for e in control_format.extensions)
+    )
 
 
 def choose_format(path: Path) -> ControlFormat:
-    """By the file's content, a certain format before those that take what nobody else knows.
-    Raises InputError for a damaged file."""
-    found = find_formats()
-    for format_ in sorted(found.all, key=lambda one: not one.certain):
+    """Return the format of a file by its content, specific formats first.
+
+    Raises InputError for a damaged file.
+    """
+    formats_found = find_formats()
+    for format_ in sorted(formats_found.all, key=lambda control_format: not control_format.certain):
         if format_.matches(path):
             return format_
-    known = [*(tr(one.name) for one in found.all), *map(str, found.broken)]
-    raise InputError(Finding("control.unknown-format", formats=known), file=path)
+    names = [
+        *(tr(control_format.name) for control_format in formats_found.all),
+        *map(str, formats_found.broken),
+    ]
+    raise InputError(Finding("control.unknown-format", formats=names), file=path)

@@ -1,4 +1,4 @@
-"""Ground control written as tables of our own, as `io.control.formats.tables` reads them."""
+"""Writing of ground control as tables, as `io.control.formats.tables` reads them."""
 
 from __future__ import annotations
 
@@ -27,11 +27,22 @@ _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 def write_control(
     path: Path, points: Iterable[ControlPoint], crs: str | None = None
 ) -> Path | None:
-    """Write the table of points, whole or not at all; without points there is none afterwards.
+    """Write the table of points, completely or not at all; without points the file is removed.
 
-    crs : "EPSG:n" of the points, or WKT in one line where there is no code, which the table then
-        states in a comment; None where not known
-    Returns where a table was put that held more than these columns. Raises TargetError.
+    Parameters
+    ----------
+    crs : str or None
+        "EPSG:n" of the points, or WKT in one line, which a comment of the table states.
+
+    Returns
+    -------
+    Path or None
+        New path of an existing table with other content.
+
+    Raises
+    ------
+    TargetError
+        If the file cannot be written.
     """
     rows = [
         [
@@ -47,8 +58,10 @@ def write_control(
 
 
 def write_pairs(path: Path, pairs: Pairs) -> Path | None:
-    """Write points found on a model as the table that `register --pairs` reads. Returns as
-    `write_control`, raises TargetError."""
+    """Write points on a model as the table of `register --pairs`.
+
+    Returns and raises as `write_control`.
+    """
     has_sigma = bool(np.isfinite(pairs.sigma).any())
     head = ["label", "model_x", "model_y", "model_z", "x", "y", "z", "use"]
     head += ["sigma_x", "sigma_y", "sigma_z"] if has_sigma else []
@@ -68,21 +81,23 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
 
 
 def write_compass(path: Path, table: CompassTable) -> Path | None:
-    """Write readings by compass as the table that `register --orientations` reads. Returns as
-    `write_control`, raises TargetError."""
+    """Write compass readings as the table of `register --orientations`.
+
+    Returns and raises as `write_control`.
+    """
     head = ["id", "element", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
     head += ["model_x", "model_y", "model_z", "sigma_deg"]
     rows = []
     for k, label in enumerate(table.labels):
         angles = [_digits(table.azimuth_deg[k]), _digits(table.inclination_deg[k])]
-        plane = bool(table.is_plane[k])
+        is_plane = bool(table.is_plane[k])
         sigma = float(table.sigma[k])
         rows.append(
             [
                 escape_formula(label),
-                "plane" if plane else "line",
-                *(angles if plane else ["", ""]),
-                *(["", ""] if plane else angles),
+                "plane" if is_plane else "line",
+                *(angles if is_plane else ["", ""]),
+                *(["", ""] if is_plane else angles),
                 *map(_digits, table.model[k].tolist()),
                 "" if np.isnan(sigma) else _digits(sigma),
             ]
@@ -91,9 +106,9 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
-    """Write the table of marks, whole or not at all; without marks there is none afterwards.
+    """Write the table of marks, completely or not at all; without marks the file is removed.
 
-    Returns where a table was put that held more than these columns. Raises TargetError.
+    Returns and raises as `write_control`.
     """
     rows = [
         [escape_formula(m.label), escape_formula(m.photo), _digits(m.x), _digits(m.y)]
@@ -106,7 +121,7 @@ def _write(
     path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
 ) -> Path | None:
     check_generated_path(path)
-    kept = back_up(path) if path.exists() and not _is_plain(path, header) else None
+    moved_file = back_up(path) if path.exists() and not _has_only_columns(path, header) else None
     if not rows:
         try:
             path.unlink(missing_ok=True)
@@ -114,21 +129,21 @@ def _write(
             raise TargetError(
                 Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
-        return kept
+        return moved_file
     text = io.StringIO()
-    # Unquoted, a line that begins with # or > is none of the table.
-    odd = any(not row[0][:1].isalnum() for row in rows)
+    # Unquoted, a line that begins with # or > would not belong to the table.
+    needs_quotes = any(not row[0][:1].isalnum() for row in rows)
     writer = csv.writer(
-        text, lineterminator="\n", quoting=csv.QUOTE_ALL if odd else csv.QUOTE_MINIMAL
+        text, lineterminator="\n", quoting=csv.QUOTE_ALL if needs_quotes else csv.QUOTE_MINIMAL
     )
     writer.writerow(header)
     writer.writerows(rows)
     write_bytes(path, (comment + text.getvalue()).encode(), force=True)
-    return kept
+    return moved_file
 
 
-def _is_plain(path: Path, header: Sequence[str]) -> bool:
-    """Whether a table holds nothing that would be lost if it were written anew."""
+def _has_only_columns(path: Path, header: Sequence[str]) -> bool:
+    """Return whether a table has only these columns and no comments that would be lost."""
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8") as stream:
             first = stream.readline().rstrip("\n").replace('"', "")
@@ -140,5 +155,5 @@ def _is_plain(path: Path, header: Sequence[str]) -> bool:
 
 
 def _digits(value: float) -> str:
-    """As short as tells it apart from every other number."""
+    """Return the shortest text that identifies the number."""
     return repr(float(value)).removesuffix(".0")

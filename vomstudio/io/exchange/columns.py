@@ -1,4 +1,4 @@
-"""Rows as text with delimiters, in the columns of another program."""
+"""Delimited text in the columns of another program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = Mapping[str, Any]
 
 
 def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
-    """Texts as UTF-8 files, all or none. Raises TargetError."""
+    """Write texts as UTF-8 files, all or none. Raises TargetError."""
     paths = list(tables)
     with atomic_group(paths, force) as temporaries:
         for temporary, text in zip(temporaries, tables.values(), strict=True):
@@ -25,8 +25,8 @@ def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
     return paths
 
 
-def as_text(names: Sequence[str], rows: Iterable[Sequence[Any]], delimiter: str) -> str:
-    """A line of names, and one for each row; cells that hold the delimiter are quoted."""
+def delimited_text(names: Sequence[str], rows: Iterable[Sequence[Any]], delimiter: str) -> str:
+    """Return a header line and one line per row; cells that contain the delimiter are quoted."""
     out = io.StringIO()
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
     writer.writerow(names)
@@ -38,22 +38,22 @@ def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     if isinstance(value, float):
-        # Far finer than any measurement; the zeros of rounding say nothing.
+        # Far finer than any measurement; more digits would show rounding errors.
         return f"{value:.12g}"
     text = " ".join(replace_control_characters(str(value)).split())
     return escape_foreign_cell(text) if isinstance(value, str) else text
 
 
 def degrees(value: float | None) -> float | None:
-    """An angle without the digits that rounding makes."""
+    """Return an angle without digits from rounding errors."""
     return None if value is None else round(float(value), 6) + 0.0
 
 
 def label(row: Row) -> str:
-    """What a feature is called."""
+    """Return the label of a feature."""
     return str(row["name"] or row["id"] or "")
 
 
-def beside(out: Path, name: str) -> Path:
-    """NAME_name.ending."""
+def sibling_path(out: Path, name: str) -> Path:
+    """Return NAME_name.suffix."""
     return out.with_name(f"{out.stem}_{name}{out.suffix}")

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane
-from vomstudio.io.exchange.columns import Row, as_text, degrees, label
+from vomstudio.io.exchange.columns import Row, degrees, delimited_text, label
 
 FAULTKIN = ("strike", "dip", "trend", "plunge", "sense", "label")
 WINTENSOR = (
@@ -33,14 +33,14 @@ _TENSOR_SENSE = {"normal": "N", "reverse": "I", "sinistral": "S", "dextral": "D"
 _TENSOR_CONFIDENCE = {"certain": "C", "probable": "P", "supposed": "S"}
 
 
-def on_a_fault(row: Row) -> bool:
-    """Whether it is a line on a plane that is known."""
+def is_line_on_plane(row: Row) -> bool:
+    """Return whether a row is a line on a known plane."""
     return row["element"] == "line" and row["on_plane_dip_deg"] is not None
 
 
 def faultkin(rows: Sequence[Row]) -> str:
-    """Of lines on planes whose slip has a direction."""
-    return as_text(FAULTKIN, [_faultkin(row) for row in rows], "\t")
+    """Return the table of lines on planes whose slip has a direction."""
+    return delimited_text(FAULTKIN, [_faultkin(row) for row in rows], "\t")
 
 
 def _faultkin(row: Row) -> list[object]:
@@ -56,22 +56,24 @@ def _faultkin(row: Row) -> list[object]:
 
 
 def faultkin_sense(slip_rake_deg: float) -> str:
-    """Two letters of a directed rake. Where the slip has no part of one kind, its letter says
-    nothing: N, and L."""
-    strike_slip = abs(slip_rake_deg) % 180.0 < ANGLE_TOLERANCE_DEG
-    thrust = slip_rake_deg > 0.0 and not strike_slip
-    right = abs(slip_rake_deg) > 90.0 + ANGLE_TOLERANCE_DEG
-    return ("T" if thrust else "N") + ("R" if right else "L")
+    """Return the two letters of a directed rake.
+
+    If the slip has no component of one kind, its letter is the default: N, and L.
+    """
+    is_strike_slip = abs(slip_rake_deg) % 180.0 < ANGLE_TOLERANCE_DEG
+    is_thrust = slip_rake_deg > 0.0 and not is_strike_slip
+    is_right_lateral = abs(slip_rake_deg) > 90.0 + ANGLE_TOLERANCE_DEG
+    return ("T" if is_thrust else "N") + ("R" if is_right_lateral else "L")
 
 
 def wintensor(rows: Sequence[Row]) -> str:
-    """Of lines on planes; a sense that nobody has seen is X."""
-    return as_text(WINTENSOR, [_wintensor(n, row) for n, row in enumerate(rows, 1)], "\t")
+    """Return the table of lines on planes; an unknown sense is X."""
+    return delimited_text(WINTENSOR, [_wintensor(n, row) for n, row in enumerate(rows, 1)], "\t")
 
 
 def _wintensor(number: int, row: Row) -> list[object]:
     sense = _TENSOR_SENSE.get(row["slip_sense"] or "", "X")
-    known = sense != "X" and row["slip_rake_deg"] is not None
+    has_sense = sense != "X" and row["slip_rake_deg"] is not None
     return [
         number,
         FAULT_WITH_STRIAE,
@@ -79,8 +81,8 @@ def _wintensor(number: int, row: Row) -> list[object]:
         degrees(row["on_plane_dip_direction_deg"]),
         degrees(row["plunge_deg"]),
         degrees(row["trend_deg"]),
-        sense if known else "X",
-        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if known else "X",
+        sense if has_sense else "X",
+        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if has_sense else "X",
         1,
         label(row),
     ]

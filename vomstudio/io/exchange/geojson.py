@@ -1,9 +1,9 @@
 """Layers as GeoJSON, one file each, in the CRS of the project.
 
-RFC 7946 knows longitude and latitude only, in which an outcrop loses millimetres and everything
-that is measured on a map; the coordinates are therefore those of the project, with the `crs` member
-of the specification of 2008, which GDAL and QGIS read and write. Of a local frame it is null: a
-file without the member would be taken for degrees.
+RFC 7946 allows longitude and latitude only, in which an outcrop loses millimetres and all
+distances on a map. The coordinates are therefore those of the project, with the `crs` member of
+the specification of 2008, which GDAL and QGIS support. It is null for a local frame: a file
+without it would be read as degrees.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.io.exchange.columns import beside
+from vomstudio.io.exchange.columns import sibling_path
 from vomstudio.io.gis.layers import Layer
 
 _GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 
 
 def geojson_files(out: Path, layers: Sequence[Layer], crs: str | None) -> dict[Path, str]:
-    """`planes` as `out` itself, the other layers as NAME_layer beside it."""
-    names = [out if layer.name == "planes" else beside(out, layer.name) for layer in layers]
+    """Return the texts: `planes` as `out`, the other layers as NAME_layer beside it."""
+    names = [out if layer.name == "planes" else sibling_path(out, layer.name) for layer in layers]
     return {path: _collection(layer, crs) for path, layer in zip(names, layers, strict=True)}
 
 
@@ -36,13 +36,18 @@ def _collection(layer: Layer, crs: str | None) -> str:
         }
         for row, shape in enumerate(layer.shapes)
     ]
-    named = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
-    whole = {"type": "FeatureCollection", "name": layer.name, "crs": named, "features": features}
-    return json.dumps(whole, ensure_ascii=False, allow_nan=False) + "\n"
+    crs_member = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
+    collection = {
+        "type": "FeatureCollection",
+        "name": layer.name,
+        "crs": crs_member,
+        "features": features,
+    }
+    return json.dumps(collection, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _urn(crs: str) -> str:
-    """How GeoJSON names an EPSG code; other systems by their text."""
+    """Return the name of an EPSG code in GeoJSON; other systems by their text."""
     authority, _, code = crs.partition(":")
     return f"urn:ogc:def:crs:EPSG::{code}" if authority == "EPSG" and code.isdigit() else crs
 
@@ -51,7 +56,7 @@ def _coordinates(layer: Layer, shape: Any) -> list[Any]:
     points: list[list[float]] = shape.tolist()
     if layer.kind == "point":
         return points[0]
-    # A ring ends where it began.
+    # Repeat the first point of a ring.
     return points if layer.kind == "line" else [[*points, points[0]]]
 
 
@@ -64,6 +69,6 @@ def _plain(value: Any) -> Any:
 
 
 def properties_of(layer: Layer, row: int) -> Mapping[str, Any]:
-    """The figures of one feature that are there."""
+    """Return the available figures of one feature."""
     values = {name: _plain(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

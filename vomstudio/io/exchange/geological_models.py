@@ -1,13 +1,13 @@
 """Orientations and points of surfaces for GemPy and LoopStructural.
 
-- GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (of the dip), dip, polarity (-1
-  where overturned) and formation; points of surfaces as X, Y, Z, formation. `nugget` is the
-  variance that GemPy adds to an orientation's gradient: that of the plane's own error (its 95 %
-  region has the half-angle of 2.45 standard deviations), and GemPy's default of 0.01 where it is
-  not known.
+- GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (of the dip), dip, polarity (-1 if
+  overturned) and formation; points of surfaces as X, Y, Z, formation. `nugget` is the variance that
+  GemPy adds to an orientation's gradient: that of the plane's error (its 95 % region has a
+  half-angle of 2.45 standard deviations), and GemPy's default of 0.01 if unknown.
 - LoopStructural (`GeologicalModel.data`): X, Y, Z, feature_name, and nx, ny, nz of the upward
-  normal (downward where a bed is overturned: toward the younger side); points of surfaces by
-  `interface`, one number for each surface of a feature.
+normal
+  (downward for an overturned bed: toward the younger side); points of surfaces by `interface`, one
+  number for each surface of a feature.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from collections.abc import Sequence
 from typing import Any
 
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-from vomstudio.io.exchange.columns import Row, as_text, degrees
+from vomstudio.io.exchange.columns import Row, degrees, delimited_text
 from vomstudio.io.gis.layers import Layer
 
 UNKNOWN_NUGGET = 0.01
-ORIENTATIONS = ("X", "Y", "Z", "azimuth", "dip", "polarity", "formation", "nugget")
-POINTS = ("X", "Y", "Z", "formation")
-LOOP = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "interface")
+GEMPY_ORIENTATION_COLUMNS = ("X", "Y", "Z", "azimuth", "dip", "polarity", "formation", "nugget")
+GEMPY_POINT_COLUMNS = ("X", "Y", "Z", "formation")
+LOOPSTRUCTURAL_COLUMNS = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "interface")
 
 
 def surface_name(kind: object, set_name: object) -> str:
-    """The surface that a feature belongs to: its set, else its type."""
+    """Return the surface of a feature: its set, else its type."""
     return str(set_name or kind or "surface")
 
 
 def gempy_orientations(rows: Sequence[Row]) -> str:
-    """Of planes with a place."""
-    return as_text(ORIENTATIONS, [_gempy(row) for row in rows], ",")
+    """Return the table of planes with a position."""
+    return delimited_text(GEMPY_ORIENTATION_COLUMNS, [_gempy(row) for row in rows], ",")
 
 
 def _gempy(row: Row) -> list[Any]:
@@ -50,23 +50,23 @@ def _gempy(row: Row) -> list[Any]:
 
 
 def nugget(row: Row) -> float:
-    """Variance of a component of the plane's unit normal."""
+    """Return the variance of a component of the plane's unit normal."""
     error = row["total95_deg"]
     return UNKNOWN_NUGGET if error is None else math.radians(error) ** 2 / CHI2_TWO
 
 
 def gempy_points(layers: Sequence[Layer]) -> str:
-    """The vertices of traces."""
+    """Return the table of the vertices of traces."""
     rows = [
         (*point.tolist(), surface_name(kind, set_name))
         for kind, set_name, points in _traces(layers)
         for point in points
     ]
-    return as_text(POINTS, rows, ",")
+    return delimited_text(GEMPY_POINT_COLUMNS, rows, ",")
 
 
 def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
-    """Planes with a place by their normals, and the vertices of traces by their surface."""
+    """Return planes with a position by their normals, and vertices of traces by surface."""
     out: list[list[Any]] = []
     for row in rows:
         sign = -1.0 if row["overturned"] else 1.0
@@ -78,16 +78,16 @@ def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
         surface = str(kind or "surface"), surface_name(kind, set_name)
         number = numbers.setdefault(surface, sum(key[0] == surface[0] for key in numbers))
         out += [[*point.tolist(), surface[0], None, None, None, number] for point in points]
-    return as_text(LOOP, out, ",")
+    return delimited_text(LOOPSTRUCTURAL_COLUMNS, out, ",")
 
 
 def _traces(layers: Sequence[Layer]) -> list[tuple[object, object, Any]]:
-    """Type, set and vertices of each trace."""
-    found: list[tuple[object, object, Any]] = []
+    """Return type, set and vertices of each trace."""
+    traces: list[tuple[object, object, Any]] = []
     for layer in layers:
         if layer.name != "traces":
             continue
-        none = [None] * len(layer.shapes)
-        kinds, sets = (layer.columns.get(name, none) for name in ("kind", "set"))
-        found += list(zip(kinds, sets, layer.shapes, strict=True))
-    return found
+        missing = [None] * len(layer.shapes)
+        kinds, sets = (layer.columns.get(name, missing) for name in ("kind", "set"))
+        traces += list(zip(kinds, sets, layer.shapes, strict=True))
+    return traces

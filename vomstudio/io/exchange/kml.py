@@ -1,8 +1,8 @@
-"""Layers as KML 2.2 for Google Earth and the like: longitude and latitude of WGS 84.
+"""Layers as KML 2.2 for Google Earth and similar programs: longitude and latitude of WGS 84.
 
-Planes and lines are drawn as the symbols of a map, at their heights; traces, lineations and patches
-as they are. Each type of feature has its colour. Heights are those of the project: above the geoid
-where its CRS has them so, which is what KML means by them.
+Planes and lines are drawn as map symbols, at their heights; traces, lineations and patches as they
+are. Each type of feature has its colour. Heights are those of the project: above the geoid if its
+CRS defines them so, as KML requires.
 """
 
 from __future__ import annotations
@@ -29,12 +29,22 @@ _WHITE = "#ffffff"
 def kml_text(
     out: Path, layers: Sequence[Layer], crs: str | None, colors: Mapping[str, str], title: str
 ) -> str:
-    """colors : of the types of features, by their names in lower case, as "#rrggbb". Raises
-    InputError where the project has no CRS, or a place is outside what it covers."""
+    """Return the KML text of layers.
+
+    Parameters
+    ----------
+    colors : mapping of str to str
+        "#rrggbb" by lower-case name of the feature type.
+
+    Raises
+    ------
+    InputError
+        If the project has no CRS, or a position is outside the area of the CRS.
+    """
     if crs is None:
         raise InputError(Finding("kml.no-crs"), file=out)
-    places = [shape for layer in layers for shape in layer.shapes]
-    size = symbol_size(np.concatenate(places)) if places else 1.0
+    shapes = [shape for layer in layers for shape in layer.shapes]
+    size = symbol_size(np.concatenate(shapes)) if shapes else 1.0
     root = ElementTree.Element("kml", xmlns=_SPACE)
     document = _add(root, "Document")
     _add(document, "name", title)
@@ -47,9 +57,9 @@ def kml_text(
     for layer in layers:
         folder = _add(document, "Folder")
         _add(folder, "name", layer.name)
-        shades = layer.colors_of(colors, _WHITE)
+        colors_of_classes = layer.colors_of(colors, _WHITE)
         for row, word in enumerate(layer.classes):
-            style = styles[shades[word]]
+            style = styles[colors_of_classes[word]]
             _placemark(folder, layer, row, style, _parts(layer, row, size), crs, out)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + replace_control_characters(
@@ -58,15 +68,15 @@ def kml_text(
 
 
 def _parts(layer: Layer, row: int, size: float) -> list[FloatArray]:
-    """The lines by which a feature is drawn."""
+    """Return the lines by which a feature is drawn."""
     shape = layer.shapes[row]
     figures = properties_of(layer, row)
     if layer.kind != "point":
         return [shape]
     if "dip_deg" in figures:
-        flag = bool(figures.get("overturned", False))
+        is_overturned = bool(figures.get("overturned", False))
         angles = figures["dip_direction_deg"], figures["dip_deg"]
-        return strike_and_dip(shape[0], *angles, size, flag)
+        return strike_and_dip(shape[0], *angles, size, is_overturned)
     if "plunge_deg" in figures:
         return trend_arrow(shape[0], figures["trend_deg"], figures["plunge_deg"], size)
     return []
@@ -88,17 +98,17 @@ def _placemark(
     extended = _add(mark, "ExtendedData")
     for name, value in figures.items():
         _add(_add(extended, "Data", name=name), "value", str(value))
-    many = _add(mark, "MultiGeometry")
+    multi_geometry = _add(mark, "MultiGeometry")
     if layer.kind == "point":
-        _coordinates(_add(many, "Point"), layer.shapes[row], crs, out)
+        _coordinates(_add(multi_geometry, "Point"), layer.shapes[row], crs, out)
     for part in parts:
         if layer.kind == "ring":
-            area = _add(many, "Polygon")
+            area = _add(multi_geometry, "Polygon")
             _add(area, "altitudeMode", "absolute")
-            border = _add(area, "outerBoundaryIs")
-            _coordinates(_add(border, "LinearRing"), np.vstack([part, part[:1]]), crs, out)
+            boundary = _add(area, "outerBoundaryIs")
+            _coordinates(_add(boundary, "LinearRing"), np.vstack([part, part[:1]]), crs, out)
         else:
-            _coordinates(_add(many, "LineString"), part, crs, out)
+            _coordinates(_add(multi_geometry, "LineString"), part, crs, out)
 
 
 def _coordinates(parent: ElementTree.Element, points: FloatArray, crs: str, out: Path) -> None:
@@ -106,23 +116,23 @@ def _coordinates(parent: ElementTree.Element, points: FloatArray, crs: str, out:
     if degrees is None:
         raise InputError(Finding("kml.outside-area", crs=crs[:60]), file=out)
     _add(parent, "altitudeMode", "absolute")
-    told = zip(*degrees, points[:, 2], strict=True)
-    _add(parent, "coordinates", " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in told))
+    vertices = zip(*degrees, points[:, 2], strict=True)
+    _add(parent, "coordinates", " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in vertices))
 
 
 def _style(document: ElementTree.Element, name: str, color: str) -> None:
-    # KML counts its colours as alpha, blue, green, red.
+    # KML colours are alpha, blue, green, red.
     red, green, blue = (color[i : i + 2] for i in (1, 3, 5))
-    told = f"ff{blue}{green}{red}".lower()
+    kml_color = f"ff{blue}{green}{red}".lower()
     style = _add(document, "Style", id=name)
     icon = _add(style, "IconStyle")
-    _add(icon, "color", told)
+    _add(icon, "color", kml_color)
     _add(icon, "scale", "0.4")
     _add(_add(style, "LabelStyle"), "scale", "0.7")
     line = _add(style, "LineStyle")
-    _add(line, "color", told)
+    _add(line, "color", kml_color)
     _add(line, "width", "2")
-    _add(_add(style, "PolyStyle"), "color", f"59{told[2:]}")
+    _add(_add(style, "PolyStyle"), "color", f"59{kml_color[2:]}")
 
 
 def _add(
@@ -130,6 +140,6 @@ def _add(
 ) -> ElementTree.Element:
     child = ElementTree.SubElement(parent, tag, attributes)
     if text is not None:
-        # What XML cannot hold would make the file unreadable.
+        # Characters that XML does not allow would make the file unreadable.
         child.text = "".join(c for c in text if c >= " " or c in "\n\t")
     return child

@@ -1,13 +1,13 @@
 """Planes and lines for Stereonet, Orient and GeMS.
 
-- Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text of two columns under their names,
-  planes by the right-hand rule, one kind of data a file.
-- Orient (F. W. Vollmer): tab-separated text whose header tells the columns (Orient user manual,
+- Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text of two named columns, planes by the
+  right-hand rule, one kind of data per file.
+- Orient (F. W. Vollmer): tab-separated text whose header defines the columns (Orient user manual,
   appendix "Data File Format"): Station, X, Y, Z, the angles of a plane and of a line, Type, Domain,
   Comment.
 - GeMS (U.S. Geological Survey 2020, Techniques and Methods 11-B10): the fields of the feature class
-  OrientationPoints, in their order, with the coordinates behind. Numbers that are not known are -9,
-  and words #, as the standard has them.
+  OrientationPoints, in order, followed by the coordinates. Unknown numbers are -9 and unknown
+  words #, as in the standard.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.io.exchange.columns import Row, as_text, degrees, label
+from vomstudio.io.exchange.columns import Row, degrees, delimited_text, label
 
 ORIENT = (
     "Station",
@@ -51,7 +51,7 @@ GEMS = (
 UNKNOWN_NUMBER, UNKNOWN_WORD = -9, "#"
 _BEDDING = {"horizontal": "06.01", "inclined": "06.02", "vertical": "06.03", "overturned": "06.04"}
 """Symbols of the FGDC Digital Cartographic Standard for Geologic Map Symbolization, section 6."""
-_VERTICAL_DEG, _HORIZONTAL_DEG = 89.5, 0.5
+MIN_VERTICAL_DIP_DEG, MAX_HORIZONTAL_DIP_DEG = 89.5, 0.5
 
 
 def is_plane(row: Row) -> bool:
@@ -59,20 +59,20 @@ def is_plane(row: Row) -> bool:
 
 
 def stereonet_planes(rows: Sequence[Row]) -> str:
-    """Strike (right-hand rule) and dip."""
+    """Return the table of strike (right-hand rule) and dip."""
     pairs = [(degrees(r["strike_rhr_deg"]), degrees(r["dip_deg"]), label(r)) for r in rows]
-    return as_text(("strike", "dip", "label"), pairs, "\t")
+    return delimited_text(("strike", "dip", "label"), pairs, "\t")
 
 
 def stereonet_lines(rows: Sequence[Row]) -> str:
-    """Trend and plunge."""
+    """Return the table of trend and plunge."""
     pairs = [(degrees(r["trend_deg"]), degrees(r["plunge_deg"]), label(r)) for r in rows]
-    return as_text(("trend", "plunge", "label"), pairs, "\t")
+    return delimited_text(("trend", "plunge", "label"), pairs, "\t")
 
 
 def orient(rows: Sequence[Row]) -> str:
-    """Planes and lines together; a line on a plane has the angles of both."""
-    return as_text(ORIENT, [_orient(row) for row in rows], "\t")
+    """Return the table of planes and lines; a line on a plane has the angles of both."""
+    return delimited_text(ORIENT, [_orient(row) for row in rows], "\t")
 
 
 def _orient(row: Row) -> list[Any]:
@@ -94,17 +94,19 @@ def _orient(row: Row) -> list[Any]:
 
 
 def gems(rows: Sequence[Row]) -> str:
-    """Features with a place only: points of a map have one."""
+    """Return the table of features with a position, as required for points of a map."""
     names = (*GEMS, "X", "Y", "Z")
-    return as_text(names, [[*_gems(row), row["x"], row["y"], row["z"]] for row in rows], ",")
+    return delimited_text(names, [[*_gems(row), row["x"], row["y"], row["z"]] for row in rows], ",")
 
 
 def _gems(row: Row) -> list[Any]:
-    plane = is_plane(row)
+    is_plane_row = is_plane(row)
     azimuth, inclination = (
-        (row["strike_rhr_deg"], row["dip_deg"]) if plane else (row["trend_deg"], row["plunge_deg"])
+        (row["strike_rhr_deg"], row["dip_deg"])
+        if is_plane_row
+        else (row["trend_deg"], row["plunge_deg"])
     )
-    if plane and row["undefined"]:
+    if is_plane_row and row["undefined"]:
         azimuth = 0.0
     error = row["total95_deg"]
     return [
@@ -127,11 +129,11 @@ def _gems(row: Row) -> list[Any]:
 
 
 def _symbol(row: Row) -> str | None:
-    """Of bedding only: other types have names of the user's own."""
+    """Return the symbol of bedding; other types have user-defined names."""
     if not is_plane(row) or (row["kind"] or "").casefold() != "bedding":
         return None
     if row["overturned"]:
         return _BEDDING["overturned"]
-    if row["dip_deg"] < _HORIZONTAL_DEG:
+    if row["dip_deg"] < MAX_HORIZONTAL_DIP_DEG:
         return _BEDDING["horizontal"]
-    return _BEDDING["vertical" if row["dip_deg"] > _VERTICAL_DEG else "inclined"]
+    return _BEDDING["vertical" if row["dip_deg"] > MIN_VERTICAL_DIP_DEG else "inclined"]

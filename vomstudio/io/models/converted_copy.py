@@ -31,7 +31,7 @@ def write_converted(
     -------
     path : Path
         The copy, named after the model and the CRS.
-    messages : tuple of Finding
+    findings : tuple of Finding
 
     Raises
     ------
@@ -42,7 +42,7 @@ def write_converted(
     code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
     target = folder / f"{path.stem}_{code}{path.suffix}"
     folder.mkdir(exist_ok=True)
-    found = stored_registration(loaded, options)
+    stored = stored_registration(loaded, options)
     messages = write_model(
         loaded.data,
         loaded.crs,
@@ -50,6 +50,6 @@ def write_converted(
         force=True,
         inputs=[path],
         progress=progress,
-        registration=found.registration,
+        registration=stored.registration,
     )
-    return target, (*loaded.warnings, *found.findings, *messages)
+    return target, (*loaded.warnings, *stored.findings, *messages)

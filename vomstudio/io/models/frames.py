@@ -23,11 +23,11 @@ from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.crs import parse_crs_option, unit_in_metres
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registration_file import (
-    FoundRegistration,
+    SidecarRegistration,
     find_registration,
     registration_path,
 )
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class FrameWithFindings:
     frame : Frame
     findings : tuple of Finding
     registration : Registration, optional
-        The measured one that the frame is that of; None for a stated or assumed frame.
+        Measured registration whose frame this is; None for a stated or assumed frame.
     """
 
     frame: Frame
@@ -84,23 +84,23 @@ def establish_frame(
     """
     field = "--to-crs" if options.to_crs else "--crs" if options.crs else "CRS"
     bounds = np.asarray(loaded.data.bounds, np.float64)
-    found = stored_registration(loaded, options)
-    registration = found.registration
+    stored = stored_registration(loaded, options)
+    registration = stored.registration
     if registration is not None:
-        placed = bounds_in_world(bounds, registration.matrix)
-        findings = check_frame(registration.frame, placed, file=loaded.path, field=field)
+        placed_bounds = world_bounds(bounds, registration.matrix)
+        findings = check_frame(registration.frame, placed_bounds, file=loaded.path, field=field)
         return FrameWithFindings(registration.frame, findings, registration)
     frame = _frame(loaded, options)
     if frame.crs is None:
-        findings = _assumed(loaded, options, frame.up_axis)
+        findings = _assumption_findings(loaded, options, frame.up_axis)
     else:
         findings = check_frame(frame, bounds, file=loaded.path, field=field)
-    return FrameWithFindings(frame, (*found.findings, *findings))
+    return FrameWithFindings(frame, (*stored.findings, *findings))
 
 
 def stored_registration(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
-) -> FoundRegistration:
+) -> SidecarRegistration:
     """Find the registration beside a model that was read with the same options.
 
     Parameters
@@ -111,31 +111,31 @@ def stored_registration(
 
     Returns
     -------
-    FoundRegistration
+    SidecarRegistration
         None, with ``registration.other-frame``, if the options or the file state another frame.
         A registration without errors (photos without scale) counts as none.
     """
-    stated = None
-    # With `to_crs` what the file states was converted when it was read.
+    stated_crs = None
+    # With `to_crs` the CRS of the file was converted when it was read.
     if options.to_crs is None:
-        stated = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
-    found = registration_beside(loaded.path, loaded.content_hash, stated)
-    registration = found.registration
+        stated_crs = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
+    stored = registration_beside(loaded.path, loaded.content_hash, stated_crs)
+    registration = stored.registration
     if registration is None:
-        return found
+        return stored
     if options.to_crs is not None:
         crs = registration.frame.crs
         if crs is not None and _is_in_world(registration):
-            return FoundRegistration(_reprojected(registration, crs, loaded))
-        return _not_used(loaded.path, registration, options.to_crs)
+            return SidecarRegistration(_reprojected(registration, crs, loaded))
+        return _unused(loaded.path, registration, options.to_crs)
     if options.up == "y" and loaded.turned_about is None:
-        return _not_used(loaded.path, registration, "--up y")
+        return _unused(loaded.path, registration, "--up y")
     if options.unit is not None and METRES[options.unit] != 1.0:
-        return _not_used(loaded.path, registration, options.unit)
-    return found
+        return _unused(loaded.path, registration, options.unit)
+    return stored
 
 
-def registration_beside(path: Path, content_hash: str, stated: str | None) -> FoundRegistration:
+def registration_beside(path: Path, content_hash: str, stated: str | None) -> SidecarRegistration:
     """Find the registration beside a model, and compare its CRS with that of the file.
 
     Parameters
@@ -146,29 +146,29 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Fo
     stated : str, optional
         CRS that the file states.
     """
-    found = find_registration(path, content_hash)
-    registration = found.registration
+    stored = find_registration(path, content_hash)
+    registration = stored.registration
     if registration is None or registration.rotation_covariance() is None:
-        return FoundRegistration(None, found.findings)
+        return SidecarRegistration(None, stored.findings)
     frame = registration.frame
     if stated is None or (frame.crs is not None and _is_same_crs(stated, frame.crs)):
-        return found
+        return stored
     if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated) == 1.0:
-        # The CRS was stated later: the local frame has become that of a map.
-        return FoundRegistration(replace(registration, frame=Frame("crs", stated)))
-    return _not_used(path, registration, stated)
+        # The CRS was stated later: the local frame is now that of the map.
+        return SidecarRegistration(replace(registration, frame=Frame("crs", stated)))
+    return _unused(path, registration, stated)
 
 
 def _is_in_world(registration: Registration) -> bool:
-    """Whether the coordinates of the file are those of World."""
+    """Return whether the coordinates of the file are World coordinates."""
     return registration.matrix == IDENTITY
 
 
-def _not_used(model: Path, registration: Registration, stated: str) -> FoundRegistration:
+def _unused(model: Path, registration: Registration, stated: str) -> SidecarRegistration:
     file = registration_path(model).name
     crs = registration.frame.crs or registration.frame.name()
     finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated)
-    return FoundRegistration(None, (finding,))
+    return SidecarRegistration(None, (finding,))
 
 
 def _is_same_crs(first: str, second: str) -> bool:
@@ -188,20 +188,22 @@ def _reprojected(registration: Registration, crs: str, loaded: LoadedModel) -> R
     else:
         middle = np.asarray(loaded.data.bounds, np.float64).mean(axis=0)
         centre = Reprojection.create(loaded.crs, crs).apply(middle[None])[0]
-    left, sizes, right = np.linalg.svd(conversion.jacobian(centre))
-    by = np.eye(4)
-    by[:3, :3] = np.cbrt(sizes.prod()) * left @ right
-    by[:3, 3] = conversion.apply(centre[None])[0] - by[:3, :3] @ centre
-    moved = change_world(registration, by, Frame("crs", loaded.crs))
+    left_vectors, singular_values, right_vectors = np.linalg.svd(conversion.jacobian(centre))
+    transformation = np.eye(4)
+    transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
+    transformation[:3, 3] = conversion.apply(centre[None])[0] - transformation[:3, :3] @ centre
+    placed = change_world(registration, transformation, Frame("crs", loaded.crs))
     # The coordinates of the file were converted too.
-    return change_file_frame(moved, moved.matrix)
+    return change_file_frame(placed, placed.matrix)
 
 
-def bounds_in_world(bounds: FloatArray, to_world: Matrix) -> FloatArray:
+def world_bounds(bounds: FloatArray, to_world: Matrix) -> FloatArray:
     """Return lowest and highest corner, (2, 3), of a box of the file's frame in World."""
-    corners = np.array([[bounds[k, j] for j, k in enumerate(each)] for each in np.ndindex(2, 2, 2)])
-    placed = transform.apply(to_world, corners)
-    return np.array([placed.min(axis=0), placed.max(axis=0)])
+    corners = np.array(
+        [[bounds[k, j] for j, k in enumerate(indices)] for indices in np.ndindex(2, 2, 2)]
+    )
+    points = transform.apply(to_world, corners)
+    return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 def check_frame(
@@ -256,7 +258,7 @@ def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
     axes, _ = choose_axes(loaded.crs, options, file=loaded.path)
     if axes.crs is not None:
         return Frame("crs", axes.crs, axes.metres[0], up)
-    if options.unit is None and scale_known(loaded.path) is False:
+    if options.unit is None and has_known_scale(loaded.path) is False:
         return Frame(up_axis=up)
     unit_m = METRES[options.unit] if options.unit is not None else loaded.unit_m or 1.0
     return Frame("local", None, unit_m, up)
@@ -278,7 +280,7 @@ def frame_of_file(path: Path, crs: str | None) -> Frame:
     """
     if crs:
         return Frame("crs", crs, unit_in_metres(crs))
-    return Frame("local") if scale_known(path) else Frame()
+    return Frame("local") if has_known_scale(path) else Frame()
 
 
 def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
@@ -289,13 +291,15 @@ def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
     return "z"
 
 
-def _assumed(loaded: LoadedModel, options: FrameOptions, up: UpAxis) -> tuple[Finding, ...]:
+def _assumption_findings(
+    loaded: LoadedModel, options: FrameOptions, up: UpAxis
+) -> tuple[Finding, ...]:
     """Return the findings about a file without a CRS."""
-    if scale_known(loaded.path) is not None:
-        # Our own reconstruction states what it knows in the file beside it.
+    if has_known_scale(loaded.path) is not None:
+        # A reconstruction by this program states what is known in the file beside it.
         return ()
-    maybe = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
-    findings = () if maybe is None or options.unit is not None else (maybe,)
+    suspicion = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
+    findings = () if suspicion is None or options.unit is not None else (suspicion,)
     assumed = assumed_frame(
         loaded.path,
         options,

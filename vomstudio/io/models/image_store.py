@@ -1,9 +1,8 @@
-"""Images that came inside a model's file, kept as files of their own.
+"""Images embedded in model files, stored as separate files.
 
-Everything that draws or writes a texture wants the path of an image. What is embedded in a GLB is
-therefore laid into the user's cache folder, under the hash of its content: the same image is kept
-once, whichever files it came in. The folder may be deleted at any time; the images are taken out of
-their models again then.
+Code that draws or writes textures needs the path of an image. Images embedded in a GLB are
+therefore stored in the user's cache folder under the hash of their content, so each image is
+stored once. The folder may be deleted at any time; the images are then extracted again.
 """
 
 from __future__ import annotations
@@ -29,26 +28,26 @@ _MAGIC = (
 
 
 def folder() -> Path:
-    """Where the images are; it need not exist yet."""
+    """Return the folder of the images, which may not exist yet."""
     return user_cache("images")
 
 
-def ending_of(content: bytes) -> str:
-    """The file ending that an image's first bytes call for; ".img" where they are unknown."""
+def suffix_of(content: bytes) -> str:
+    """Return the file suffix for an image's first bytes; ".img" if they are unknown."""
     if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
         return ".webp"
     return next((ending for magic, ending in _MAGIC if content.startswith(magic)), ".img")
 
 
-def keep(content: bytes, name: str) -> Path:
-    """The path of a file that holds `content`, called after `name`. Raises OSError."""
+def store_image(content: bytes, name: str) -> Path:
+    """Store `content` under `name` and return its path. Raises OSError."""
     stem = plain_name(name) or "image"
-    place = folder() / hashlib.sha256(content).hexdigest()[:32]
-    path = place / f"{stem}{ending_of(content)}"
+    target_folder = folder() / hashlib.sha256(content).hexdigest()[:32]
+    path = target_folder / f"{stem}{suffix_of(content)}"
     if path.is_file() and path.stat().st_size == len(content):
         return path
-    place.mkdir(parents=True, exist_ok=True)
-    draft = place / f".{secrets.token_hex(6)}.part"
+    target_folder.mkdir(parents=True, exist_ok=True)
+    draft = target_folder / f".{secrets.token_hex(6)}.part"
     try:
         draft.write_bytes(content)
         os.replace(draft, path)
@@ -59,8 +58,10 @@ def keep(content: bytes, name: str) -> Path:
 
 
 def plain_name(name: str) -> str:
-    """`name` as a file may be called on every system: letters, digits, `_`, `-` and dots inside."""
-    plain = re.sub(r"[^\w.-]+", "_", name)[:MAX_NAME_LENGTH].strip("._-")
+    """Return `name` in a form valid on every system: letters, digits, `_`, `-` and inner dots."""
+    safe_name = re.sub(r"[^\w.-]+", "_", name)[:MAX_NAME_LENGTH].strip("._-")
     return (
-        f"_{plain}" if re.fullmatch(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?", plain) else plain
+        f"_{safe_name}"
+        if re.fullmatch(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?", safe_name)
+        else safe_name
     )

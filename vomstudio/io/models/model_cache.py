@@ -1,9 +1,9 @@
-"""Models as folders of .npy files: how arrays cross from a worker process to the window.
+"""Models as folders of .npy files, for the transfer of arrays from a worker process to the window.
 
-The folder is written beside its place and renamed, so that it is whole or absent. It may be deleted
-at any time, and is never trusted: what does not agree with itself or its source is read anew. It
-lies in the project, on a drive that may be pulled out: files that shrink or vanish under a map end
-the process, so they are read into memory and not mapped.
+A folder is written under a temporary name and renamed, so it is complete or absent. It may be
+deleted at any time and is never trusted: what contradicts itself or its source is read again. It is
+in the project, possibly on a removable drive. Because files that shrink or vanish while mapped end
+the process, they are read into memory and not mapped.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ from vomstudio.io.models.reader import LoadedModel
 
 VERSION = 5
 META = "meta.json"
-PASSING = "vomstudio-model-"
-"""Of folders that hold a model on its way from one process to another."""
-_BESIDE = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
-"""Files beside a model that move, or scale, what is read from it."""
-_BLOCK = 64 << 20
+TRANSFER_PREFIX = "vomstudio-model-"
+"""Prefix of temporary folders with a model in transfer between processes."""
+_SIDECARS = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
+"""Files beside a model that shift or scale its coordinates."""
+BLOCK_BYTES = 64 << 20
 _ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
 def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
-    """Write `loaded` as `folder`, replacing what is there; returns what `open_cached` would.
+    """Write `loaded` as `folder`, replacing an existing one, and return what `open_cached` would.
 
     Raises TargetError.
     """
@@ -68,7 +68,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         }
         if data.uv is not None:
             arrays["uv"] = data.uv
-        materials = [_stored(material) for material in data.materials]
+        materials = [_material_values(material) for material in data.materials]
     else:
         arrays = {"points": data.points}
         if data.normals is not None:
@@ -82,7 +82,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         "version": VERSION,
         "kind": loaded.kind,
         "crs": loaded.crs,
-        "warnings": [each.to_dict() for each in loaded.warnings],
+        "warnings": [warning.to_dict() for warning in loaded.warnings],
         "path": os.fspath(Path(loaded.path).absolute()),
         "content_hash": loaded.content_hash,
         "materials": materials,
@@ -98,31 +98,31 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     except OSError as error:
         raise _unwritable(folder, error) from error
     try:
-        # What is worked out takes as long as the writing, and can go on beside it.
+        # The computation takes as long as the writing and runs in parallel.
         with thread_pool(2) as pool:
             spacing = pool.submit(resolution, data)
             order = pool.submit(_order_of, data)
             _write(draft, arrays)
             arrangement = order.result()
-            added = {} if arrangement is None else _stored_order(arrangement)
-            _write(draft, added)
-            found = spacing.result()
-        arrays |= added
+            order_arrays = {} if arrangement is None else _order_arrays(arrangement)
+            _write(draft, order_arrays)
+            spacing_value = spacing.result()
+        arrays |= order_arrays
         meta["arrays"] = {
             n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
         }
-        usual = found if found == found else None
-        meta["resolution"] = usual
+        spacing_or_none = spacing_value if spacing_value == spacing_value else None
+        meta["resolution"] = spacing_or_none
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
-        _put_in_place(draft, folder)
+        _replace_folder(draft, folder)
     except OSError as error:
         raise _unwritable(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
         data = replace(data, arrangement=arrangement)
-    where = Path(loaded.path).absolute()
-    return replace(loaded, data=data, path=where, resolution=usual, height_unit=None)
+    source = Path(loaded.path).absolute()
+    return replace(loaded, data=data, path=source, resolution=spacing_or_none, height_unit=None)
 
 
 def _unwritable(folder: Path, error: OSError) -> TargetError:
@@ -131,7 +131,7 @@ def _unwritable(folder: Path, error: OSError) -> TargetError:
     )
 
 
-def _stored(material: Material) -> dict[str, object]:
+def _material_values(material: Material) -> dict[str, object]:
     texture = None if material.texture is None else os.fspath(material.texture)
     return {"name": material.name, "texture": texture, "diffuse": material.diffuse}
 
@@ -140,7 +140,7 @@ def _order_of(data: Mesh | PointCloud) -> Arrangement | None:
     return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
 
 
-def _stored_order(order: Arrangement) -> dict[str, AnyArray]:
+def _order_arrays(order: Arrangement) -> dict[str, AnyArray]:
     return {f"order_{name}": getattr(order, name) for name in _ORDER}
 
 
@@ -150,8 +150,8 @@ def _write(folder: Path, arrays: dict[str, AnyArray]) -> None:
             np.save(file, np.ascontiguousarray(array), allow_pickle=False)
 
 
-def _put_in_place(draft: Path, folder: Path) -> None:
-    """Rename over an old folder; a reader of the old one keeps its files on POSIX."""
+def _replace_folder(draft: Path, folder: Path) -> None:
+    """Replace an old folder by renaming; readers of the old one keep its files on POSIX."""
     if folder.exists():
         old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
         os.rename(folder, old / "old")
@@ -164,29 +164,30 @@ def _put_in_place(draft: Path, folder: Path) -> None:
 
 
 def _stamp(path: Path) -> dict[str, object]:
-    """By which a file, and the origin and CRS beside it, are known not to have changed."""
-    stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_BESIDE))
+    """Return size and times by which changes of a file and its sidecar files are detected."""
+    stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_SIDECARS))
     with contextlib.suppress(OSError):
-        info = os.stat(path)
-        stamp |= {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
-    for name, place in _BESIDE.items():
+        status = os.stat(path)
+        stamp |= {"size": status.st_size, "mtime_ns": status.st_mtime_ns}
+    for name, path_of in _SIDECARS.items():
         with contextlib.suppress(OSError):
-            stamp[name] = os.stat(place(path)).st_mtime_ns
+            stamp[name] = os.stat(path_of(path)).st_mtime_ns
     return stamp
 
 
-def _lost_an_image(meta: dict[str, Any]) -> bool:
-    """Whether an image that was taken out of the model's file is no longer in the user's cache."""
-    kept = os.fspath(image_store.folder())
+def _has_missing_image(meta: dict[str, Any]) -> bool:
+    """Return whether an image extracted from the model's file is missing from the user's cache."""
+    store = os.fspath(image_store.folder())
     textures = [m.get("texture") for m in meta["materials"]]
-    return any(t and t.startswith(kept) and not os.path.isfile(t) for t in textures)
+    return any(t and t.startswith(store) and not os.path.isfile(t) for t in textures)
 
 
 def open_cached(folder: Path) -> LoadedModel:
-    """The model in a cache folder, its arrays in memory and read-only.
+    """Return the model in a cache folder, with its arrays in memory and read-only.
 
-    Shapes, types, file sizes and face indices are checked; images that have gone are dropped with a
-    warning. Raises InputError where the folder cannot be used: read the model's own file then.
+    Shapes, types, file sizes and face indices are checked; missing images are dropped with a
+    warning. Raises InputError if the folder cannot be used; the model's own file has to be read
+    then.
     """
     folder = Path(folder)
     meta = _read_meta(folder)
@@ -199,17 +200,17 @@ def open_cached(folder: Path) -> LoadedModel:
 
 
 def folder_of(path: Path, cache: Path) -> Path:
-    """Where below `cache` the model of `path` is kept."""
+    """Return the cache folder of the model at `path`."""
     return cache / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
 
 
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
-    """The model of `path` from the cache in `folder`, which is made anew where it does not fit.
+    """Return the model at `path` from the cache in `folder`, updating the cache if it is outdated.
 
-    It fits if the file has the size and time it had, or else the same sha256. Raises as
-    `read_model`.
+    It is valid if the file has the same size and time, or else the same SHA-256. Raises the errors
+    of `read_model`.
     """
-    if (cached := _fitting(Path(path), folder)) is not None:
+    if (cached := _valid_cache(Path(path), folder)) is not None:
         return cached
     loaded = read_model(path, progress)
     try:
@@ -218,51 +219,53 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
         return loaded
 
 
-def load_into(
+def load_for_transfer(
     path: Path, folder: Path, progress: Progress | None = None
 ) -> tuple[LoadedModel, Path]:
-    """As `load`, with the folder from which another process can read it: one among the temporary
-    files, to be deleted by that process, where the cache cannot be written. Raises as `read_model`,
-    and TargetError where neither can be written."""
-    if (cached := _fitting(Path(path), folder)) is not None:
+    """Load a model and return it with a folder from which another process can read it.
+
+    If the cache cannot be written, this is a temporary folder that the other process deletes.
+    Raises the errors of `read_model`, and TargetError if neither can be written.
+    """
+    if (cached := _valid_cache(Path(path), folder)) is not None:
         return cached, folder
     loaded = read_model(path, progress)
     try:
         return save(loaded, folder), folder
     except TargetError as error:
         try:
-            place = Path(tempfile.mkdtemp(prefix=PASSING))
+            transfer_folder = Path(tempfile.mkdtemp(prefix=TRANSFER_PREFIX))
         except OSError:
             raise error from None
         try:
-            return save(loaded, place / folder.name), place / folder.name
+            return save(loaded, transfer_folder / folder.name), transfer_folder / folder.name
         except TargetError:
-            shutil.rmtree(place, ignore_errors=True)
+            shutil.rmtree(transfer_folder, ignore_errors=True)
             raise
 
 
-def hand_over(folder: Path) -> LoadedModel:
-    """What `load_into` has left in a folder. Raises as `open_cached`."""
+def read_transferred(folder: Path) -> LoadedModel:
+    """Read the folder of `load_for_transfer`. Raises the errors of `open_cached`."""
     try:
         return open_cached(folder)
     finally:
-        if folder.parent.name.startswith(PASSING):
+        if folder.parent.name.startswith(TRANSFER_PREFIX):
             shutil.rmtree(folder.parent, ignore_errors=True)
 
 
-def _fitting(path: Path, folder: Path) -> LoadedModel | None:
+def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
     try:
         meta = _read_meta(folder)
         stamp = _stamp(path)
-        same = meta.get("path") == os.fspath(path.absolute())
-        same = same and all(meta.get(key) == value for key, value in stamp.items())
-        if not same:
-            same = (
+        is_valid = meta.get("path") == os.fspath(path.absolute())
+        is_valid = is_valid and all(meta.get(key) == value for key, value in stamp.items())
+        if not is_valid:
+            is_valid = (
                 path.is_file()
-                and all(meta.get(name) == stamp[name] for name in _BESIDE)
+                and all(meta.get(name) == stamp[name] for name in _SIDECARS)
                 and meta.get("content_hash") == file_hash(path)
             )
-        if same and not _lost_an_image(meta):
+        if is_valid and not _has_missing_image(meta):
             cached = open_cached(folder)
             if os.fspath(cached.path) == os.fspath(path.absolute()):
                 return cached
@@ -271,8 +274,8 @@ def _fitting(path: Path, folder: Path) -> LoadedModel | None:
     return None
 
 
-def _damaged(folder: Path, why: str) -> InputError:
-    return InputError(Finding("model.cache-damaged", reason=why), file=folder)
+def _damaged(folder: Path, reason: str) -> InputError:
+    return InputError(Finding("model.cache-damaged", reason=reason), file=folder)
 
 
 def _read_meta(folder: Path) -> dict[str, Any]:
@@ -289,11 +292,11 @@ def _read_meta(folder: Path) -> dict[str, Any]:
 
 def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, AnyArray] = {}
-    for name, promise in meta["arrays"].items():
+    for name, stored in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
             raise _damaged(folder, tr("the names are not valid"))
         file = folder / f"{name}.npy"
-        shape, kind = tuple(promise["shape"]), np.dtype(promise["dtype"])
+        shape, kind = tuple(stored["shape"]), np.dtype(stored["dtype"])
         if kind.hasobject:
             raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
@@ -304,12 +307,16 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         data = _mesh(folder, meta, arrays, fields, warnings)
         n = len(data.vertices)
     elif meta["kind"] == "cloud":
-        points = _checked(folder, arrays, "points", np.float64, 3)
+        points = _checked_array(folder, arrays, "points", np.float64, 3)
         n = len(points)
         normals = (
-            _checked(folder, arrays, "normals", np.float32, 3) if "normals" in arrays else None
+            _checked_array(folder, arrays, "normals", np.float32, 3)
+            if "normals" in arrays
+            else None
         )
-        colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+        colors = (
+            _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+        )
         order = Arrangement(*(arrays[f"order_{k}"] for k in _ORDER))
         if not order.is_sound(n):
             raise _damaged(folder, tr("the order does not agree with the points"))
@@ -339,36 +346,35 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
 
 
 def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> AnyArray:
-    """Raises InputError, OSError, ValueError."""
     wrong_size = tr("{file} has a wrong size", file=path.name)
-    head = _head(shape, kind)
+    header = _npy_header(shape, kind)
     with open_unbuffered(path) as file:
         size = math.prod(shape) * kind.itemsize
-        # Before room is made for it.
-        if os.fstat(file.fileno()).st_size != len(head) + size:
+        # Checked before the memory is allocated.
+        if os.fstat(file.fileno()).st_size != len(header) + size:
             raise _damaged(folder, wrong_size)
-        if file.read(len(head)) != head:
+        if file.read(len(header)) != header:
             raise _damaged(
                 folder, tr("{file} does not agree with {index}", file=path.name, index=META)
             )
         array = np.empty(shape, kind)
-        view, at = array.reshape(-1).view(np.uint8).data, 0
-        # Less comes back where the file has become shorter since it was looked at.
-        while at < size and (n := file.readinto(view[at : at + _BLOCK])):
-            at += n
-    if at < size:
+        view, position = array.reshape(-1).view(np.uint8).data, 0
+        # Fewer bytes are read if the file was truncated since it was checked.
+        while position < size and (n := file.readinto(view[position : position + BLOCK_BYTES])):
+            position += n
+    if position < size:
         raise _damaged(folder, wrong_size)
     array.flags.writeable = False
     return array
 
 
-def _head(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
-    """How a file of such an array begins: of one that is damaged numpy parses it as a program."""
-    made = io.BytesIO()
+def _npy_header(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
+    """Return the header of such an array file; numpy would evaluate a damaged header as Python."""
+    stream = io.BytesIO()
     descr = np.lib.format.dtype_to_descr(kind)
-    told = {"descr": descr, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(made, told)
-    return made.getvalue()
+    header = {"descr": descr, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(stream, header)
+    return stream.getvalue()
 
 
 def _units(stored: Any) -> Units:
@@ -376,7 +382,7 @@ def _units(stored: Any) -> Units:
     return x, y, z
 
 
-def _checked(
+def _checked_array(
     folder: Path, arrays: dict[str, AnyArray], name: str, kind: type, width: int
 ) -> AnyArray:
     array = arrays[name]
@@ -392,8 +398,8 @@ def _mesh(
     fields: dict[str, AnyArray],
     warnings: list[Finding],
 ) -> Mesh:
-    vertices = _checked(folder, arrays, "vertices", np.float64, 3)
-    faces = _checked(folder, arrays, "faces", np.int32, 3)
+    vertices = _checked_array(folder, arrays, "vertices", np.float64, 3)
+    faces = _checked_array(folder, arrays, "faces", np.int32, 3)
     if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
         raise _damaged(folder, tr("faces refer to vertices that do not exist"))
     offsets = arrays["material_offsets"]
@@ -422,6 +428,6 @@ def _mesh(
         or np.any(np.diff(offsets) < 0)
     ):
         raise _damaged(folder, tr("the materials do not agree with the faces"))
-    uv = _checked(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
-    colors = _checked(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
+    uv = _checked_array(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
+    colors = _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
     return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)

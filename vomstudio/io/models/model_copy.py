@@ -1,4 +1,4 @@
-"""A model copied into a project, with everything that belongs to it."""
+"""Copy of a model into a project, with all files that belong to it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.models.formats._gltf_document import files_beside
-from vomstudio.io.models.mtl import decode, find_beside, read_library
+from vomstudio.io.models.formats._gltf_document import companion_files
+from vomstudio.io.models.mtl import decode, find_companion, read_library
 from vomstudio.io.models.registration_file import registration_path, write_registration
 from vomstudio.io.photos.cameras_file import (
     FILE_NAME,
@@ -26,35 +26,37 @@ from vomstudio.io.photos.cameras_file import (
 )
 
 PHOTOS = Path("photos")
-"""Where copied photos lie beside the copy of their model."""
+"""Folder of copied photos beside the copy of their model."""
 
 
 def companions(model: Path) -> list[Path]:
-    """The other files that a model needs: a .prj, offset or registration beside it; the material
-    files and images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world
-    file and mask of a GeoTIFF. Only what lies in the model's folder or below it."""
-    found = [
+    """Return the other files that a model needs, if they are in the model's folder or below it.
+
+    These are a .prj, offset or registration beside it; the material files and images of an OBJ; the
+    buffers and images of a glTF; the images of a PLY; the world file and mask of a GeoTIFF.
+    """
+    paths = [
         model.with_suffix(".prj"),
         model.with_suffix(".offset.txt"),
         registration_path(model),
     ]
     if model.suffix.lower() == ".obj":
         for library in _libraries(model):
-            found.append(library)
+            paths.append(library)
             materials, _ = read_library(library, model.parent)
-            found += [m.texture for m in materials.values() if m.texture is not None]
+            paths += [m.texture for m in materials.values() if m.texture is not None]
     elif model.suffix.lower() in (".gltf", ".glb"):
         with contextlib.suppress(InputError):
-            found += files_beside(model)
+            paths += companion_files(model)
     elif model.suffix.lower() == ".ply":
-        found += _ply_images(model)
+        paths += _ply_images(model)
     elif model.suffix.lower() in (".tif", ".tiff"):
-        found.append(model.with_suffix(".tfw"))
-        found += [model.with_name(model.name + ending) for ending in (".aux.xml", ".msk")]
+        paths.append(model.with_suffix(".tfw"))
+        paths += [model.with_name(model.name + ending) for ending in (".aux.xml", ".msk")]
     inside = model.parent.resolve()
     return [
         path
-        for path in dict.fromkeys(found)
+        for path in dict.fromkeys(paths)
         if path.is_file() and path.resolve().is_relative_to(inside)
     ]
 
@@ -68,22 +70,30 @@ def copy_model(
     photos: bool = False,
     registration: Registration | None = None,
 ) -> Path:
-    """Copy a model and its companions to a new folder below `folder`; returns the copy's path.
+    """Copy a model and its companions to a new folder below `folder` and return the copy's path.
 
-    cameras : the file of its photos' cameras, by default `cameras.json` beside it, where there is
-        one; the copy is `cameras.json` and knows where the photos are
-    photos : copy the photos too, to `photos` beside the copy
-    registration : by which the model stands, in place of the one beside it
+    Parameters
+    ----------
+    cameras : Path or None
+        Cameras of its photos, by default `cameras.json` beside it. The copy is `cameras.json` and
+        refers to the photos.
+    photos : bool
+        Copy the photos too, to `photos` beside the copy.
+    registration : Registration or None
+        Registration of the model, instead of the one beside it.
 
-    The whole copy appears at once or not at all. Raises InputError, TargetError or Cancelled.
+    Raises
+    ------
+    InputError, TargetError, Cancelled
+        Nothing is copied then.
     """
     progress = progress or Silent()
     base = model.parent.resolve()
     files = [(file, file.resolve().relative_to(base)) for file in (model, *companions(model))]
-    seen = _read_cameras(cameras or model.with_name(FILE_NAME))
-    if seen is not None and photos and seen.photos.is_dir():
-        files += _photo_files(seen)
-        seen = replace(seen, photos=PHOTOS)
+    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
+    if cameras_of_model is not None and photos and cameras_of_model.photos.is_dir():
+        files += _photo_files(cameras_of_model)
+        cameras_of_model = replace(cameras_of_model, photos=PHOTOS)
     check_in_project(folder / model.stem)
     target = folder / model.stem
     number = 1
@@ -94,39 +104,42 @@ def copy_model(
     try:
         shutil.rmtree(part, ignore_errors=True)
         progress.stage(tr("Copying files"), len(files))
-        for done, (file, name) in enumerate(files, 1):
-            place = part / name
-            make_folder(require_inside(place, part).parent, part)
+        for count, (file, name) in enumerate(files, 1):
+            copy = part / name
+            make_folder(require_inside(copy, part).parent, part)
             require_regular(file)
-            shutil.copyfile(file, place)
-            progress.step(done)
-        if seen is not None:
-            write_cameras(part / FILE_NAME, seen)
+            shutil.copyfile(file, copy)
+            progress.step(count)
+        if cameras_of_model is not None:
+            write_cameras(part / FILE_NAME, cameras_of_model)
         if registration is not None:
             write_registration(registration, [part / model.name], force=True)
         part.rename(target)
     except OSError as error:
-        place = Path(error.filename2 or error.filename or target)
-        if place.is_relative_to(folder):
+        copy = Path(error.filename2 or error.filename or target)
+        if copy.is_relative_to(folder):
             raise TargetError(
                 Finding("output.unwritable", reason=error.strerror), file=target
             ) from error
-        raise InputError(Finding("file.unreadable", reason=error.strerror), file=place) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=copy) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return target / model.name
 
 
 def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
-    """How many photos `copy_model` could copy along with a model, and their bytes."""
-    seen = _read_cameras(cameras or model.with_name(FILE_NAME))
-    found = [] if seen is None or not seen.photos.is_dir() else _photo_files(seen)
-    return len(found), sum(file.stat().st_size for file, _ in found)
+    """Return number and bytes of the photos that `copy_model` could copy."""
+    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
+    files = (
+        []
+        if cameras_of_model is None or not cameras_of_model.photos.is_dir()
+        else _photo_files(cameras_of_model)
+    )
+    return len(files), sum(file.stat().st_size for file, _ in files)
 
 
 def _read_cameras(path: Path) -> Cameras | None:
-    """With the folder of the photos as it can be found from anywhere; None where there are none
-    that can be read."""
+    """Return the cameras with the absolute folder of the photos; None if they cannot be read."""
     try:
         cameras = read_cameras(path)
     except InputError:
@@ -136,11 +149,11 @@ def _read_cameras(path: Path) -> Cameras | None:
 
 
 def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
-    """The photos that are there, and their names in the copy."""
-    found = [(cameras.photos / view.name, PHOTOS / view.name) for view in cameras.views]
+    """Return the existing photos and their names in the copy."""
+    candidates = [(cameras.photos / view.name, PHOTOS / view.name) for view in cameras.views]
     return [
         (file, name)
-        for file, name in found
+        for file, name in candidates
         if ".." not in name.parts
         and file.is_file()
         and file.resolve().is_relative_to(cameras.photos)
@@ -148,22 +161,22 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
 
 
 def _libraries(model: Path) -> list[Path]:
-    """The material files that an OBJ names, wherever in the file it does."""
+    """Return the material files that an OBJ names anywhere in the file."""
     names: dict[str, None] = {}
     with open_regular(model) as lines:
         for line in lines:
             if line.startswith(b"mtllib"):
                 names.setdefault(decode(line[len(b"mtllib") :]).strip())
-    found = []
+    paths = []
     for name in names:
-        # One file whose name has blanks, or several files.
-        whole, _ = find_beside(model.parent, name)
-        found += (
-            [whole]
-            if whole
-            else [p for word in name.split() if (p := find_beside(model.parent, word)[0])]
+        # The name of one file with spaces, or several files.
+        single_file, _ = find_companion(model.parent, name)
+        paths += (
+            [single_file]
+            if single_file
+            else [p for word in name.split() if (p := find_companion(model.parent, word)[0])]
         )
-    return found
+    return paths
 
 
 def _ply_images(model: Path) -> list[Path]:
@@ -171,6 +184,6 @@ def _ply_images(model: Path) -> list[Path]:
 
     with contextlib.suppress(InputError, OSError), open_regular(model) as file:
         header = read_header(file.read(MAX_HEADER_BYTES), model)
-        named = [find_beside(model.parent, name)[0] for name in header.textures]
-        return [path for path in named if path is not None]
+        paths = [find_companion(model.parent, name)[0] for name in header.textures]
+        return [path for path in paths if path is not None]
     return []

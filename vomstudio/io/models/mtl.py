@@ -1,7 +1,7 @@
-"""Material libraries of OBJ files: names, colours, and where the images lie.
+"""Material libraries of OBJ files: names, colours and image paths.
 
-Nothing outside the folder of the OBJ file is ever opened, since these paths come from the file of
-somebody else. Images are found and their headers looked at here, and decoded elsewhere.
+No file outside the folder of the OBJ file is opened, since the paths come from untrusted files.
+Images are located and their headers checked here; they are decoded elsewhere.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
-# 32768 x 32768: 3 GiB once decoded. Survey textures reach 16384 x 16384.
+# 32768 x 32768: 3 GiB when decoded. Survey textures have up to 16384 x 16384 pixels.
 MAX_IMAGE_PIXELS = 1 << 30
 
 # Words that follow each option of a map statement (Wavefront's MTL specification).
@@ -40,7 +40,7 @@ _FIXED_OPTIONS = {
     "-type": 1,
 }
 _UP_TO_THREE_NUMBERS = {"-o", "-s", "-t"}
-_PICTURE_ENDINGS = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
+_IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _OTHER_MAP = re.compile(
     r"(?i)norm|nrm|rough|metal|occl|bump|disp|height|spec|gloss|alpha|opac|emis"
 )
@@ -48,7 +48,7 @@ _OTHER_MAP = re.compile(
 
 
 def decode(raw: bytes) -> str:
-    """Text of an unknown age: UTF-8, else Windows Latin, where every byte means something."""
+    """Decode text of unknown encoding: UTF-8, else Windows-1252."""
     try:
         return decode_text(raw)
     except UnicodeDecodeError:
@@ -62,77 +62,79 @@ def unquote(name: str) -> str:
     return name
 
 
-def find_beside(folder: Path, name: str) -> tuple[Path | None, str | None]:
+def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
     """Find the file that `name` refers to in `folder` or below it, and a warning about it.
 
     Backslashes separate folders; case matters only if both files exist. A path outside the folder
     is never opened: a file of the same name in the folder is used instead, if there is one.
     """
-    plain = unquote(name).replace("\\", "/")
-    if not plain or "\0" in plain:
+    name_in_posix = unquote(name).replace("\\", "/")
+    if not name_in_posix or "\0" in name_in_posix:
         return None, tr("'{file}' is not a file name", file=name)
-    inside = posixpath.normpath(plain)
-    drive = ntpath.splitdrive(plain)[0]
-    if drive or posixpath.isabs(inside) or inside == ".." or inside.startswith("../"):
-        last = posixpath.basename(inside)
-        found = _look_up(folder, last) if last not in ("", ".", "..") else None
-        if found is None:
+    relative = posixpath.normpath(name_in_posix)
+    drive = ntpath.splitdrive(name_in_posix)[0]
+    if drive or posixpath.isabs(relative) or relative == ".." or relative.startswith("../"):
+        file_name = posixpath.basename(relative)
+        path = (
+            _find_case_insensitive(folder, file_name) if file_name not in ("", ".", "..") else None
+        )
+        if path is None:
             return None, tr("'{file}' is outside the model's folder and was not opened", file=name)
         return (
-            found,
+            path,
             tr(
                 "'{file}' is outside the model's folder; '{found}' in it is used instead",
                 file=name,
-                found=found.name,
+                found=path.name,
             ),
         )
-    found = _look_up(folder, inside)
-    return (found, None) if found is not None else (None, tr("'{file}' was not found", file=name))
+    path = _find_case_insensitive(folder, relative)
+    return (path, None) if path is not None else (None, tr("'{file}' was not found", file=name))
 
 
-def _look_up(folder: Path, inside: str) -> Path | None:
+def _find_case_insensitive(folder: Path, relative: str) -> Path | None:
     try:
-        exact = folder / inside
+        exact = folder / relative
         if exact.is_file():
             return exact
-        place = folder
-        for part in inside.split("/"):
-            names = {n.casefold(): n for n in sorted(os.listdir(place), reverse=True)}
+        path = folder
+        for part in relative.split("/"):
+            names = {n.casefold(): n for n in sorted(os.listdir(path), reverse=True)}
             if part.casefold() not in names:
                 return None
-            place = place / names[part.casefold()]
-        return place if place.is_file() else None
+            path = path / names[part.casefold()]
+        return path if path.is_file() else None
     except (OSError, ValueError):
         return None
 
 
 def map_name(value: str) -> tuple[str, tuple[str, ...]]:
-    """The file name of a map statement, and the options before it as they stand."""
-    rest = value.strip()
+    """Return the file name of a map statement, and the options before it."""
+    remaining = value.strip()
     options: list[str] = []
-    while rest.startswith("-"):
-        word, _, after = rest.partition(" ")
+    while remaining.startswith("-"):
+        word, _, following = remaining.partition(" ")
         key = word.lower()
         if key in _FIXED_OPTIONS:
             n = _FIXED_OPTIONS[key]
-            words = after.split(None, n)
+            words = following.split(None, n)
             if len(words) <= n:
                 break
             options.append(" ".join([key, *words[:n]]))
-            rest = words[n]
+            remaining = words[n]
         elif key in _UP_TO_THREE_NUMBERS:
             numbers: list[str] = []
-            rest = after.strip()
+            remaining = following.strip()
             while len(numbers) < 3:
-                first, _, more = rest.partition(" ")
-                if not more or not _is_number(first):
+                first, _, following_numbers = remaining.partition(" ")
+                if not following_numbers or not _is_number(first):
                     break
                 numbers.append(first)
-                rest = more.strip()
+                remaining = following_numbers.strip()
             options.append(" ".join([key, *numbers]))
         else:
             break
-    return unquote(rest), tuple(options)
+    return unquote(remaining), tuple(options)
 
 
 def _is_number(word: str) -> bool:
@@ -143,7 +145,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _moves_the_image(option: str) -> bool:
+def _shifts_image(option: str) -> bool:
     key, *numbers = option.split()
     neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
     return key in neutral and any(float(n) != neutral[key] for n in numbers)
@@ -156,7 +158,7 @@ def texture_finding(material: str | int, texture: Path | None, reason: str) -> F
 
 
 def check_image(path: Path) -> str | None:
-    """Why the file is no image that can be used, from its header alone; None where it is one."""
+    """Return why an image cannot be used, judged by its header; None if it can."""
     from PIL import UnidentifiedImageError
 
     try:
@@ -231,30 +233,32 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             colors[current] = (r, g, b)
         elif key == "map_kd" and value:
             textures[current] = value
-    checked: dict[str, tuple[Path | None, str | None, bool]] = {}
+    image_of_statement: dict[str, tuple[Path | None, str | None, bool]] = {}
     materials: dict[str, Material] = {}
     for name in names:
         texture: Path | None = None
         if name in textures:
             value = textures[name]
-            if value not in checked:
-                checked[value] = _find_image(value, path.parent, folder)
-            texture, problem, is_missing = checked[value]
-            by_name = _picture_by_name(name, names, (path.parent, folder)) if is_missing else None
-            if by_name is not None:
-                texture = by_name
+            if value not in image_of_statement:
+                image_of_statement[value] = _find_image(value, path.parent, folder)
+            texture, problem, is_missing = image_of_statement[value]
+            image_by_name = (
+                _image_by_material_name(name, names, (path.parent, folder)) if is_missing else None
+            )
+            if image_by_name is not None:
+                texture = image_by_name
                 messages.append(
                     Finding(
                         "texture.by-name",
                         file=path.name,
                         material=name,
                         missing=map_name(value)[0],
-                        picture=by_name.name,
+                        picture=image_by_name.name,
                     )
                 )
             elif problem:
                 messages.append(texture_finding(name, texture, problem))
-            if texture is not None and any(map(_moves_the_image, map_name(value)[1])):
+            if texture is not None and any(map(_shifts_image, map_name(value)[1])):
                 messages.append(Finding("texture.shift-unused", material=name, statement=value))
         materials[name] = Material(name, texture, colors.get(name))
     return materials, messages
@@ -267,15 +271,15 @@ def _find_image(
     problem: str | None = None
     for name in dict.fromkeys((unquote(value), map_name(value)[0])):
         for place in dict.fromkeys((library_folder, folder)):
-            found, warning = find_beside(place, name)
-            if found is not None:
-                wrong = check_image(found)
-                return (None, wrong, False) if wrong else (found, warning, False)
+            path, warning = find_companion(place, name)
+            if path is not None:
+                error = check_image(path)
+                return (None, error, False) if error else (path, warning, False)
             problem = warning
     return None, problem, True
 
 
-def _picture_by_name(
+def _image_by_material_name(
     material: str, materials: Iterable[str], folders: Iterable[Path]
 ) -> Path | None:
     """Return the only image whose name begins with that of a material.
@@ -283,7 +287,7 @@ def _picture_by_name(
     Polycam 3.4.5 writes ``map_Kd not_found`` beside ``NAME_ab12.jpg``. An image whose name begins
     with a longer name of another material belongs to that material.
     """
-    longer = [m for m in materials if m != material and _begins_with(m, material)]
+    longer_names = [m for m in materials if m != material and _begins_with(m, material)]
     pictures: dict[str, Path] = {}
     for folder in folders:
         try:
@@ -293,9 +297,9 @@ def _picture_by_name(
         for name in names:
             stem, ending = posixpath.splitext(name)
             if (
-                ending.casefold() in _PICTURE_ENDINGS
+                ending.casefold() in _IMAGE_SUFFIXES
                 and _begins_with(stem, material)
-                and not any(_begins_with(stem, other) for other in longer)
+                and not any(_begins_with(stem, other) for other in longer_names)
                 and not _OTHER_MAP.search(stem[len(material) :])
                 and is_regular(folder / name)
             ):

@@ -18,20 +18,29 @@ from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import decode_text
 
-LONGEST_BYTES = 100_000
+MAX_BYTES = 100_000
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-_BETWEEN = r"[\s,;]+"
-_THREE = f"({_NUMBER}){_BETWEEN}({_NUMBER}){_BETWEEN}({_NUMBER})"
+_SEPARATOR = r"[\s,;]+"
+_THREE = f"({_NUMBER}){_SEPARATOR}({_NUMBER}){_SEPARATOR}({_NUMBER})"
 _OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)
-_BARE = re.compile(rf"\s*{_THREE}\s*")
+_NUMBERS_ONLY = re.compile(rf"\s*{_THREE}\s*")
 _EPSG = re.compile(r"\bEPSG:\s*(\d{4,6})\b", re.IGNORECASE)
 _WKT = re.compile(r"^[ \t]*CRS:[ \t]*(\S.*)$", re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class Offset:
-    """origin: what is added to the file's coordinates, or None. crs: as LoadedModel's. problem: one
-    sentence where the file is there and cannot be used."""
+    """Content of an offset file.
+
+    Attributes
+    ----------
+    origin : tuple of float or None
+        Added to the file's coordinates.
+    crs : str or None
+        As in LoadedModel.
+    problem : Finding or None
+        Reason why an existing file cannot be used.
+    """
 
     origin: tuple[float, float, float] | None = None
     crs: str | None = None
@@ -43,22 +52,22 @@ def offset_path(model: Path) -> Path:
 
 
 def read_offset(model: Path) -> Offset:
-    """What `NAME.offset.txt` beside `model` says; empty where there is none."""
+    """Read `NAME.offset.txt` beside `model`; empty if there is none."""
     path = offset_path(model)
     try:
-        text = decode_text(read_small(path, LONGEST_BYTES))
+        text = decode_text(read_small(path, MAX_BYTES))
     except FileNotFoundError:
         return Offset()
     except (InputError, OSError, UnicodeDecodeError):
         return Offset(problem=Finding("model.origin-invalid", file=path.name))
-    found = _OFFSET.search(text) or _BARE.fullmatch(text)
-    crs, said = crs_or_problem(named_crs(text), path.name)
-    if found is None:
+    match = _OFFSET.search(text) or _NUMBERS_ONLY.fullmatch(text)
+    crs, crs_finding = crs_or_problem(named_crs(text), path.name)
+    if match is None:
         return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
-    origin = checked_origin([float(number) for number in found.groups()])
+    origin = checked_origin([float(number) for number in match.groups()])
     if origin is None:
         return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
-    return Offset(origin, crs, said)
+    return Offset(origin, crs, crs_finding)
 
 
 def named_crs(text: str) -> str | None:
@@ -68,20 +77,20 @@ def named_crs(text: str) -> str | None:
     return None if code is None else f"EPSG:{code.group(1)}"
 
 
-def crs_or_problem(text: object, where: str) -> tuple[str | None, Finding | None]:
-    """A CRS that a file names, checked; else None and the sentence to say."""
+def crs_or_problem(text: object, file_name: str) -> tuple[str | None, Finding | None]:
+    """Return a CRS that a file states if it is valid, and otherwise a finding."""
     if text is None:
         return None, None
-    if isinstance(text, str) and len(text) <= LONGEST_BYTES:
+    if isinstance(text, str) and len(text) <= MAX_BYTES:
         try:
             return parse_crs(text)[0], None
         except InputError:
             pass
-    return None, Finding("frame.crs-unreadable", file=where, crs=str(text)[:60])
+    return None, Finding("frame.crs-unreadable", file=file_name, crs=str(text)[:60])
 
 
 def checked_origin(numbers: object) -> tuple[float, float, float] | None:
-    """Three finite numbers that can be a place in metres, else None."""
+    """Return three finite numbers that are plausible as a position in metres, else None."""
     if not isinstance(numbers, Sequence) or len(numbers) != 3:
         return None
     for number in numbers:
@@ -94,8 +103,11 @@ def checked_origin(numbers: object) -> tuple[float, float, float] | None:
 
 
 def offset_text(origin: Sequence[float], crs: str | None, axes: str) -> str:
-    """The content of the file. axes: how World comes from the file's x, y, z, without the offset,
-    such as "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)"."""
+    """Return the content of an offset file.
+
+    `axes` describes the conversion of the file's x, y, z to World without the offset, such as
+    "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)".
+    """
     x, y, z = (f"{number:.15g}" for number in origin)
     code = crs if crs is not None and len(crs) < 20 else None
     lines = [f"{code or 'local'}; {axes} + offset {x} {y} {z}"]

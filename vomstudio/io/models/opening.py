@@ -1,4 +1,4 @@
-"""Opening any model, and saying what is in it."""
+"""Opening of model files of any format, and their description."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.frames import frame_findings
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
-SAMPLED_FACES = 200_000
-SAMPLED_POINTS = 20_000
-SAMPLED_PLACES = 1_000
-WINDOWS = 16
-FEW_POINTS = 300
-MOST_FIELDS = 300
+MAX_SAMPLED_FACES = 200_000
+MAX_SAMPLED_POINTS = 20_000
+MAX_SAMPLED_LOCATIONS = 1_000
+WINDOW_COUNT = 16
+MAX_POINTS_WITHOUT_TREE = 300
+MAX_FIELDS = 300
 
 
 def read_model(
@@ -74,21 +74,21 @@ def read_model(
     Cancelled
         Through `progress`.
     """
-    loaded, refused = with_axes(_read(Path(path), progress), options)
-    if refused is not None:
-        raise InputError(refused, file=path, field="CRS")
+    loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
+    if refusal_finding is not None:
+        raise InputError(refusal_finding, file=path, field="CRS")
     return loaded
 
 
 def _read(path: Path, progress: Progress | None) -> LoadedModel:
-    """As the reader gives it."""
+    """Return the model as the format's reader returns it."""
     progress = progress or Silent()
     reader = choose_reader(path, read_head(path))
     is_stopped = threading.Event()
     # hashlib releases the GIL, and the file is read only once while it is in memory.
     content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
-        # Damaged files hold NaN of every kind; readers look for them themselves.
+        # Damaged files contain NaN of every kind; readers check for them.
         with np.errstate(all="ignore"), limit_for_file(path):
             loaded = reader.read(path, progress)
     except MemoryError:
@@ -97,23 +97,23 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     except BaseException:
         is_stopped.set()
         raise
-    loaded = _with_fields_that_are_meant(loaded)
+    loaded = _limit_fields(loaded)
     return replace(loaded, path=path, content_hash=loaded.content_hash or content_hash.result())
 
 
-def _with_fields_that_are_meant(loaded: LoadedModel) -> LoadedModel:
-    """Each value of a point becomes a file of the project's cache."""
+def _limit_fields(loaded: LoadedModel) -> LoadedModel:
+    """Limit the number of fields, since each becomes a file of the project's cache."""
     fields = loaded.data.fields
-    if len(fields) <= MOST_FIELDS:
+    if len(fields) <= MAX_FIELDS:
         return loaded
-    said = Finding("model.fields-limited", count=len(fields), limit=MOST_FIELDS)
-    kept = dict(itertools.islice(fields.items(), MOST_FIELDS))
+    finding = Finding("model.fields-limited", count=len(fields), limit=MAX_FIELDS)
+    remaining = dict(itertools.islice(fields.items(), MAX_FIELDS))
     return replace(
-        loaded, data=replace(loaded.data, fields=kept), warnings=(*loaded.warnings, said)
+        loaded, data=replace(loaded.data, fields=remaining), warnings=(*loaded.warnings, finding)
     )
 
 
-def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
+def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
     """Compute the SHA-256 of a file in hex; of a part of it if it is no longer `wanted`.
 
     Raises InputError if the file cannot be read.
@@ -121,7 +121,7 @@ def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
     total = hashlib.sha256()
     try:
         with open_regular(path) as file:
-            while wanted() and (block := file.read(HASH_BLOCK_BYTES)):
+            while is_needed() and (block := file.read(HASH_BLOCK_BYTES)):
                 total.update(block)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
@@ -129,28 +129,30 @@ def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
 
 
 def resolution(data: Mesh | PointCloud) -> float:
-    """Effective resolution in units of the file: the larger of mean spacing and noise, see
-    `geometry.resolution` (points that stand twice count once), and of the mean edge of a mesh; of a
-    mesh that was subdivided, as it was before.
+    """Return the effective resolution in units of the file.
 
-    Of big models a sample is taken: every k-th face; all points within windows around points spread
-    over the file. NaN where there is none (one point).
+    It is the larger of mean spacing and noise, see `geometry.resolution` (duplicate points count
+    once), and of the mean edge of a mesh; for a subdivided mesh that of the original. Large models
+    are sampled: every k-th face, and all points within windows around points spread over the file.
+    NaN for a single point.
     """
-    of_points = _of_cloud(resolving_points(data))
+    point_resolution = _cloud_resolution(resolving_points(data))
     if not isinstance(data, Mesh):
-        return of_points
+        return point_resolution
     edge = point_spacing(data.undivided)
-    # Of few vertices neither density nor noise can be told.
-    few = len(data.undivided.vertices) < COUNTS[0]
-    return edge if few or np.isnan(of_points) else max(edge, of_points)
+    # Few vertices determine neither density nor noise.
+    has_few_vertices = len(data.undivided.vertices) < COUNTS[0]
+    return edge if has_few_vertices or np.isnan(point_resolution) else max(edge, point_resolution)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:
-    """How far drawn points must reach to meet: of a mesh the mean edge length, of a cloud the mean
-    distance from a point to its nearest neighbour, in units of the file; NaN where there is
-    none."""
+    """Return the size at which drawn points meet, in units of the file.
+
+    It is the mean edge length of a mesh, or the mean nearest neighbour distance of a cloud; NaN if
+    there is none.
+    """
     if isinstance(data, Mesh):
-        step = max(1, len(data.faces) // SAMPLED_FACES)
+        step = max(1, len(data.faces) // MAX_SAMPLED_FACES)
         corners = data.vertices[data.faces[::step]]
         edges = corners - np.roll(corners, 1, axis=1)
         lengths = np.sqrt(np.einsum("ijk,ijk->ij", edges, edges))
@@ -162,78 +164,84 @@ def _point_spacing(points: FloatArray) -> float:
     n = len(points)
     if n < 2:
         return float("nan")
-    if n <= FEW_POINTS:
-        return _mean_of(_nearest_of_few(points - points[0]))
+    if n <= MAX_POINTS_WITHOUT_TREE:
+        return _mean_of(_brute_force_distances(points - points[0]))
     from scipy.spatial import cKDTree
 
-    if n <= 10 * SAMPLED_POINTS:
+    if n <= 10 * MAX_SAMPLED_POINTS:
         local = points - points[0]
-        return _mean_nearest(cKDTree(local), local[:: max(1, n // SAMPLED_POINTS)])
-    rough = _rough_spacing(points)
-    if not np.isfinite(rough) or rough <= 0:
+        return _mean_nearest(cKDTree(local), local[:: max(1, n // MAX_SAMPLED_POINTS)])
+    rough_spacing = _rough_spacing(points)
+    if not np.isfinite(rough_spacing) or rough_spacing <= 0:
         return float("nan")
-    half = 15.0 * rough
-    found: list[FloatArray] = []
+    half = 15.0 * rough_spacing
+    distances_of_windows: list[FloatArray] = []
     for local in _windows(points, half):
         inner = local[(np.abs(local) <= 0.6 * half).all(axis=1)]
         distance, _ = cKDTree(local).query(inner, k=min(4, len(local)))
-        found.append(_first_positive(distance))
-    distances = np.concatenate(found) if found else np.empty(0)
+        distances_of_windows.append(_first_positive(distance))
+    distances = np.concatenate(distances_of_windows) if distances_of_windows else np.empty(0)
     distances = distances[np.isfinite(distances)]
-    return float(distances.mean()) if len(distances) else float(rough)
+    return float(distances.mean()) if len(distances) else float(rough_spacing)
 
 
 def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
-    """The points of boxes around some points of the cloud, less these; `half` : of a box's side.
-    Boxes of a single point are left out."""
-    # Gone through once for every window: several times as fast on its own.
+    """Yield the points in boxes around some points of the cloud, relative to these.
+
+    `half` is half the side of a box. Boxes with a single point are skipped.
+    """
+    # A contiguous copy, which is several times as fast to scan for every window.
     x = np.ascontiguousarray(points[:, 0])
-    for row in np.linspace(0, len(points) - 1, WINDOWS).astype(np.int64):
+    for row in np.linspace(0, len(points) - 1, WINDOW_COUNT).astype(np.int64):
         centre = points[row]
-        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
-        local = points[near] - centre
+        candidates = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
+        local = points[candidates] - centre
         local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
         if len(local) > 1:
             yield local
 
 
 def _rough_spacing(points: FloatArray) -> float:
-    """By a thinned cloud: points lie on a surface, so spacing goes with the root of their
-    number."""
+    """Estimate the spacing from a thinned cloud.
+
+    Points lie on a surface, so the spacing scales with the square root of their number.
+    """
     from scipy.spatial import cKDTree
 
-    step = len(points) // SAMPLED_POINTS
+    step = len(points) // MAX_SAMPLED_POINTS
     thin = np.ascontiguousarray(points[::step]) - points[0]
     return float(_mean_nearest(cKDTree(thin), thin) / np.sqrt(step))
 
 
-def _of_cloud(points: FloatArray) -> float:
+def _cloud_resolution(points: FloatArray) -> float:
     n = len(points)
     if n < 2:
         return float("nan")
-    if n <= FEW_POINTS:
+    if n <= MAX_POINTS_WITHOUT_TREE:
         local = points - points[0]
-        found = effective_resolution(local, FewPoints(local), local)
-        return float("nan") if found is None else found
+        resolution_of_points = effective_resolution(local, FewPoints(local), local)
+        return float("nan") if resolution_of_points is None else resolution_of_points
     from scipy.spatial import cKDTree
 
-    if n <= 10 * SAMPLED_POINTS:
+    if n <= 10 * MAX_SAMPLED_POINTS:
         local = points - points[0]
-        found = effective_resolution(local, cKDTree(local), local[:: max(1, n // SAMPLED_PLACES)])
-        return float("nan") if found is None else found
+        resolution_of_points = effective_resolution(
+            local, cKDTree(local), local[:: max(1, n // MAX_SAMPLED_LOCATIONS)]
+        )
+        return float("nan") if resolution_of_points is None else resolution_of_points
     spacing = _rough_spacing(points)
     if not np.isfinite(spacing) or spacing <= 0:
         return float("nan")
-    # Some thousand points, of which the inner ones have all their neighbours there.
+    # Some thousand points, of which the inner ones have all their neighbours.
     half = 30.0 * spacing
-    found_there = []
+    resolutions = []
     for local in _windows(points, half):
         inner = local[(np.abs(local) <= 0.4 * half).all(axis=1)]
-        inner = inner[:: max(1, len(inner) // (SAMPLED_PLACES // WINDOWS))]
-        one = effective_resolution(local, cKDTree(local), inner)
-        if one is not None:
-            found_there.append(one)
-    return float(np.median(found_there)) if found_there else float(spacing)
+        inner = inner[:: max(1, len(inner) // (MAX_SAMPLED_LOCATIONS // WINDOW_COUNT))]
+        window_resolution = effective_resolution(local, cKDTree(local), inner)
+        if window_resolution is not None:
+            resolutions.append(window_resolution)
+    return float(np.median(resolutions)) if resolutions else float(spacing)
 
 
 def _mean_nearest(tree: object, queries: FloatArray) -> float:
@@ -242,8 +250,8 @@ def _mean_nearest(tree: object, queries: FloatArray) -> float:
     return _mean_of(distance)
 
 
-def _nearest_of_few(local: FloatArray) -> FloatArray:
-    """What a tree would say, to the bit, without the import of scipy, which takes longer."""
+def _brute_force_distances(local: FloatArray) -> FloatArray:
+    """Return exactly what a tree would return, without the slower import of scipy."""
     x, y, z = (local[:, None, j] - local[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
@@ -255,23 +263,22 @@ def _mean_of(distance: FloatArray) -> float:
 
 
 def _first_positive(distance: FloatArray) -> FloatArray:
-    """The nearest neighbour that is another place; NaN where all that were asked for are the
-    same."""
+    """Return the distance of the nearest distinct neighbour; NaN for duplicates only."""
     positive = distance > 0
     nearest = distance[np.arange(len(distance)), positive.argmax(axis=1)]
     return np.where(positive.any(axis=1), nearest, np.nan)
 
 
-def with_axes(
+def convert_axes(
     loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
-    """Settle the CRS of what a reader returned, with x, y, z in one unit.
+    """Determine the CRS of a model and convert x, y, z to one unit.
 
     Returns
     -------
     loaded : LoadedModel
-    refused : Finding or None
-        Why the data cannot be used as a model.
+    refusal_finding : Finding or None
+        Reason why the data cannot be used as a model.
     """
     messages: list[Finding] = list(loaded.warnings)
     axes = _axes(loaded, options, messages)
@@ -279,21 +286,21 @@ def with_axes(
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
     if options.to_crs is not None and not axes.unusual_directions:
         return _reprojected(loaded, axes, options, messages), None
-    refused = refusal(axes, loaded.data.bounds)
-    messages += unit_findings(axes) if refused is None else ()
-    named = axes.kind not in ("none", "local") and refused is None
-    if axes.crs is None and named and not axes.unusual_directions:
+    refusal_finding = refusal(axes, loaded.data.bounds)
+    messages += unit_findings(axes) if refusal_finding is None else ()
+    has_crs = axes.kind not in ("none", "local") and refusal_finding is None
+    if axes.crs is None and has_crs and not axes.unusual_directions:
         messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
-    data = _scaled(loaded.data, axes)
+    data = _scale(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
-    settled = replace(
+    converted = replace(
         loaded, data=data, crs=axes.crs, warnings=tuple(messages), units=axes.units, unit_m=unit_m
     )
-    return settled, refused
+    return converted, refusal_finding
 
 
 def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
-    """Return the axes by the options, else the file, else the file beside it."""
+    """Return the axes of the options, else of the file, else of the file beside it."""
     text = loaded.crs
     if text is None:
         text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
@@ -312,15 +319,15 @@ def _reprojected(
     conversion = Reprojection.create(
         require_crs(axes, loaded.path), options.to_crs, height_factor=axes.metres[2]
     )
-    data, turned = loaded.data, loaded.turned_about
-    if options.up == "y" and turned is None:
-        data, turned = moved(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
+    data, turned_about = loaded.data, loaded.turned_about
+    if options.up == "y" and turned_about is None:
+        data, turned_about = moved(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
     if isinstance(data, Mesh):
         data = replace(data, vertices=conversion.apply(data.vertices))
     else:
         normals = data.normals
         if normals is not None:
-            # A normal is perpendicular to the surface: it goes through the inverse transpose.
+            # A normal is perpendicular to the surface: it is transformed by the inverse transpose.
             middle = np.asarray(data.bounds, np.float64).mean(axis=0)
             normals = normals @ np.linalg.inv(conversion.jacobian(middle))
             normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -335,24 +342,24 @@ def _reprojected(
         warnings=tuple(messages),
         units=axes.units,
         unit_m=1.0,
-        turned_about=turned,
+        turned_about=turned_about,
     )
 
 
-def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
-    """With heights in the unit of x and y; all in metres where the CRS is a local one."""
-    flat, high = axes.unit_factor, axes.unit_factor * axes.height_factor
-    if flat == high == 1.0:
+def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
+    """Scale heights to the unit of x and y, and all axes to metres for a local CRS."""
+    horizontal, vertical = axes.unit_factor, axes.unit_factor * axes.height_factor
+    if horizontal == vertical == 1.0:
         return data
-    factors = np.array([flat, flat, high])
+    factors = np.array([horizontal, horizontal, vertical])
     if isinstance(data, Mesh):
         return replace(data, vertices=data.vertices * factors)
     normals = data.normals
-    if normals is not None and flat != high:
-        # A plane stretched along z has the normal of the inverse stretch.
-        turned = normals / factors
-        length = np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, None]
-        normals = np.where(length > 0, turned / np.where(length > 0, length, 1.0), normals)
+    if normals is not None and horizontal != vertical:
+        # The normal of a plane stretched along z is scaled by the inverse.
+        stretched = normals / factors
+        length = np.sqrt(np.einsum("ij,ij->i", stretched, stretched))[:, None]
+        normals = np.where(length > 0, stretched / np.where(length > 0, length, 1.0), normals)
         normals = np.ascontiguousarray(normals, np.float32)
     return replace(data, points=data.points * factors, normals=normals, arrangement=None)
 
@@ -360,13 +367,13 @@ def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
 def describe(
     path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> dict[str, object]:
-    """What is in a model, in the words of the command line's `info`; safe for JSON.
+    """Describe a model in the terms of the command `info`; safe for JSON.
 
-    `points` counts vertices of a mesh as the file's surface needs them (a vertex with two texture
-    coordinates counts twice). `bounds` are in metres where the unit of x and y is known (World),
-    else as the file has them; `units` are the file's own. Raises InputError.
+    `points` counts the vertices of a mesh as its surface needs them (a vertex with two texture
+    coordinates counts twice). `bounds` are in metres if the unit of x and y is known (World), else
+    as in the file; `units` are the file's own. Raises InputError.
     """
-    loaded, refused = with_axes(_read(Path(path), progress), options)
+    loaded, refusal_finding = convert_axes(_read(Path(path), progress), options)
     data = loaded.data
     spacing = resolution(data)
     mesh = data if isinstance(data, Mesh) else None
@@ -375,14 +382,14 @@ def describe(
         fields.insert(0, "rgb")
     if isinstance(data, PointCloud) and data.normals is not None:
         fields.insert(0, "normals")
-    noticed = [refused] if refused else frame_findings(loaded, options)
+    frame_warnings = [refusal_finding] if refusal_finding else frame_findings(loaded, options)
     units, metres = loaded.units, loaded.unit_m
-    if units == UNKNOWN and scale_known(loaded.path):
+    if units == UNKNOWN and has_known_scale(loaded.path):
         units, metres = ("m", "m", "m"), 1.0
-    shown = spacing if np.isfinite(spacing) else None
-    size: dict[str, float | None] = {"resolution_m": None, "resolution": shown}
+    spacing_or_none = spacing if np.isfinite(spacing) else None
+    size: dict[str, float | None] = {"resolution_m": None, "resolution": spacing_or_none}
     if metres:
-        size = {"resolution_m": None if shown is None else shown * metres}
+        size = {"resolution_m": None if spacing_or_none is None else spacing_or_none * metres}
     return {
         "path": os.fspath(loaded.path),
         "kind": loaded.kind,
@@ -399,6 +406,6 @@ def describe(
         "units": list(units),
         **size,
         "fields": fields,
-        "warnings": [*loaded.warnings, *noticed],
+        "warnings": [*loaded.warnings, *frame_warnings],
         "content_hash": loaded.content_hash,
     }

@@ -1,4 +1,4 @@
-"""A piece of a model, written as a model of its own that says where it comes from."""
+"""Writing of a piece of a model as a model that states its source."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vomstudio.io.models.writing import write_model
 
 def write_piece(
     loaded: LoadedModel,
-    bits: ByteArray,
+    packed_mask: ByteArray,
     source: Path,
     content_hash: str,
     crs: str | None,
@@ -35,24 +35,39 @@ def write_piece(
     progress: Progress,
     registration: Registration | None = None,
 ) -> tuple[Path, list[Finding]]:
-    """Write the chosen faces or points of a model into a new folder below `folder`; its path, and
-    sentences on what the format cannot hold.
+    """Write selected faces or points of a model to a new folder below `folder`.
 
-    bits : packed, one for each face or point; source, content_hash : the file they were chosen on
-    registration : of the source, whose coordinates the piece keeps
+    PLY stores doubles, colours, fields and textures. If a material has a plain colour, the piece
+    is an OBJ, which stores that. NAME.piece.json beside it states the source, its hash and the
+    number of its faces or points. All files appear at once or not at all.
 
-    PLY holds doubles, colours, fields and textures; where a material has a plain colour the piece
-    is an OBJ, which holds that. NAME.piece.json beside it names the source, its hash and how many
-    of its faces or points these are. All appear at once or not at all. Raises InputError where the
-    source has changed, TargetError or Cancelled.
+    Parameters
+    ----------
+    packed_mask : array of uint8
+        Packed mask with a bit for each face or point.
+    source, content_hash : Path, str
+        The file on which they were selected.
+    registration : Registration or None
+        Registration of the source, whose coordinates the piece keeps.
+
+    Returns
+    -------
+    tuple of Path and list of Finding
+        Path of the piece, and what the format cannot store.
+
+    Raises
+    ------
+    InputError
+        If the source has changed.
+    TargetError, Cancelled
     """
     if loaded.content_hash != content_hash:
         raise InputError(Finding("model.file-changed"), file=source)
     data = loaded.data
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
-    mask = np.unpackbits(bits, count=count).view(np.bool_)
-    piece = piece_of(data, mask)
-    plain = isinstance(piece, Mesh) and any(m.texture is None for m in piece.materials)
+    mask = np.unpackbits(packed_mask, count=count).view(np.bool_)
+    piece = extract_piece(data, mask)
+    needs_obj = isinstance(piece, Mesh) and any(m.texture is None for m in piece.materials)
     stem = re.sub(r'[\\/:*?"<>|\x00-\x1f]+', "_", name).strip(" .") or "piece"
     check_in_project(folder / stem)
     target = folder / stem
@@ -72,7 +87,7 @@ def write_piece(
     try:
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
-        file = part / f"{stem}{'.obj' if plain else '.ply'}"
+        file = part / f"{stem}{'.obj' if needs_obj else '.ply'}"
         messages = write_model(
             piece,
             crs,
@@ -81,8 +96,8 @@ def write_piece(
             axes=UNPLACED if crs is None else WORLD,
             registration=registration,
         )
-        words = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
-        (part / f"{stem}.piece.json").write_text(words, "utf-8")
+        text = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
+        (part / f"{stem}.piece.json").write_text(text, "utf-8")
         part.rename(target)
     except OSError as error:
         raise TargetError(
@@ -93,10 +108,12 @@ def write_piece(
     return target / file.name, messages
 
 
-def piece_of(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
-    """The faces of a mesh with the vertices and materials that they use, or the points of a cloud,
-    with all their values, in the file's frame. mask : (n,) which. Raises GeometryError where that
-    is none, or the mask is of another model."""
+def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
+    """Return the selected faces of a mesh with their vertices and materials, or points of a cloud.
+
+    `mask` (n,) selects them; all values and the file's frame are kept. Raises GeometryError for an
+    empty selection, or a mask of another model.
+    """
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     if len(mask) != count:
         raise GeometryError(Finding("model.other-selection", selected=len(mask), count=count))
@@ -106,21 +123,25 @@ def piece_of(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
 
 
 def _faces_of(mesh: Mesh, mask: BoolArray) -> Mesh:
-    chosen = np.flatnonzero(mask)
-    faces = np.asarray(mesh.faces)[chosen]
+    selected = np.flatnonzero(mask)
+    faces = np.asarray(mesh.faces)[selected]
     used = np.zeros(len(mesh.vertices), np.bool_)
     used[faces.ravel()] = True
     rows = np.flatnonzero(used)
-    number = np.empty(len(used), np.int32)
-    number[rows] = np.arange(len(rows), dtype=np.int32)
-    offsets = np.searchsorted(chosen, np.asarray(mesh.material_offsets, np.int64))
-    worn = np.flatnonzero(np.diff(offsets) > 0) if mesh.materials else np.zeros(0, np.int64)
+    new_index = np.empty(len(used), np.int32)
+    new_index[rows] = np.arange(len(rows), dtype=np.int32)
+    offsets = np.searchsorted(selected, np.asarray(mesh.material_offsets, np.int64))
+    used_materials = (
+        np.flatnonzero(np.diff(offsets) > 0) if mesh.materials else np.zeros(0, np.int64)
+    )
     return Mesh(
         np.asarray(mesh.vertices)[rows],
-        number[faces],
-        tuple(mesh.materials[i] for i in worn),
-        # Materials without a face left are dropped; the runs of the others follow one another.
-        np.append(offsets[worn], offsets[worn[-1] + 1]) if len(worn) else np.zeros(1, np.int64),
+        new_index[faces],
+        tuple(mesh.materials[i] for i in used_materials),
+        # Materials without remaining faces are dropped; the ranges of the others are contiguous.
+        np.append(offsets[used_materials], offsets[used_materials[-1] + 1])
+        if len(used_materials)
+        else np.zeros(1, np.int64),
         None if mesh.uv is None else np.asarray(mesh.uv)[rows],
         None if mesh.colors is None else np.asarray(mesh.colors)[rows],
         {name: np.asarray(values)[rows] for name, values in mesh.fields.items()},

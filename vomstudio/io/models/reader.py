@@ -1,4 +1,4 @@
-"""What a format's reader is, and what it gives."""
+"""Interface of a format's reader, and the model that it returns."""
 
 from __future__ import annotations
 
@@ -14,29 +14,41 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
 
 HEAD_BYTES = 4096
-"""Of a file's beginning, by which its format is told."""
+"""Bytes at a file's beginning by which its format is detected."""
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedModel:
-    """What a file held.
+    """Content of a model file.
 
-    data : in the file's own frame
-    kind : "mesh" or "cloud"
-    crs : "EPSG:n", a WKT text, or None where the file names none; a reader gives what the file
-        says, `read_model` what the model can be kept in
-    warnings : one sentence for each thing that was wrong, left out or guessed
-    path : the file
-    content_hash : sha256 of the file itself in hex (of an OBJ: without its MTL and images); a
-        reader may leave it empty, `read_model` fills it
-    turned_about : where the format says that Y is up and the reader has therefore turned the model
-        upright, the point of `data`'s frame about which it did; else None
-    resolution : as `vomstudio.io.models.opening.resolution` tells it, where it is known; else None
-    height_unit : what the file says of its heights beside the CRS, a name of
-        `vomstudio.geometry.units.METRES`; else None
-    units : of x, y and z as the file states them; `read_model` fills it, and a reader only where
-        its format lays them down
-    unit_m : metres in a unit of `data`, in all three axes; None where it is unknown
+    Attributes
+    ----------
+    data : Mesh or PointCloud
+        In the file's frame.
+    kind : str
+        "mesh" or "cloud".
+    crs : str or None
+        "EPSG:n" or WKT; None if the file does not state one. A reader returns what the file states,
+        `read_model` a CRS in which the model can be used.
+    warnings : tuple of Finding
+        What was wrong, skipped or guessed.
+    path : Path
+    content_hash : str
+        SHA-256 of the file in hex (of an OBJ without its MTL and images). A reader may leave it
+        empty; `read_model` sets it.
+    turned_about : tuple of float or None
+        For formats with y up, the point of `data`'s frame about which the reader has rotated the
+        model upright.
+    resolution : float or None
+        Result of `vomstudio.io.models.opening.resolution`, if known.
+    height_unit : str or None
+        Unit of heights that the file states apart from the CRS, a name of
+        `vomstudio.geometry.units.METRES`.
+    units : tuple of str
+        Units of x, y and z that the file states. `read_model` sets it, a reader only if its format
+        defines them.
+    unit_m : float or None
+        Metres per unit of `data`, in all three axes; None if unknown.
     """
 
     data: Mesh | PointCloud
@@ -54,9 +66,9 @@ class LoadedModel:
 
 @dataclass(frozen=True)
 class Reference:
-    """What a file says of its coordinates, beside its points.
+    """Reference of the coordinates that a file states apart from its points.
 
-    text : of the CRS, as it stands there or as its keys are named; height_unit : as LoadedModel's
+    `text` is the CRS as written there or as its keys are named; `height_unit` as in LoadedModel.
     """
 
     text: str | None = None
@@ -66,13 +78,19 @@ class Reference:
 
 @dataclass(frozen=True)
 class Reader:
-    """One format.
+    """Reader of one format.
 
-    name : as a person says it
-    extensions : lower case, with the dot
-    matches : from the path and the file's first bytes (at most `HEAD_BYTES`), whether the *content*
-        is surely of this format, whatever the extension says
-    read : raises InputError for what cannot be read, Cancelled when `progress` says so
+    Attributes
+    ----------
+    name : str
+        Name for the user.
+    extensions : tuple of str
+        Lower case, with the dot.
+    matches : callable
+        Returns, from the path and at most `HEAD_BYTES` first bytes, whether the *content* is
+        certainly of this format, whatever the extension is.
+    read : callable
+        Raises InputError for unreadable files, and Cancelled through the progress.
     """
 
     name: str

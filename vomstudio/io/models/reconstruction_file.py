@@ -29,8 +29,8 @@ def is_reconstructed(model: Path) -> bool:
     Decided by its name and the files beside it: OpenSfM writes a `reconstruction.json` too, but not
     together with `cameras.json` and a model of these names.
     """
-    beside = (model.with_name(FILE_NAME), model.with_name(RESULT))
-    return model.name in MODELS and all(map(is_regular, beside))
+    sidecars = (model.with_name(FILE_NAME), model.with_name(RESULT))
+    return model.name in MODELS and all(map(is_regular, sidecars))
 
 
 def read_registration_of_result(model: Path) -> Registration:
@@ -81,8 +81,8 @@ def result_registration(
         [finite_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
     )
     shape, lens = (
-        each if isinstance(each, dict) else {}
-        for each in map(registration.get, ("shape", "lens_bowing"))
+        value if isinstance(value, dict) else {}
+        for value in map(registration.get, ("shape", "lens_bowing"))
     )
     control = _control_points(registration)
     return Registration(

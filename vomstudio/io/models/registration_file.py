@@ -1,13 +1,13 @@
-"""`NAME.registration.json`: how the model NAME was placed in World, and how well that is known.
+"""`NAME.registration.json`: placement of the model NAME in World, and its error.
 
-The file lies beside a model and belongs to those files of the name NAME whose SHA-256 it lists. It
+The file is beside a model and belongs to those files of the name NAME whose SHA-256 it lists. It
 contains the fields of a `geometry.registrations.Registration`: the matrix from the coordinates of
 the file to World and the 7 x 7 covariance of that similarity.
 
-A model that was written in World, as by ``register -o`` and ``reconstruct``, is where it belongs:
-its matrix is the identity, and the covariance is that of its place. The matrix differs from the
-identity only beside a file whose coordinates are not those of World, such as a piece cut out of a
-model that a project has registered.
+For a model that was written in World, as by ``register -o`` and ``reconstruct``, the matrix is the
+identity, and the covariance is that of its placement. The matrix differs from the identity only
+beside a file whose coordinates are not World coordinates, such as a piece cut out of a model that a
+project has registered.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from vomstudio.io.models.reconstruction_file import (
 )
 
 FORMAT, VERSION = "vomstudio registration", 1
-ENDING = ".registration.json"
+SUFFIX = ".registration.json"
 PARAMETERS = (
     "turn_east",
     "turn_north",
@@ -59,15 +59,15 @@ PARAMETERS = (
 """Rows and columns of the covariance: turns about the axes of World, a relative change of scale,
 and shifts."""
 UNITS = ("rad", "rad", "rad", "1", "m", "m", "m")
-_ABOUT = (
+_DESCRIPTION = (
     "World = matrix @ (x, y, z, 1) with x, y, z as in the model's file; World is x East, y North, "
     "z Up, metres. The covariance is of small turns and a relative change of scale about centre, "
     "and of shifts, one sigma squared. Errors are one sigma; ends with 95: 95 %."
 )
-_SIMILAR = 1e-6
+MAX_RELATIVE_DEVIATION = 1e-6
 """Relative deviation of a matrix from a similarity, and of a covariance from a symmetric one."""
 _MAX_ERROR = 1e9
-"""One sigma, rad, m, or a share."""
+"""One sigma, in radians, metres or as a ratio."""
 _NESTED = NestedFields(
     parts={"frame": Frame, "read_north": ReadNorth},
     lists={"control": RegistrationPoint, "observations": ObservationGroup},
@@ -92,8 +92,8 @@ class StoredRegistration:
 
 
 @dataclass(frozen=True)
-class FoundRegistration:
-    """The registration beside a model, if it has one, and what is wrong with it."""
+class SidecarRegistration:
+    """The registration beside a model, if it has one, and findings about it."""
 
     registration: Registration | None = None
     findings: tuple[Finding, ...] = ()
@@ -102,7 +102,7 @@ class FoundRegistration:
 def registration_path(model: str | Path) -> Path:
     """Return the path of the registration file of a model."""
     model = Path(model)
-    return model.with_name(model.stem + ENDING)
+    return model.with_name(model.stem + SUFFIX)
 
 
 # --- writing --------------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] 
 
 def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
     fields = {
-        each.name: getattr(registration, each.name) for each in dataclasses.fields(registration)
+        field.name: getattr(registration, field.name) for field in dataclasses.fields(registration)
     }
     plain = encode_fields(fields, _NESTED)
     frame = registration.frame
@@ -195,7 +195,7 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
         "format": FORMAT,
         "version": VERSION,
         "made_by": f"VOM Studio {__version__}",
-        "about": _ABOUT,
+        "about": _DESCRIPTION,
         "files": dict(files),
         "name": registration.name,
         "method": registration.method,
@@ -213,8 +213,8 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
 
 
 # --- reading --------------------------------------------------------------------------------------
-def find_registration(model: Path, content_hash: str) -> FoundRegistration:
-    """Find the registration of a model: that of the file beside it, else of its reconstruction.
+def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
+    """Find the registration of a model, from the file beside it or its reconstruction.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def find_registration(model: Path, content_hash: str) -> FoundRegistration:
 
     Returns
     -------
-    FoundRegistration
+    SidecarRegistration
         A file that cannot be used is a finding, never an error: ``registration.damaged``,
         ``registration.unknown-version`` or ``registration.other-model``.
     """
@@ -236,18 +236,17 @@ def find_registration(model: Path, content_hash: str) -> FoundRegistration:
                 finding = Finding(
                     "registration.other-model", file=path.name, models=sorted(stored.files)
                 )
-                return FoundRegistration(None, (finding,))
-            return FoundRegistration(stored.registration)
+                return SidecarRegistration(None, (finding,))
+            return SidecarRegistration(stored.registration)
         if is_reconstructed(model):
-            return FoundRegistration(_registration_of_result(model))
+            return SidecarRegistration(_registration_of_result(model))
     except InputError as error:
         values = {"file": path.name, **error.values}
-        return FoundRegistration(None, (Finding(error.code, **values),))
-    return FoundRegistration()
+        return SidecarRegistration(None, (Finding(error.code, **values),))
+    return SidecarRegistration()
 
 
 def _registration_of_result(model: Path) -> Registration:
-    """Raises InputError with the code ``registration.damaged``."""
     try:
         registration = read_registration_of_result(model)
     except (OSError, ValueError) as error:
@@ -320,26 +319,25 @@ def _values_of(plain: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _require_valid(path: Path, registration: Registration) -> None:
-    """Raises InputError with the code ``registration.damaged``."""
-    reason = _why_invalid(registration)
+    reason = _invalid_reason(registration)
     if reason is not None:
         raise _damaged(path, reason)
 
 
-def _why_invalid(registration: Registration) -> str | None:
+def _invalid_reason(registration: Registration) -> str | None:
     rows = np.array(registration.matrix, np.float64)
     if rows.shape != (4, 4) or rows[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         return tr("the matrix does not have four rows, the last one 0, 0, 0, 1")
     with np.errstate(all="ignore"):
         scale = float(np.cbrt(np.linalg.det(rows[:3, :3])))
-        turn = rows[:3, :3] / scale if scale > 0 else np.zeros((3, 3))
-        similar = np.allclose(turn @ turn.T, np.eye(3), atol=_SIMILAR)
-    if not similar:
+        rotation = rows[:3, :3] / scale if scale > 0 else np.zeros((3, 3))
+        is_similarity = np.allclose(rotation @ rotation.T, np.eye(3), atol=MAX_RELATIVE_DEVIATION)
+    if not is_similarity:
         return tr("the matrix is not a rotation with a scale")
     if registration.covariance is not None:
         if registration.centre is None:
             return tr("the covariance has no centre")
-        reason = _why_no_covariance(registration.covariance)
+        reason = _invalid_covariance_reason(registration.covariance)
         if reason is not None:
             return reason
     errors = (*(registration.rotation_error_deg or ()), registration.scale_error or 0.0)
@@ -358,21 +356,23 @@ def _why_invalid(registration: Registration) -> str | None:
     return None
 
 
-def _why_no_covariance(rows: Sequence[Sequence[float]]) -> str | None:
+def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
     count = len(PARAMETERS)
     if len(rows) != count or any(len(row) != count for row in rows):
         return tr("the covariance does not have {count} x {count} numbers", count=count)
-    known = np.array(rows, np.float64)
-    if np.abs(known).max() > _MAX_ERROR**2:
+    covariance = np.array(rows, np.float64)
+    if np.abs(covariance).max() > _MAX_ERROR**2:
         return tr("the covariance is larger than any error")
-    # In units of the errors: radians and metres differ by orders of magnitude.
-    sigma = np.sqrt(np.abs(np.diag(known)))
+    # Normalised by the errors: radians and metres differ by orders of magnitude.
+    sigma = np.sqrt(np.abs(np.diag(covariance)))
     units = np.where(sigma > 0, sigma, 1.0)
     with np.errstate(all="ignore"):
-        correlation = known / np.outer(units, units)
-    bounded = bool((np.abs(correlation) <= 1.0 + _SIMILAR).all())
-    symmetric = bounded and np.allclose(correlation, correlation.T, atol=_SIMILAR)
-    if not symmetric or np.linalg.eigvalsh(correlation)[0] < -_SIMILAR:
+        correlation = covariance / np.outer(units, units)
+    is_bounded = bool((np.abs(correlation) <= 1.0 + MAX_RELATIVE_DEVIATION).all())
+    is_symmetric = is_bounded and np.allclose(
+        correlation, correlation.T, atol=MAX_RELATIVE_DEVIATION
+    )
+    if not is_symmetric or np.linalg.eigvalsh(correlation)[0] < -MAX_RELATIVE_DEVIATION:
         return tr("the covariance is not symmetric and positive")
     return None
 

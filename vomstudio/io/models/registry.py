@@ -1,7 +1,7 @@
-"""Which reader takes which file.
+"""Registry of readers by file format.
 
-A new format is one module in `vomstudio/io/models/formats` that defines `READER`, or a package of
-someone else that names a `Reader` in the entry point group `vomstudio.readers`.
+A new format is a module in `vomstudio/io/models/formats` that defines `READER`, or a third-party
+package that names a `Reader` in the entry point group `vomstudio.readers`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def find_readers() -> LoadedPlugins[Reader]:
     return find_plugins(formats, "READER", Reader, GROUP)
 
 
-def usual_reader(extension: str) -> Reader | None:
-    """The first of our readers that name an extension. The others are not imported for it."""
+def default_reader(extension: str) -> Reader | None:
+    """Return the first built-in reader for an extension, without importing the others."""
     from vomstudio.io.models import formats
 
     name = formats.USUAL.get(extension)
@@ -40,19 +40,19 @@ def usual_reader(extension: str) -> Reader | None:
 
 
 def extensions() -> tuple[str, ...]:
-    """Every extension that can be read, for file dialogs."""
+    """Return every extension that can be read, for file dialogs."""
     return tuple(dict.fromkeys(e for r in find_readers().all for e in r.extensions))
 
 
-def what_can_be_read() -> str:
-    """For sentences: 'LAS/LAZ point cloud (.las, .laz), ...'."""
+def supported_formats() -> str:
+    """Return the formats for messages: 'LAS/LAZ point cloud (.las, .laz), ...'."""
     readers = find_readers()
     formats = [f"{tr(r.name)} ({', '.join(r.extensions)})" for r in readers.all]
     return ", ".join([*formats, *map(str, readers.broken)])
 
 
 def read_head(path: Path) -> bytes:
-    """The first bytes of a file. Raises InputError when it is not a file that can be read."""
+    """Return the first bytes of a file. Raises InputError if it is not a readable file."""
     try:
         if path.is_dir():
             raise InputError(Finding("file.is-folder"), file=path)
@@ -67,25 +67,25 @@ def read_head(path: Path) -> bytes:
 
 
 def choose_reader(path: Path, head: bytes) -> Reader:
-    """The reader for a file: by its content where that is certain, else by its extension.
+    """Return the reader for a file: by its content if that is certain, else by its extension.
 
-    Raises InputError that lists what can be read.
+    Raises InputError with a list of the supported formats.
     """
     if not head:
         raise InputError(Finding("file.empty"), file=path)
     extension = path.suffix.lower()
-    usual = usual_reader(extension)
-    if usual is not None and usual.matches(path, head):
-        return usual
-    found = find_readers()
-    by_extension = [r for r in found.all if extension in r.extensions]
-    for reader in by_extension:
+    default = default_reader(extension)
+    if default is not None and default.matches(path, head):
+        return default
+    readers = find_readers()
+    candidates = [r for r in readers.all if extension in r.extensions]
+    for reader in candidates:
         if reader.matches(path, head):
             return reader
-    for reader in found.all:
+    for reader in readers.all:
         if reader.matches(path, head):
             return reader
-    if by_extension:
-        return by_extension[0]
-    finding = Finding("file.unknown-type", suffix=path.suffix, formats=what_can_be_read())
+    if candidates:
+        return candidates[0]
+    finding = Finding("file.unknown-type", suffix=path.suffix, formats=supported_formats())
     raise InputError(finding, file=path)

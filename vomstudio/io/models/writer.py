@@ -1,4 +1,4 @@
-"""What a format's writer is, and what it is given."""
+"""Interface of a format's writer, and its request."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ from vomstudio.geometry.units import WORLD, Axes
 
 
 @dataclass(frozen=True)
-class Outgoing:
-    """What is to be written.
+class WriteRequest:
+    """Request to write a model.
 
-    data : in World, of whose x, y and z is known what `axes` says; crs : "EPSG:n", WKT, or None
-    force : whether files that are there may be replaced, save `inputs`, which the model was read
-        from
+    Attributes
+    ----------
+    data : Mesh or PointCloud
+        In World, with the properties of `axes`.
+    crs : str or None
+        "EPSG:n", WKT, or None.
+    force : bool
+        Whether existing files may be replaced, except `inputs`, from which the model was read.
     """
 
     data: Mesh | PointCloud
@@ -33,13 +38,17 @@ class Outgoing:
 
 @dataclass(frozen=True)
 class Writer:
-    """One format.
+    """Writer of one format.
 
-    extensions : lower case, with the dot
-    write : everything whole or nothing at all; returns one sentence for each thing that the format
-        cannot hold or that had to be changed. Raises TargetError, or Cancelled through the progress
+    Attributes
+    ----------
+    extensions : tuple of str
+        Lower case, with the dot.
+    write : callable
+        Writes everything or nothing, and returns findings about what the format cannot store or
+        what was changed. Raises TargetError, or Cancelled through the progress.
     """
 
     name: str
     extensions: tuple[str, ...]
-    write: Callable[[Outgoing], list[Finding]]
+    write: Callable[[WriteRequest], list[Finding]]

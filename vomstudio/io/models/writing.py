@@ -1,7 +1,7 @@
-"""Which writer makes which file.
+"""Registry of writers by file format.
 
-A new format is one module in `vomstudio/io/models/writers` that defines `WRITER`, or a package of
-someone else that names a `Writer` in the entry point group `vomstudio.writers`.
+A new format is a module in `vomstudio/io/models/writers` that defines `WRITER`, or a third-party
+package that names a `Writer` in the entry point group `vomstudio.writers`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.io.models.registration_file import (
     registration_path,
     write_registration,
 )
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.plugins import LoadedPlugins, find_plugins
 
 GROUP = "vomstudio.writers"
@@ -43,14 +43,14 @@ def find_writers() -> tuple[Writer, ...]:
 
 
 def choose_writer(path: Path) -> Writer:
-    """By the ending. Raises UsageError that lists what can be written."""
+    """Return the writer for a suffix. Raises UsageError with a list of the supported formats."""
     ending = path.suffix.lower()
     for writer in find_writers():
         if ending in writer.extensions:
             return writer
-    endings = (each for writer in find_writers() for each in writer.extensions)
-    known = ", ".join([*endings, *map(str, find_all().broken)])
-    raise UsageError(Finding("output.unknown-format", suffix=ending, formats=known), file=path)
+    endings = (extension for writer in find_writers() for extension in writer.extensions)
+    formats = ", ".join([*endings, *map(str, find_all().broken)])
+    raise UsageError(Finding("output.unknown-format", suffix=ending, formats=formats), file=path)
 
 
 def write_model(
@@ -64,30 +64,48 @@ def write_model(
     axes: Axes = WORLD,
     registration: Registration | None = None,
 ) -> list[Finding]:
-    """Write a model in World by the ending of `path`, whole or not at all.
+    """Write a model in World in the format of `path`'s suffix, completely or not at all.
 
-    axes : what is known of x, y and z, which the file says
-    registration : written beside the model as `NAME.registration.json`; its matrix leads from
-        these coordinates to World
+    Parameters
+    ----------
+    axes : Axes
+        Properties of x, y and z that the file states.
+    registration : Registration or None
+        Written beside the model as `NAME.registration.json`; its matrix leads from these
+        coordinates to World.
 
-    Returns one sentence for each thing that the format cannot hold. Raises UsageError for an
-    unknown ending, GeometryError for coordinates that are not finite, TargetError, or Cancelled.
+    Returns
+    -------
+    list of Finding
+        What the format cannot store.
+
+    Raises
+    ------
+    UsageError
+        For an unknown suffix.
+    GeometryError
+        For coordinates that are not finite.
+    TargetError, Cancelled
     """
     path = Path(path)
     writer = choose_writer(path)
-    given = tuple(inputs)
-    check_target(path, force=force, inputs=given)
-    _require_places(data, path)
+    input_paths = tuple(inputs)
+    check_target(path, force=force, inputs=input_paths)
+    _require_finite(data, path)
     sidecar = registration_path(path)
-    replaces = force and not any(Path(each).resolve() == sidecar.resolve() for each in given)
-    check_registration_target(path, registration, force=replaces)
-    messages = writer.write(Outgoing(data, crs, path, force, progress or Silent(), given, axes))
+    is_replacing = force and not any(
+        Path(input_path).resolve() == sidecar.resolve() for input_path in input_paths
+    )
+    check_registration_target(path, registration, force=is_replacing)
+    messages = writer.write(
+        WriteRequest(data, crs, path, force, progress or Silent(), input_paths, axes)
+    )
     if registration is not None:
-        write_registration(registration, [path], force=replaces)
+        write_registration(registration, [path], force=is_replacing)
     return messages
 
 
-def _require_places(data: Mesh | PointCloud, path: Path) -> None:
+def _require_finite(data: Mesh | PointCloud, path: Path) -> None:
     points = data.vertices if isinstance(data, Mesh) else data.points
     # By columns, which is many times faster than along rows of three.
     bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))

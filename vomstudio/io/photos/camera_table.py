@@ -1,4 +1,4 @@
-"""Sensors of common cameras: the table in resources/cameras, and names looked up in it."""
+"""Sensors of common cameras: the table in resources/cameras, and search by name."""
 
 from __future__ import annotations
 
@@ -13,9 +13,21 @@ from vomstudio.core.paths import resource
 
 @dataclass(frozen=True)
 class CameraModel:
-    """width_mm, height_mm: imaging area of the sensor. width_px, height_px: of its largest photos
-    that are not enlarged. focal_mm: of a lens that is built in and does not zoom. f_number: of an
-    aperture that cannot be set. names: the first as EXIF has it."""
+    """A camera model.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The first is that of EXIF.
+    width_mm, height_mm : float
+        Imaging area of the sensor.
+    width_px, height_px : int
+        Size of its largest photos without enlargement.
+    focal_mm : float or None
+        Focal length of a built-in lens without zoom.
+    f_number : float or None
+        Fixed aperture.
+    """
 
     make: str
     names: tuple[str, ...]
@@ -32,18 +44,18 @@ class CameraModel:
 
 
 def camera_label(make: str | None, model: str | None) -> str | None:
-    """Make and model as one name: 'NIKON CORPORATION', 'NIKON D90' becomes 'NIKON D90'."""
+    """Return make and model as one name: 'NIKON CORPORATION', 'NIKON D90' becomes 'NIKON D90'."""
     if not model:
         return make
     first = (make or "").split()
-    if not first or _plain(model).startswith(_plain(first[0])):
+    if not first or _normalize(model).startswith(_normalize(first[0])):
         return model
     return f"{first[0]} {model}"
 
 
 @cache
 def camera_models() -> tuple[CameraModel, ...]:
-    """All of the table. Raises InputError where the installation is damaged."""
+    """Return all models of the table. Raises InputError if the installation is damaged."""
     lines = read_small_text(resource("cameras", "sensors.csv")).splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple(
@@ -62,30 +74,30 @@ def camera_models() -> tuple[CameraModel, ...]:
 
 
 @cache
-def _by_name() -> dict[str, CameraModel]:
-    found: dict[str, CameraModel] = {}
+def _models_by_name() -> dict[str, CameraModel]:
+    models: dict[str, CameraModel] = {}
     for model in camera_models():
         for name in model.names:
-            found.setdefault(_plain(name), model)
-            found.setdefault(_plain(camera_label(model.make, name) or name), model)
-    return found
+            models.setdefault(_normalize(name), model)
+            models.setdefault(_normalize(camera_label(model.make, name) or name), model)
+    return models
 
 
 def find_camera(name: str | None) -> CameraModel | None:
-    """By its name, with or without the make; case, spaces and hyphens do not count."""
-    return _by_name().get(_plain(name)) if name else None
+    """Return a model by name, with or without make, ignoring case, spaces and hyphens."""
+    return _models_by_name().get(_normalize(name)) if name else None
 
 
-def similar_cameras(name: str, most: int = 5) -> list[str]:
-    """Names in the table that are like this one, to offer in its place."""
+def similar_cameras(name: str, limit: int = 5) -> list[str]:
+    """Return similar names of the table as suggestions."""
     import difflib
 
-    plain = _plain(name)
-    names = {_plain(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names}
-    inside = [names[key] for key in names if plain and plain in key]
-    close = [names[key] for key in difflib.get_close_matches(plain, names, most, 0.6)]
-    return list(dict.fromkeys(inside + close))[:most]
+    normalized = _normalize(name)
+    names = {_normalize(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names}
+    containing = [names[key] for key in names if normalized and normalized in key]
+    close = [names[key] for key in difflib.get_close_matches(normalized, names, limit, 0.6)]
+    return list(dict.fromkeys(containing + close))[:limit]
 
 
-def _plain(name: str) -> str:
+def _normalize(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "", name.casefold())

@@ -1,7 +1,7 @@
-"""Photos with their cameras and poses, beside the model that was made of them.
+"""Photos with their cameras and poses, beside the model that was reconstructed from them.
 
-`cameras.json` holds all that is needed to see the model in its photos again. `cameras.csv` holds
-the camera centres for other programs and for people.
+`cameras.json` contains all that is needed to view the model in its photos. `cameras.csv` contains
+the camera centres for other programs.
 """
 
 from __future__ import annotations
@@ -24,17 +24,25 @@ from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.coordinate_limits import no_places
 
 FILE_NAME = "cameras.json"
-"""Its name beside the model."""
+"""Name of the file beside the model."""
 _FORMAT = "vomstudio cameras"
 _VERSION = 1
 
 
 @dataclass(frozen=True, eq=False)
 class Cameras:
-    """views : in the model's frame minus `origin`
-    photos : the folder that the views' names are relative to
-    crs : "EPSG:n", or None where the model's frame is local
-    scaled : the frame is in metres with known north and up, though it may have no CRS
+    """Cameras of a model.
+
+    Attributes
+    ----------
+    views : tuple of View
+        In the model's frame minus `origin`.
+    photos : Path
+        Folder to which the views' names are relative.
+    crs : str or None
+        "EPSG:n"; None if the model's frame is local.
+    scaled : bool
+        The frame is in metres with known north and up, though it may have no CRS.
     """
 
     views: tuple[View, ...]
@@ -45,21 +53,25 @@ class Cameras:
 
 
 def find_photos(cameras: Cameras, path: Path, others: Sequence[Path] = ()) -> Path | None:
-    """The folder in which the first photos are: the first of `others` that holds them, or where
-    they were, or beside the file `path` of the cameras."""
+    """Return the folder with the first photos, or None.
+
+    Searched are `others`, the stored folder, and folders beside the file `path` of the cameras.
+    """
     stored = cameras.photos
-    places = [*others, stored if stored.is_absolute() else path.parent / stored]
-    places += [path.parent / stored.name, path.parent / "photos", path.parent]
+    folders = [*others, stored if stored.is_absolute() else path.parent / stored]
+    folders += [path.parent / stored.name, path.parent / "photos", path.parent]
     names = [view.name for view in cameras.views[:3]]
-    for place in places:
-        if any((place / name).is_file() for name in names):
-            return place
+    for folder in folders:
+        if any((folder / name).is_file() for name in names):
+            return folder
     return None
 
 
-def scale_known(model: str | Path) -> bool | None:
-    """Whether the model that lies beside a `cameras.json` has metres and north; None where there is
-    none that could say."""
+def has_known_scale(model: str | Path) -> bool | None:
+    """Return whether the model beside a `cameras.json` has known scale and north.
+
+    None if there is no such file.
+    """
     try:
         return read_cameras(Path(model).with_name(FILE_NAME)).scaled
     except InputError:
@@ -80,7 +92,7 @@ def view_to_dict(view: View) -> dict[str, Any]:
 
 
 def view_from_dict(row: dict[str, Any]) -> View:
-    """Raises KeyError, TypeError, ValueError or GeometryError for what is no view."""
+    """Return a view. Raises KeyError, TypeError, ValueError or GeometryError for invalid values."""
     lens = Intrinsics(
         str(row["model"]),
         int(row["width"]),
@@ -98,7 +110,7 @@ def view_from_dict(row: dict[str, Any]) -> View:
 
 def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
     """Write `cameras.json`. Raises TargetError."""
-    head = {
+    content = {
         "format": _FORMAT,
         "version": _VERSION,
         "about": "x_camera = rotation @ (x - origin) + translation; camera x right, y down, z "
@@ -111,30 +123,30 @@ def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) ->
         "views": [view_to_dict(view) for view in cameras.views],
     }
     with atomic_write(path, force) as temporary:
-        temporary.write_text(json.dumps(head, indent=1, ensure_ascii=False), encoding="utf-8")
+        temporary.write_text(json.dumps(content, indent=1, ensure_ascii=False), encoding="utf-8")
 
 
 def read_cameras(path: str | Path) -> Cameras:
-    """Raises InputError that says what is wrong with the file."""
+    """Read `cameras.json`. Raises InputError for an invalid file."""
     path = Path(path)
     try:
-        head = read_json(path)
+        content = read_json(path)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except ValueError as error:
         raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
-    if not isinstance(head, dict) or head.get("format") != _FORMAT:
+    if not isinstance(content, dict) or content.get("format") != _FORMAT:
         raise InputError(Finding("file.other-format", format="cameras.json"), file=path)
-    if head.get("version", 0) > _VERSION:
+    if content.get("version", 0) > _VERSION:
         raise InputError(Finding("file.newer-version"), file=path)
     try:
-        x, y, z = (int(value) for value in head["origin"])
+        x, y, z = (int(value) for value in content["origin"])
         return Cameras(
-            tuple(view_from_dict(row) for row in head["views"]),
-            Path(head["photos"]),
+            tuple(view_from_dict(row) for row in content["views"]),
+            Path(content["photos"]),
             (x, y, z),
-            head["crs"],
-            bool(head.get("scaled", head["crs"] is not None)),
+            content["crs"],
+            bool(content.get("scaled", content["crs"] is not None)),
         )
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(
@@ -146,8 +158,10 @@ def read_cameras(path: str | Path) -> Cameras:
 
 
 def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
-    """Write name, centre (x, y, z in the model's frame), rotation (row by row, frame to camera) and
-    lens of every photo. Raises TargetError."""
+    """Write name, centre, rotation and lens of every photo. Raises TargetError.
+
+    The centre x, y, z is in the model's frame; the rotation, row by row, is from frame to camera.
+    """
     with atomic_write(path, force) as temporary, temporary.open("w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(
@@ -156,11 +170,11 @@ def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False
         )
         for view in cameras.views:
             lens = view.intrinsics
-            named = zip(MODELS[lens.model], lens.params, strict=True)
+            parameters = zip(MODELS[lens.model], lens.params, strict=True)
             writer.writerow(
                 [escape_formula(view.name)]
                 + [f"{value:.6f}" for value in view.centre + cameras.origin]
                 + [f"{value:.12f}" for value in np.ravel(view.rotation)]
                 + [lens.model, lens.width, lens.height]
-                + [" ".join(f"{name}={value:.10g}" for name, value in named)]
+                + [" ".join(f"{name}={value:.10g}" for name, value in parameters)]
             )

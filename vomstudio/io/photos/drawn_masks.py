@@ -1,6 +1,6 @@
-"""Masks that are drawn: where they are kept, so that `read_photos` finds them, and how.
+"""Masks that are drawn: their location, where `read_photos` finds them, and their format.
 
-A mask is a PNG of 8 bits and of the photo's size as it is stored: white is used, black is not.
+A mask is a PNG of 8 bits and of the size of the stored photo: white is used, black is not.
 """
 
 from __future__ import annotations
@@ -18,81 +18,102 @@ from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.photo import Photo
-from vomstudio.io.photos.pixels import opened, read_mask
+from vomstudio.io.photos.pixels import open_photo, read_mask
 
 _SOFTWARE = "VOM Studio"
 
 
-def mask_place(photo: Path, others: Iterable[Path] = ()) -> Path:
-    """Where the mask of a photo is looked for first. others : photos of the set; of two in one
-    folder that differ in their ending only, each has a mask of its own."""
+def mask_path(photo: Path, others: Iterable[Path] = ()) -> Path:
+    """Return the path at which the mask of a photo is searched first.
+
+    `others` are photos of the set: two in one folder that differ in their suffix only have separate
+    masks.
+    """
     stem = photo.stem.casefold()
-    twins = any(
+    has_twin = any(
         other != photo and other.parent == photo.parent and other.stem.casefold() == stem
         for other in others
     )
-    return photo.with_name(f"{photo.name}.mask.png" if twins else f"{photo.stem}_mask.png")
+    return photo.with_name(f"{photo.name}.mask.png" if has_twin else f"{photo.stem}_mask.png")
 
 
 def load_mask(mask: Path, width: int, height: int) -> BoolArray:
-    """(height, width) True where the photo of this size may be used. Raises InputError."""
-    read = read_mask(Photo(mask, mask.name, width, height, mask=mask))
-    assert read is not None
-    return read
+    """Return the (height, width) mask of a photo of this size. Raises InputError.
+
+    True marks the used part.
+    """
+    mask_array = read_mask(Photo(mask, mask.name, width, height, mask=mask))
+    assert mask_array is not None
+    return mask_array
 
 
 def mask_png(used: BoolArray) -> bytes:
-    """A mask (height, width), True where the photo is used, as a PNG of one bit a pixel."""
+    """Return a mask (height, width), True where the photo is used, as a 1 bit PNG."""
     import io
 
     from PIL import Image
 
-    made = io.BytesIO()
-    Image.fromarray(used).save(made, format="PNG", compress_level=1)
-    return made.getvalue()
+    stream = io.BytesIO()
+    Image.fromarray(used).save(stream, format="PNG", compress_level=1)
+    return stream.getvalue()
 
 
 def write_mask(path: Path, used: BoolArray) -> Path | None:
-    """Write a mask (height, width), True where the photo is used, whole or not at all.
+    """Write a mask (height, width), True where the photo is used, completely or not at all.
 
-    Returns where a mask was put that another program, or a person, had made. Raises TargetError.
+    Returns the new path of an existing mask by another program or person. Raises TargetError.
     """
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
     check_generated_path(path)
-    kept = back_up(path) if path.exists() and not is_ours(path) else None
-    said = PngInfo()
-    said.add_text("Software", _SOFTWARE)
+    moved_file = back_up(path) if path.exists() and not is_own_mask(path) else None
+    png_info = PngInfo()
+    png_info.add_text("Software", _SOFTWARE)
     image = Image.fromarray(used.astype(np.uint8) * np.uint8(255))
     with atomic_write(path, force=True) as temporary:
-        image.save(temporary, format="PNG", compress_level=3, pnginfo=said)
-    return kept
+        image.save(temporary, format="PNG", compress_level=3, pnginfo=png_info)
+    return moved_file
 
 
-def is_ours(path: Path) -> bool:
-    """A mask that this program has written."""
+def is_own_mask(path: Path) -> bool:
+    """Return whether a mask was written by this program."""
     try:
-        with opened(path, min_pixel_bytes=MASK_BYTES) as image:
+        with open_photo(path, min_pixel_bytes=MASK_BYTES) as image:
             return image.info.get("Software") == _SOFTWARE
     except InputError:
         return False
 
 
-def keep_mask(place: Path, used: BoolArray, found: Path | None) -> tuple[Path | None, Path | None]:
-    """Write a mask to its place; where nothing is masked there is none afterwards, unless another
-    file would then be taken for it. found : the photo's mask as it was found, if there was one.
+def store_mask(
+    path: Path, used: BoolArray, previous: Path | None
+) -> tuple[Path | None, Path | None]:
+    """Write a mask, or remove it if nothing is masked.
 
-    Returns where the mask is, and where one was put that somebody else had made. Raises
-    TargetError.
+    An empty mask is still written if another file would be used as mask otherwise.
+
+    Parameters
+    ----------
+    previous : Path or None
+        The photo's previous mask.
+
+    Returns
+    -------
+    tuple of Path or None
+        Path of the mask, and new path of an existing mask by another program or person.
+
+    Raises
+    ------
+    TargetError
+        If a file cannot be written or removed.
     """
-    if not used.all() or (found is not None and found != place):
-        return place, write_mask(place, used)
-    if not place.exists():
+    if not used.all() or (previous is not None and previous != path):
+        return path, write_mask(path, used)
+    if not path.exists():
         return None, None
-    kept = None if is_ours(place) else back_up(place)
+    moved_file = None if is_own_mask(path) else back_up(path)
     try:
-        place.unlink()
+        path.unlink()
     except OSError as error:
-        raise TargetError(Finding("file.not-removed", reason=error.strerror), file=place) from error
-    return None, kept
+        raise TargetError(Finding("file.not-removed", reason=error.strerror), file=path) from error
+    return None, moved_file

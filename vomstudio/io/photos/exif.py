@@ -1,4 +1,4 @@
-"""EXIF of one photo as plain numbers, with words for whatever in it is nonsense.
+"""EXIF of one photo as plain numbers, with findings about invalid values.
 
 Tags and units after the Exif standard, CIPA DC-008 (version 3.0).
 """
@@ -26,12 +26,20 @@ _UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 
 @dataclass(frozen=True)
 class Exif(PhotoTags):
-    """None where a tag is missing or cannot be meant; `problems` says what was dropped and why.
+    """EXIF tags; None if a tag is missing or invalid.
 
-    focal_plane_px_per_mm : of the sensor, along the width of the picture as it was taken
-    pixels : width and height as taken, which later programs may have changed
-    acceleration : of an Apple phone, by its own axes, in units of g
-    comment : text of `UserComment`
+    Attributes
+    ----------
+    focal_plane_px_per_mm : float or None
+        Resolution of the sensor along the width of the photo as taken.
+    pixels : tuple of int or None
+        Width and height as taken, before later programs changed them.
+    acceleration : tuple of float or None
+        Of an Apple phone, in its own axes, units of g.
+    comment : str or None
+        Text of `UserComment`.
+    problems : tuple of Finding
+        Dropped tags with reasons.
     """
 
     make: str | None = None
@@ -44,11 +52,11 @@ class Exif(PhotoTags):
 
 
 def read_exif(image: Image.Image) -> Exif:
-    """Never raises: what cannot be read is a finding."""
+    """Read the EXIF of an image. Never raises: unreadable values become findings."""
     import warnings
 
     if image.format == "PNG" and not {"exif", "Raw profile type exif"} & image.info.keys():
-        # Pillow would decode the whole picture to see whether some comes after it.
+        # Pillow would decode the whole image to search for EXIF after it.
         return Exif()
     problems: list[Finding] = []
     groups: list[Mapping[int, Any]] = [{}, {}, {}]
@@ -61,21 +69,21 @@ def read_exif(image: Image.Image) -> Exif:
             groups[2] = dict(exif.get_ifd(_GPS_IFD))
         except Exception as error:  # noqa: BLE001 - Pillow's parser raises whatever it meets
             problems.append(Finding("photo.exif-damaged", reason=type(error).__name__))
-    return from_tags(groups[0], groups[1], groups[2], problems)
+    return exif_from_tags(groups[0], groups[1], groups[2], problems)
 
 
-def from_tags(
+def exif_from_tags(
     main: Mapping[int, Any],
     exif: Mapping[int, Any],
     gps: Mapping[int, Any],
     problems: list[Finding] | None = None,
 ) -> Exif:
-    """From the values of the three directories, by tag number."""
+    """Return the EXIF from the values of the three directories, by tag number."""
     problems = [] if problems is None else problems
     tags = {**main, **exif}
     orientation = _whole(tags.get(0x0112))
     if orientation not in range(1, 9):
-        # 0 and what is missing mean as stored.
+        # 0 and a missing tag mean as stored.
         if orientation not in (None, 0):
             problems.append(Finding("photo.unknown-orientation", tag=orientation))
         orientation = 1
@@ -148,9 +156,9 @@ def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
     raw = gps.get(5, 0)
     code = raw[0] if isinstance(raw, bytes) and raw else _whole(raw)
     # 2 and 3 came with Exif 3.0.
-    below = code in (1, 3)
-    reference = "ellipsoid" if code in (2, 3) else "below sea level" if below else "sea level"
-    return (-value if below else value), reference
+    is_below = code in (1, 3)
+    reference = "ellipsoid" if code in (2, 3) else "below sea level" if is_below else "sea level"
+    return (-value if is_below else value), reference
 
 
 def _direction(gps: Mapping[int, Any], problems: list[Finding]) -> float | None:
@@ -187,23 +195,23 @@ def _date(tags: Mapping[int, Any]) -> datetime | None:
     for tag in (0x9003, 0x9004, 0x0132):
         text = _text(tags.get(tag)) or ""
         try:
-            found = datetime.strptime(text[:19].replace("-", ":"), "%Y:%m:%d %H:%M:%S")
+            date = datetime.strptime(text[:19].replace("-", ":"), "%Y:%m:%d %H:%M:%S")
         except ValueError:
             continue
         part = _text(tags.get(0x9291)) if tag == 0x9003 else None
         if part and part.isdigit():
-            found = found.replace(microsecond=int(float(f"0.{part}") * 1e6))
-        return found
+            date = date.replace(microsecond=int(float(f"0.{part}") * 1e6))
+        return date
     return None
 
 
 def _aperture(tags: Mapping[int, Any]) -> float | None:
-    # A lens without contacts gives f/0; then the APEX value means nothing either.
+    # A lens without contacts reports f/0; the APEX value is invalid then.
     return None if 0x829D in tags else _power(tags.get(0x9202), 0.5)
 
 
 def _power(value: Any, factor: float) -> float | None:
-    """From APEX, the power of two that it stands for."""
+    """Return the power of two that an APEX value denotes."""
     number = _number(value)
     return 2.0 ** (factor * number) if number is not None and abs(number) < 64 else None
 

@@ -1,4 +1,4 @@
-"""Masks of photos: which file is the mask of which photo."""
+"""Assignment of mask files to photos."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from typing import TYPE_CHECKING
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
-from vomstudio.io.photos.pixels import opened
+from vomstudio.io.photos.pixels import open_photo
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
-# A photo may be cropped by a line or two without being another picture.
-SAME_SHAPE = 0.01
+# A photo may be cropped by a line or two and still have the same shape.
+MAX_SHAPE_DIFFERENCE = 0.01
 _MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
-_FOLDERS = {"mask", "masks"}
+_FOLDER_NAMES = {"mask", "masks"}
 
 
 def is_mask(path: Path, root: Path) -> bool:
     if path.suffix.lower() not in PICTURES:
         return False
     inside = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDERS for p in inside)
+    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDER_NAMES for p in inside)
 
 
 class MaskFinder:
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
-        self._by_name = {self._key(path): path for path in masks}
+        self._masks_by_name = {self._key(path): path for path in masks}
         self._stems: dict[Path, Counter[str]] = {}
         self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
         self._root = root
@@ -42,33 +42,39 @@ class MaskFinder:
     def _key(path: Path) -> tuple[Path, str]:
         return path.parent, path.name.casefold()
 
-    def of(self, photo: Photo) -> tuple[Path | None, Finding | None]:
-        """The photo's mask, or why the one that is there is not used. Of several the first counts,
-        which is the one that is drawn here."""
+    def mask_of(self, photo: Photo) -> tuple[Path | None, Finding | None]:
+        """Return the photo's mask, or why the existing one is not used.
+
+        The first of several masks is used, which is the one drawn with this program.
+        """
         path = photo.path
-        places = (self._by_name.get(key) or self._beside_root(key) for key in self._places(path))
-        found = list(dict.fromkeys(p for p in places if p is not None and p != path))
-        self._used.update(found)
-        return self._checked(found[0], photo) if found else (None, None)
+        places = (
+            self._masks_by_name.get(key) or self._beside_root(key) for key in self._places(path)
+        )
+        candidates = list(dict.fromkeys(p for p in places if p is not None and p != path))
+        self._used.update(candidates)
+        return self._check_size(candidates[0], photo) if candidates else (None, None)
 
     def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
         stem, name = path.stem.casefold(), path.name.casefold()
-        marked = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
+        mask_names = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
         if self._is_twin(path):
-            marked[:2] = marked[1::-1]
+            mask_names[:2] = mask_names[1::-1]
         for ending in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
-            for base in marked:
+            for base in mask_names:
                 yield path.parent, base + ending
             for folder in (path.parent / "masks", path.parent / "mask"):
-                for base in (*marked, name, stem):
+                for base in (*mask_names, name, stem):
                     yield folder, base + ending
             for folder in (path.parent.parent / "masks", path.parent.parent / "mask"):
-                for base in (*marked, name, stem):
+                for base in (*mask_names, name, stem):
                     yield folder, base + ending
 
     def _is_twin(self, path: Path) -> bool:
-        """Whether another photo in its folder differs in its ending only: `photo_masks.mask_place`
-        gives each a mask of its own then."""
+        """Return whether another photo in its folder differs in its suffix only.
+
+        `drawn_masks.mask_path` gives each a separate mask then.
+        """
         folder = path.parent
         if folder not in self._stems:
             try:
@@ -79,9 +85,9 @@ class MaskFinder:
         return self._stems[folder][path.stem.casefold()] > 1
 
     def _beside_root(self, key: tuple[Path, str]) -> Path | None:
-        """Masks in a folder beside the one that was named."""
+        """Return the mask in a folder beside the given one."""
         folder = key[0]
-        if folder.parent != self._root.parent or folder.name not in _FOLDERS:
+        if folder.parent != self._root.parent or folder.name not in _FOLDER_NAMES:
             return None
         if folder not in self._outside:
             try:
@@ -90,9 +96,9 @@ class MaskFinder:
                 self._outside[folder] = {}
         return self._outside[folder].get(key)
 
-    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, Finding | None]:
+    def _check_size(self, mask: Path, photo: Photo) -> tuple[Path | None, Finding | None]:
         try:
-            with opened(mask, min_pixel_bytes=MASK_BYTES) as image:
+            with open_photo(mask, min_pixel_bytes=MASK_BYTES) as image:
                 size = image.size
         except InputError as error:
             return None, Finding(
@@ -104,9 +110,9 @@ class MaskFinder:
             "mask_size": f"{size[0]} x {size[1]}",
             "photo_size": f"{photo.width} x {photo.height}",
         }
-        if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= SAME_SHAPE:
+        if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= MAX_SHAPE_DIFFERENCE:
             return mask, Finding("mask.scaled", **sizes)
         return None, Finding("mask.other-shape", **sizes)
 
-    def left(self) -> list[Path]:
-        return [path for path in self._by_name.values() if path not in self._used]
+    def unused_masks(self) -> list[Path]:
+        return [path for path in self._masks_by_name.values() if path not in self._used]

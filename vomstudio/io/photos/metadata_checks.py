@@ -1,4 +1,4 @@
-"""Metadata of a set of photos that contradict each other or are not measurements."""
+"""Contradictory metadata of photos, and values that are not measurements."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dataclasses import replace
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.photo import Photo
 
-_SAME_M = 0.5
+MAX_ROUNDING_M = 0.5
 """Heights of one receiver in EXIF and XMP differ by rounding only."""
-_CLEARLY_M = 1.0
+MIN_CONTRADICTION_M = 1.0
 
 
 def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
@@ -32,13 +32,12 @@ def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
     """
     if exif_m is None or xmp_m is None:
         return exif_m
-    is_same_size = abs(abs(exif_m) - abs(xmp_m)) <= _SAME_M
-    return xmp_m if is_same_size and abs(exif_m - xmp_m) > _CLEARLY_M else exif_m
+    is_same_size = abs(abs(exif_m) - abs(xmp_m)) <= MAX_ROUNDING_M
+    return xmp_m if is_same_size and abs(exif_m - xmp_m) > MIN_CONTRADICTION_M else exif_m
 
 
 def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
-    """Return ``photo.altitude-sign`` if the signs of heights in EXIF and XMP contradict each other
-    in some photos."""
+    """Return ``photo.altitude-sign`` if heights in EXIF and XMP have contradictory signs."""
     wrong = [photo for photo in photos if photo.exif_altitude_m is not None]
     if not wrong:
         return []
@@ -54,7 +53,7 @@ def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
     ]
 
 
-def without_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[Finding]]:
+def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[Finding]]:
     """Drop angles that a camera without a sensor writes: yaw, pitch and roll of exactly 0.
 
     They are not measurements if all photos of a camera that state angles state these. A single such
@@ -68,26 +67,28 @@ def without_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], lis
         ``photo.angles-not-measured`` for each camera whose angles were dropped, and
         ``photo.angles-in-comment`` if angles of `UserComment` remain.
     """
-    stated: dict[str | None, list[Photo]] = defaultdict(list)
+    photos_by_camera: dict[str | None, list[Photo]] = defaultdict(list)
     for photo in photos:
         if photo.yaw_deg is not None:
-            stated[photo.camera].append(photo)
+            photos_by_camera[photo.camera].append(photo)
     unmeasured = {
-        camera: group for camera, group in stated.items() if all(p.has_zero_angles for p in group)
+        camera: group
+        for camera, group in photos_by_camera.items()
+        if all(p.has_zero_angles for p in group)
     }
     findings = [
         Finding("photo.angles-not-measured", photos=len(group), photo=group[0].name)
         for group in unmeasured.values()
     ]
-    kept = [
+    result = [
         replace(photo, yaw_deg=None, pitch_deg=None, roll_deg=None, has_zero_angles=False)
         if photo.yaw_deg is not None and photo.camera in unmeasured
         else photo
         for photo in photos
     ]
-    commented = [p for p in kept if p.yaw_deg is not None and p.has_comment_angles]
+    commented = [p for p in result if p.yaw_deg is not None and p.has_comment_angles]
     if commented:
         findings.append(
             Finding("photo.angles-in-comment", photos=len(commented), photo=commented[0].name)
         )
-    return kept, findings
+    return result, findings

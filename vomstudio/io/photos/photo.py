@@ -1,4 +1,4 @@
-"""What is known of one photo before its pixels are looked at."""
+"""Metadata of one photo."""
 
 from __future__ import annotations
 
@@ -83,8 +83,7 @@ class Photo(PhotoTags):
 
     @property
     def camera_key(self) -> tuple[object, ...]:
-        """Photos with the same key were taken through the same lens at the same setting, and can
-        share one calibration."""
+        """Key of the lens and its setting; photos with the same key can share one calibration."""
         focal = None if self.focal_px is None else round(self.focal_px, 1)
         return (self.camera, self.serial, self.lens, self.focal_mm, focal, self.width, self.height)
 

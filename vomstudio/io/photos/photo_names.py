@@ -1,4 +1,4 @@
-"""Photos by the names that tables and other programs give them."""
+"""Search of photos by the names that tables and other programs use."""
 
 from __future__ import annotations
 
@@ -6,36 +6,38 @@ from collections.abc import Callable, Sequence
 
 
 def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
-    """What finds the number of a photo by its name as it stands in `names`, else by the last part
-    of it, else by that without its ending, where one of the two has none; the latter two whatever
-    their case, and only where they are those of one photo."""
+    """Return a function that finds the number of a photo by its name.
+
+    Names are matched exactly, then by file name, then by stem if one of the two has no suffix. The
+    latter two ignore case and must be unique.
+    """
     exact = {name: number for number, name in enumerate(names)}
-    looser: list[dict[str, list[int]]] = [{}, {}]
-    bare: dict[str, list[int]] = {}
+    tables: list[dict[str, list[int]]] = [{}, {}]
+    stems: dict[str, list[int]] = {}
     for number, name in enumerate(names):
         keys = _keys(name)
-        for table, key in zip(looser, keys, strict=True):
+        for table, key in zip(tables, keys, strict=True):
             table.setdefault(key, []).append(number)
         if keys[0] == keys[1]:
-            bare.setdefault(keys[0], []).append(number)
+            stems.setdefault(keys[0], []).append(number)
 
     def find(name: str) -> int | None:
         if name in exact:
             return exact[name]
-        last, stem = _keys(name)
-        # An ending that is there counts: a.jpg is not a.tif.
-        tables = looser if last == stem else looser[:1]
-        for table in tables:
-            same = table.get(last, [])
-            if len(same) == 1:
-                return same[0]
-        # Names of other programs' cameras may have none.
-        same = bare.get(stem, [])
-        return same[0] if len(same) == 1 else None
+        file_name, stem = _keys(name)
+        # An existing suffix counts: a.jpg is not a.tif.
+        candidates = tables if file_name == stem else tables[:1]
+        for table in candidates:
+            matches = table.get(file_name, [])
+            if len(matches) == 1:
+                return matches[0]
+        # Camera names of other programs may have no suffix.
+        matches = stems.get(stem, [])
+        return matches[0] if len(matches) == 1 else None
 
     return find
 
 
 def _keys(name: str) -> tuple[str, str]:
-    last = name.rsplit("/", 1)[-1].casefold()
-    return last, last.rpartition(".")[0] or last
+    file_name = name.rsplit("/", 1)[-1].casefold()
+    return file_name, file_name.rpartition(".")[0] or file_name

@@ -1,4 +1,4 @@
-"""Pixels of photos: small upright pictures to look at, grey values to measure, masks."""
+"""Pixels of photos: small upright images for display, grey values for measurements, masks."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 
 @contextlib.contextmanager
-def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[Image.Image]:
-    """Open a photo with only its header read.
+def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[Image.Image]:
+    """Open a photo and read its header only.
 
-    What goes wrong until the end of the block is an InputError that names the file.
-    min_pixel_bytes : as of `open_picture`.
+    Errors until the end of the block become an InputError that names the file. `min_pixel_bytes`
+    as in `open_picture`.
     """
     import warnings
 
@@ -52,7 +52,7 @@ def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[
     except MemoryError as error:
         raise InputError(Finding("file.exceeds-memory"), file=path) from error
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:
-        # What Pillow's decoders raise for damaged data.
+        # Exceptions of Pillow's decoders for damaged data.
         reason = str(error) or type(error).__name__
         raise InputError(
             Finding("file.damaged", reason=reason, format=Path(path).suffix.lstrip(".").upper()),
@@ -60,9 +60,8 @@ def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[
         ) from error
 
 
-def turned_upright(pixels: AnyArray, orientation: int) -> AnyArray:
-    """Pixels as the viewer should see them, from how they are stored and their EXIF orientation
-    (Exif standard, table of tag 0x0112)."""
+def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
+    """Rotate stored pixels upright by their EXIF orientation (Exif standard, tag 0x0112)."""
     turns: dict[int, Callable[[AnyArray], AnyArray]] = {
         1: lambda p: p,
         2: lambda p: p[:, ::-1],
@@ -77,9 +76,8 @@ def turned_upright(pixels: AnyArray, orientation: int) -> AnyArray:
     return np.ascontiguousarray(turn(pixels))
 
 
-def upright_pixels(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:
-    """Where pixels (n, 2) of a stored photo of this size lie once it is turned upright, in pixels
-    of the upright picture."""
+def pixels_upright(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:
+    """Return the positions of stored pixels (n, 2) in the upright image, pixels."""
     x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
     a, b = {
         1: (x, y),
@@ -95,64 +93,80 @@ def upright_pixels(pixels: npt.ArrayLike, orientation: int, width: int, height: 
 
 
 def orientation_of(photo: str | Path) -> int:
-    """Of EXIF, 1 to 8. Raises InputError."""
+    """Return the EXIF orientation, 1 to 8. Raises InputError."""
     from vomstudio.io.photos.exif import read_exif
 
-    with opened(photo) as image:
+    with open_photo(photo) as image:
         return read_exif(image).orientation
 
 
-def stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
-    """(pixels (h, w, 3) as stored with their long side at most `size`, (width, height) of the
-    photo, EXIF orientation). Raises InputError."""
+def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
+    """Return a reduced image as stored.
+
+    Returns
+    -------
+    pixels : (h, w, 3) uint8
+        Its long side is at most `size`.
+    size : tuple of int
+        Width and height of the photo.
+    orientation : int
+        EXIF orientation.
+
+    Raises
+    ------
+    InputError
+        If the photo cannot be read.
+    """
     from vomstudio.io.photos.exif import read_exif
 
-    with opened(photo) as image:
+    with open_photo(photo) as image:
         full = (image.width, image.height)
         orientation = read_exif(image).orientation
         return np.asarray(_small(image, size, "RGB")), full, orientation
 
 
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
-    """(h, w, 3) uint8, upright, its long side at most `size` pixels.
+    """Return an upright (h, w, 3) uint8 image whose long side is at most `size` pixels.
 
-    JPEG is decoded at an eighth, a quarter or a half of its size, which skips most of the work; the
-    thumbnail that cameras embed is left alone: it is too small, and bordered black in many.
-    Raises InputError.
+    JPEG is decoded at an eighth, a quarter or half of its size, which avoids most of the work. The
+    thumbnail embedded by cameras is not used: it is too small, and often has black borders. Raises
+    InputError.
     """
     from vomstudio.io.photos.exif import read_exif
 
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
-    with opened(path) as image:
+    with open_photo(path) as image:
         orientation = read_exif(image).orientation
-        return turned_upright(np.asarray(_small(image, size, "RGB")), orientation)
+        return rotate_upright(np.asarray(_small(image, size, "RGB")), orientation)
 
 
 def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
-    """(h, w) uint8 as stored; its long side reduced to about `size` pixels where that is smaller.
-    Raises InputError."""
+    """Return grey values (h, w) uint8 as stored, reduced to a long side of about `size` pixels.
+
+    Raises InputError.
+    """
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
-    with opened(path) as image:
+    with open_photo(path) as image:
         return np.asarray(_small(image, size, "L"))
 
 
 def read_mask(photo: Photo) -> BoolArray | None:
-    """(height, width) of the photo as stored, True where it may be used; None without a mask.
+    """Return the (height, width) mask of the stored photo, True where it is used, or None.
 
-    White keeps, black hides. A mask of another size is stretched. Raises InputError.
+    White is used, black is not. A mask of another size is resized. Raises InputError.
     """
     if photo.mask is None:
         return None
     from PIL import Image
 
-    with opened(photo.mask, min_pixel_bytes=MASK_BYTES) as image:
+    with open_photo(photo.mask, min_pixel_bytes=MASK_BYTES) as image:
         band = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")
         if band.size != (photo.width, photo.height):
             band = band.resize((photo.width, photo.height), Image.Resampling.NEAREST)
         values = np.asarray(band)
-    # Some write 0 and 1, others 0 and 255.
+    # Some programs write 0 and 1, others 0 and 255.
     return np.asarray(values > (0 if values.max(initial=0) <= 1 else 127))
 
 

@@ -1,7 +1,7 @@
-"""A folder of photos: what each one says about camera, lens, time and place.
+"""Reading of a folder of photos: camera, lens, time and position of each.
 
-Nothing is decoded: a thousand photos of 100 megapixels are listed from their headers. A JPEG that
-was cut off is recognised by its missing end. Whatever is not a usable photo is named with a reason.
+No photo is decoded: a thousand photos of 100 megapixels are listed from their headers. A truncated
+JPEG is detected by its missing end. Unusable files are reported with a reason.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
-from vomstudio.io.photos.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
+from vomstudio.io.photos.mask_files import MAX_SHAPE_DIFFERENCE, PICTURES, MaskFinder, is_mask
 from vomstudio.io.photos.metadata_checks import (
     altitude_findings,
+    drop_unmeasured_angles,
     signed_altitude,
-    without_unmeasured_angles,
 )
 from vomstudio.io.photos.photo import Photo, PhotoTags
-from vomstudio.io.photos.pixels import opened
+from vomstudio.io.photos.pixels import open_photo
 from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
 
 PHOTO_ENDINGS = PICTURES
-_OTHERS = {
+_UNSUPPORTED_CODES = {
     **dict.fromkeys(
         (".heic", ".heif", ".avif"),
         "photo.heif",
@@ -57,15 +57,22 @@ _OTHERS = {
     ),
 }
 """Codes of the findings about files that are not read, by extension."""
-_DEEPEST = 3
+MAX_DEPTH = 3
 _FILM_WIDTH_MM = 36.0
 
 
 @dataclass(frozen=True, repr=False)
 class PhotoFolder(PrintableResult):
-    """photos : usable, in the order of their names (numbers by value)
-    skipped : (name, finding) of pictures that are not used
-    duplicates : (name, the same file as); these are in `skipped` too
+    """Photos of a folder.
+
+    Attributes
+    ----------
+    photos : list of Photo
+        Usable photos, sorted by name (numbers by value).
+    skipped : list of tuple of str and Finding
+        Name and reason of each image that is not used.
+    duplicates : list of tuple of str
+        Name of a duplicate and of the original; these are in `skipped` too.
     """
 
     folder: Path
@@ -74,15 +81,17 @@ class PhotoFolder(PrintableResult):
     warnings: list[Finding] = field(default_factory=list)
     duplicates: list[tuple[str, str]] = field(default_factory=list)
 
-    def with_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:
-        """The same photos with these masks, by the name of the photo, in place of those that lie
-        beside them; None keeps those."""
+    def replace_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:
+        """Return the photos with these masks, by photo name, instead of those beside them.
+
+        None keeps the masks beside them.
+        """
         if masks is None:
             return self
         return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
 
     def to_dict(self) -> dict[str, Any]:
-        """In short, for people."""
+        """Return a summary."""
         return {
             "folder": str(self.folder),
             "photos": len(self.photos),
@@ -94,7 +103,7 @@ class PhotoFolder(PrintableResult):
         }
 
     def cameras(self) -> dict[tuple[object, ...], list[Photo]]:
-        """Photos by camera, lens and setting."""
+        """Return the photos by camera, lens and setting."""
         groups: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
         for photo in self.photos:
             groups[photo.camera_key].append(photo)
@@ -102,77 +111,85 @@ class PhotoFolder(PrintableResult):
 
 
 class NoPhotos(InputError):
-    """The folder is there, but no photo of it can be used."""
+    """The folder exists, but none of its photos can be used."""
 
 
 def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFolder:
-    """All photos in a folder and in folders inside it, down to three levels.
+    """Read all photos in a folder and its subfolders, down to three levels.
 
-    Masks are found as NAME_mask.png, NAME.jpg.mask.png or NAME.mask.png beside the photo, or under
-    the photo's name (or any of these) in a folder `masks` beside the photo or beside its folder.
-    Raises InputError where there is no such folder, NoPhotos where there is nothing to use.
+    Masks are NAME_mask.png, NAME.jpg.mask.png or NAME.mask.png beside the photo, or files with the
+    photo's name (or any of these) in a folder `masks` beside the photo or beside its folder.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist.
+    NoPhotos
+        If it has no usable photo.
     """
     root = Path(folder)
     progress = progress or Silent()
-    files = _listed(root)
+    files = _list_files(root)
     masks = {path for path in files if is_mask(path, root)}
     candidates = [
         path for path in files if path.suffix.lower() in PHOTO_ENDINGS and path not in masks
     ]
     result = PhotoFolder(root, [])
     pictures = candidates
-    candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
+    candidates = _drop_duplicates(_drop_unprintable_names(pictures, root, result), root, result)
     progress.stage(tr("Reading photos"), len(candidates))
-    found_masks = MaskFinder(root, masks)
+    mask_finder = MaskFinder(root, masks)
     problems: dict[Finding, list[str]] = defaultdict(list)
-    for done, path in enumerate(candidates):
-        progress.step(done)
+    for count, path in enumerate(candidates):
+        progress.step(count)
         name = path.relative_to(root).as_posix()
         try:
             photo, findings = _read(path, name)
         except InputError as error:
             result.skipped.append((name, cause_of(error)))
             continue
-        mask, refused = found_masks.of(photo)
-        if refused:
-            findings.append(refused)
+        mask, refusal = mask_finder.mask_of(photo)
+        if refusal:
+            findings.append(refusal)
         for finding in findings:
             problems[finding].append(name)
-        result.photos.append(_with_mask(photo, mask))
+        result.photos.append(_add_mask(photo, mask))
     progress.step(len(candidates))
     for path in files:
-        code = _OTHERS.get(path.suffix.lower())
+        code = _UNSUPPORTED_CODES.get(path.suffix.lower())
         if code and not _has_photo_beside(path, pictures):
             name = _printable(path.relative_to(root).as_posix())
             result.skipped.append((name, Finding(code)))
-    for path in found_masks.left():
+    for path in mask_finder.unused_masks():
         result.skipped.append((path.relative_to(root).as_posix(), Finding("mask.without-photo")))
     result.warnings.extend(
-        Finding(each.code, each.severity, **each.values, file=_names(names), photos=names)
-        for each, names in problems.items()
+        Finding(problem.code, problem.severity, **problem.values, file=_names(names), photos=names)
+        for problem, names in problems.items()
     )
-    result.photos.sort(key=lambda photo: _natural(photo.name))
-    photos, findings = without_unmeasured_angles(result.photos)
+    result.photos.sort(key=lambda photo: _natural_sort_key(photo.name))
+    photos, findings = drop_unmeasured_angles(result.photos)
     result.photos[:] = photos
     result.warnings.extend([*altitude_findings(photos), *findings])
     if not result.photos:
-        raise NoPhotos(_nothing(result.skipped, files), file=root)
+        raise NoPhotos(_no_photos_finding(result.skipped, files), file=root)
     return result
 
 
 def photo_names(folder: str | Path) -> list[str]:
-    """Names of the pictures in a folder as `read_photos` gives them, without opening any. Raises
-    InputError where there is no such folder."""
+    """Return the names of the photos in a folder as in `read_photos`, without opening them.
+
+    Raises InputError if the folder does not exist.
+    """
     root = Path(folder)
     return [
         path.relative_to(root).as_posix()
-        for path in _listed(root)
+        for path in _list_files(root)
         if path.suffix.lower() in PHOTO_ENDINGS and not is_mask(path, root)
     ]
 
 
 def read_photo(path: str | Path) -> Photo:
-    """One photo by itself, without mask. Raises InputError."""
+    """Read a single photo, without mask. Raises InputError."""
     path = Path(path)
     try:
         return _read(path, path.name)[0]
@@ -181,8 +198,8 @@ def read_photo(path: str | Path) -> Photo:
 
 
 # ------------------------------------------------------------------------------------------------
-def _listed(root: Path) -> list[Path]:
-    """Files down to the deepest level, sorted. Raises InputError."""
+def _list_files(root: Path) -> list[Path]:
+    """Return the files down to the maximum depth, sorted. Raises InputError."""
     try:
         if not root.is_dir():
             raise InputError(
@@ -193,32 +210,31 @@ def _listed(root: Path) -> list[Path]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(Finding("folder.unreadable", reason=reason), file=root) from error
-    found: list[Path] = []
-    for here, folders, names in os.walk(root):
-        depth = len(Path(here).relative_to(root).parts)
+    files: list[Path] = []
+    for folder, folders, names in os.walk(root):
+        depth = len(Path(folder).relative_to(root).parts)
         folders[:] = sorted(
-            f for f in folders if depth < _DEEPEST and not _is_other_folder(Path(here, f))
+            f for f in folders if depth < MAX_DEPTH and not _is_other_folder(Path(folder, f))
         )
-        found += (Path(here, name) for name in names if not name.startswith("."))
-    return sorted((p for p in found if p.is_file() or _leads_nowhere(p)), key=_by_name)
+        files += (Path(folder, name) for name in names if not name.startswith("."))
+    return sorted((p for p in files if p.is_file() or _is_broken_link(p)), key=_sort_key)
 
 
-def _by_name(path: Path) -> list[tuple[int, int, str]]:
-    return _natural(str(path))
+def _sort_key(path: Path) -> list[tuple[int, int, str]]:
+    return _natural_sort_key(str(path))
 
 
-def _leads_nowhere(path: Path) -> bool:
+def _is_broken_link(path: Path) -> bool:
     return path.is_symlink() and not path.exists()
 
 
 def _printable(name: str) -> str:
-    """A file name that can be printed, whatever its bytes."""
+    """Return a file name that can be printed, whatever its bytes."""
     return name.encode("utf-8", "replace").decode()
 
 
 def _is_other_folder(folder: Path) -> bool:
-    """Hidden, kept by another program for itself, a project, a reconstruction, or a model with its
-    textures."""
+    """Return whether a folder is hidden, private to another program, a project or a model."""
     if (folder / "request.json").is_file() and (folder / "work").is_dir():
         return True
     if folder.name.startswith((".", "@", "__")) or folder.suffix == ".vom":
@@ -229,8 +245,8 @@ def _is_other_folder(folder: Path) -> bool:
         return True
 
 
-def _natural(text: str) -> list[tuple[int, int, str]]:
-    """Sorts IMG_2 before IMG_10."""
+def _natural_sort_key(text: str) -> list[tuple[int, int, str]]:
+    """Return a key that sorts IMG_2 before IMG_10."""
     return [
         (0, int(part), "") if part.isdecimal() else (1, 0, part)
         for part in re.split(r"(\d+)", text.casefold())
@@ -238,50 +254,49 @@ def _natural(text: str) -> list[tuple[int, int, str]]:
     ]
 
 
-def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
-    """Leave out files whose name is no text: no table or report could name them."""
-    kept = []
+def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Drop files whose name is not text: no table or report could name them."""
+    printable = []
     for path in paths:
         name = path.relative_to(root).as_posix()
         if _printable(name) == name:
-            kept.append(path)
+            printable.append(path)
         else:
             result.skipped.append((_printable(name), Finding("file.name-encoding")))
-    return kept
+    return printable
 
 
-def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
-    """Leave out files with the same content as an earlier one; only files of the same length are
-    read for it."""
-    by_size: dict[int, list[Path]] = defaultdict(list)
+def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> list[Path]:
+    """Drop files with the same content as an earlier one; only files of equal size are read."""
+    files_by_size: dict[int, list[Path]] = defaultdict(list)
     for path in paths:
         try:
-            by_size[path.stat().st_size].append(path)
+            files_by_size[path.stat().st_size].append(path)
         except OSError:
-            by_size[-1].append(path)
-    twins: dict[Path, Path] = {}
-    for size, same in by_size.items():
-        if size <= 0 or len(same) < 2:
+            files_by_size[-1].append(path)
+    originals: dict[Path, Path] = {}
+    for size, candidates in files_by_size.items():
+        if size <= 0 or len(candidates) < 2:
             continue
         first: dict[bytes, Path] = {}
-        for path in same:
+        for path in candidates:
             try:
                 with open_regular(path) as file:
                     key = hashlib.file_digest(file, "sha256").digest()
             except (InputError, OSError):
                 continue
             if path is not first.setdefault(key, path):
-                twins[path] = first[key]
-    for path, other in twins.items():
-        name, of = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
-        result.duplicates.append((name, of))
-        result.skipped.append((name, Finding("photo.duplicate", original=of)))
-    return [path for path in paths if path not in twins]
+                originals[path] = first[key]
+    for path, other in originals.items():
+        name, original = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
+        result.duplicates.append((name, original))
+        result.skipped.append((name, Finding("photo.duplicate", original=original)))
+    return [path for path in paths if path not in originals]
 
 
 def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
     """Return the photo and findings about its header. Raises InputError."""
-    if _leads_nowhere(path):
+    if _is_broken_link(path):
         raise InputError(Finding("file.missing"))
     try:
         if path.stat().st_size == 0:
@@ -290,7 +305,7 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
         raise InputError(Finding("file.unreadable", reason=error.strerror)) from error
     if not os.access(path, os.R_OK):
         raise InputError(Finding("file.no-permission"))
-    with opened(path) as image:
+    with open_photo(path) as image:
         _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
         width, height = image.size
         tags = read_exif(image)
@@ -304,19 +319,19 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
     accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
     altitude = signed_altitude(tags.altitude_m, drone.absolute_altitude_m)
-    contradicts = altitude != tags.altitude_m
-    if contradicts and altitude is not None and reference != "ellipsoid":
+    has_contradiction = altitude != tags.altitude_m
+    if has_contradiction and altitude is not None and reference != "ellipsoid":
         reference = "below sea level" if altitude < 0 else "sea level"
     if drone.ellipsoidal and tags.altitude_m is not None:
         reference = "ellipsoid"
     (yaw, pitch, roll), is_zero, is_comment = _angles(tags, drone)
-    shared = {each.name: getattr(tags, each.name) for each in fields(PhotoTags)} | {
+    tag_values = {tag.name: getattr(tags, tag.name) for tag in fields(PhotoTags)} | {
         "altitude_m": altitude,
         "altitude_reference": reference,
         "gps_accuracy_m": accuracy if tags.latitude_deg is not None else None,
     }
     photo = Photo(
-        **shared,
+        **tag_values,
         path=path,
         name=name,
         width=width,
@@ -325,7 +340,7 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
         sensor_width_mm=sensor,
         focal_px=focal,
         focal_source=source,
-        exif_altitude_m=tags.altitude_m if contradicts else None,
+        exif_altitude_m=tags.altitude_m if has_contradiction else None,
         relative_altitude_m=drone.relative_altitude_m,
         yaw_deg=yaw,
         pitch_deg=pitch,
@@ -338,20 +353,22 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
 
 
 def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
-    """Return yaw, pitch and roll, whether they are 0 as written, and whether they are from EXIF
-    `UserComment`: tags of the maker come first."""
-    found = comment_angles(tags.comment)
-    if drone.yaw_deg is not None and not (drone.has_zero_angles and found):
+    """Return yaw, pitch and roll, whether they are exactly 0, and whether they are from a comment.
+
+    Tags of the manufacturer are used before EXIF `UserComment`.
+    """
+    comment = comment_angles(tags.comment)
+    if drone.yaw_deg is not None and not (drone.has_zero_angles and comment):
         angles = (drone.yaw_deg, drone.pitch_deg, drone.roll_deg)
         return angles, drone.has_zero_angles, False
-    if found is None:
+    if comment is None:
         return (None, None, None), False, False
-    yaw, pitch, roll = found
+    yaw, pitch, roll = comment
     return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll), True
 
 
 def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:
-    # The camera at the front looks the other way.
+    # The front camera looks in the opposite direction.
     if tags.acceleration is None or "front" in (tags.lens or "").casefold():
         return None
     return down_in_photo(tags.acceleration, tags.orientation, width, height)
@@ -359,14 +376,14 @@ def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | N
 
 def _packet(image: object) -> bytes | str | None:
     info = getattr(image, "info", {})
-    found = info.get("xmp") or info.get("XML:com.adobe.xmp")
-    if found is None and (tags := getattr(image, "tag_v2", None)) is not None:
-        found = tags.get(700)
-    return found if isinstance(found, bytes | str) else None
+    packet = info.get("xmp") or info.get("XML:com.adobe.xmp")
+    if packet is None and (tags := getattr(image, "tag_v2", None)) is not None:
+        packet = tags.get(700)
+    return packet if isinstance(packet, bytes | str) else None
 
 
 def _require_photo(mode: str, tags: dict[int, object]) -> None:
-    """Raises InputError, with the reason alone, for pictures that no camera took."""
+    """Raise InputError, with the reason only, for images that are not from a camera."""
     if mode == "F" or (mode == "I" and 33550 in tags):
         raise InputError(Finding("photo.raster"))
     if 33550 in tags or 34264 in tags:
@@ -376,8 +393,11 @@ def _require_photo(mode: str, tags: dict[int, object]) -> None:
 
 
 def has_jpeg_end(path: Path) -> bool:
-    """Whether the end marker follows the compressed picture: it occurs nowhere inside of it
-    (ITU T.81, B.1.1.5), and what cameras append (previews, sound) does not matter."""
+    """Return whether the end marker follows the compressed image.
+
+    It does not occur inside the image (ITU T.81, B.1.1.5), and data that cameras append (previews,
+    sound) does not matter.
+    """
     with open_regular(path) as file:
         try:
             scan = jpeg_scan_start(file)
@@ -390,7 +410,7 @@ def has_jpeg_end(path: Path) -> bool:
         while end > scan:
             start = max(scan, end - block)
             file.seek(start)
-            # One byte more, for a marker on the border of two blocks.
+            # One more byte, for a marker across two blocks.
             if b"\xff\xd9" in file.read(end - start + 1):
                 return True
             end = start
@@ -400,61 +420,70 @@ def has_jpeg_end(path: Path) -> bool:
 def _focal(
     tags: Exif, drone: DroneTags, width: int, height: int
 ) -> tuple[float | None, str | None, float | None, list[Finding]]:
-    """Focal length in pixels, the rule that gave it, width of the sensor in mm, and complaints.
+    """Return focal length in pixels, its source, sensor width in mm, and findings.
 
-    The 35 mm equivalent is taken by width (36 mm along the long side); by diagonal it would be 4 %
-    less on a 4:3 sensor. What a photo shows of the sensor is known by the pixels it had when taken.
+    The 35 mm equivalent is by width (36 mm along the long side); by diagonal it would be 4 % less
+    on a 4:3 sensor. The visible part of the sensor is known from the number of pixels as taken.
     """
     findings: list[Finding] = []
     long_side, short_side = max(width, height), min(width, height)
-    as_taken, note = float(long_side), ""
+    original_long_side, note = float(long_side), ""
     if tags.pixels is not None:
-        was = max(tags.pixels), min(tags.pixels)
-        reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
-        if long_side > 1.02 * was[0]:
+        original = max(tags.pixels), min(tags.pixels)
+        has_other_shape = (
+            abs(original[0] * short_side / (original[1] * long_side) - 1.0) > MAX_SHAPE_DIFFERENCE
+        )
+        if long_side > 1.02 * original[0]:
             findings.append(
                 Finding(
-                    "photo.enlarged", size=f"{width} x {height}", original=f"{was[0]} x {was[1]}"
+                    "photo.enlarged",
+                    size=f"{width} x {height}",
+                    original=f"{original[0]} x {original[1]}",
                 )
             )
-        elif reshaped and was[1] >= short_side:
-            # Cut out, not resized: the pixels are the sensor's.
-            as_taken, note = float(was[0]), f", cut from {was[0]} x {was[1]}"
+        elif has_other_shape and original[1] >= short_side:
+            # Cropped, not resized: the pixels are those of the sensor.
+            original_long_side, note = (
+                float(original[0]),
+                f", cut from {original[0]} x {original[1]}",
+            )
             findings.append(
                 Finding(
-                    "photo.cropped", size=f"{width} x {height}", original=f"{was[0]} x {was[1]}"
+                    "photo.cropped",
+                    size=f"{width} x {height}",
+                    original=f"{original[0]} x {original[1]}",
                 )
             )
-    shown = long_side / as_taken
+    visible_share = long_side / original_long_side
     if tags.focal_35mm is not None and 2.0 <= tags.focal_35mm <= 5000.0:
-        focal = tags.focal_35mm / _FILM_WIDTH_MM * as_taken
+        focal = tags.focal_35mm / _FILM_WIDTH_MM * original_long_side
         sensor = None
         if tags.focal_mm is not None:
-            sensor = tags.focal_mm / tags.focal_35mm * _FILM_WIDTH_MM * shown
+            sensor = tags.focal_mm / tags.focal_35mm * _FILM_WIDTH_MM * visible_share
         return focal, f"35 mm equivalent, by width{note}", sensor, findings
     if tags.focal_mm is not None:
         model = find_camera(camera_label(tags.make, tags.model)) or find_camera(tags.model)
         if model is not None:
-            focal = tags.focal_mm / model.width_mm * as_taken
-            return focal, f"sensor table{note}", model.width_mm * shown, findings
+            focal = tags.focal_mm / model.width_mm * original_long_side
+            return focal, f"sensor table{note}", model.width_mm * visible_share, findings
         if tags.focal_plane_px_per_mm is not None and tags.pixels is not None:
-            # The resolution is that of the picture as taken; later resizing scales with it.
+            # The resolution is that of the photo as taken; later resizing scales it.
             sensor = max(tags.pixels) / tags.focal_plane_px_per_mm
             if 1.0 <= sensor <= 100.0:
-                focal = tags.focal_mm / sensor * as_taken
-                return focal, f"focal plane resolution{note}", sensor * shown, findings
+                focal = tags.focal_mm / sensor * original_long_side
+                return focal, f"focal plane resolution{note}", sensor * visible_share, findings
             findings.append(Finding("photo.sensor-unused", width_mm=sensor))
     if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
         return drone.focal_px, "calibration by the maker", None, findings
     return None, None, None, findings
 
 
-def _with_mask(photo: Photo, mask: Path | None) -> Photo:
+def _add_mask(photo: Photo, mask: Path | None) -> Photo:
     return photo if mask is None else replace(photo, mask=mask)
 
 
 def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
-    """Raw data beside the JPEG that the camera made of it is nothing to complain about."""
+    """Return whether raw data has a JPEG of the same name beside it, and needs no finding."""
     return any(p.parent == path.parent and p.stem == path.stem for p in photos)
 
 
@@ -464,7 +493,7 @@ def _names(names: Sequence[str]) -> str:
     return tr("{name} and {count} more", name=names[0], count=len(names) - 1)
 
 
-def _nothing(skipped: Sequence[tuple[str, Finding]], files: Sequence[Path]) -> Finding:
+def _no_photos_finding(skipped: Sequence[tuple[str, Finding]], files: Sequence[Path]) -> Finding:
     if skipped:
         name, reason = skipped[0]
         return Finding("photo.none-usable", count=len(skipped), photo=name, reason=reason)

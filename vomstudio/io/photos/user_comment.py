@@ -1,4 +1,4 @@
-"""Angles of a camera that EXIF has no tags for, written as text into its `UserComment`.
+"""Camera angles for which EXIF has no tags, from the text of `UserComment`.
 
 Known forms, in any order and with any separators:
 
@@ -7,8 +7,7 @@ Known forms, in any order and with any separators:
 - JSON with ``yaw``, ``pitch`` and ``roll``, also as strings, or with ``CameraYaw`` ... (Yuneec
   photos updated from flight logs) or ``camera_pan`` and ``camera_tilt`` (fixed cameras)
 
-Angles are degrees. They are taken as those of the optical axis: yaw from true north, pitch 0 level
-and -90 straight down.
+Angles are degrees of the optical axis: yaw from true north, pitch 0 level and -90 straight down.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ Angles = tuple[float, float, float | None]
 
 _MAX_CHARACTERS = 1 << 16
 MAX_PITCH_DEG = 93.0
-"""A gimbal that looks straight down swings a little beyond."""
-_OF_CAMERA = ("gimbal", "camera", "")
+"""A gimbal that points straight down may swing slightly beyond."""
+_CAMERA_PREFIXES = ("gimbal", "camera", "")
 _AXES = {
     "yaw": 0,
     "heading": 0,
@@ -45,8 +44,11 @@ _ANGLE = re.compile(
 
 
 def comment_text(value: Any) -> str | None:
-    """Return the text of a `UserComment` (Exif 3.0, 4.6.6): bytes with their character code in the
-    first eight, or text that a program wrote without one. None if there is none."""
+    """Return the text of a `UserComment` (Exif 3.0, 4.6.6), or None.
+
+    It is bytes with their character code in the first eight, or text that a program wrote without
+    one.
+    """
     if isinstance(value, str):
         text = value
     elif not isinstance(value, bytes):
@@ -54,8 +56,8 @@ def comment_text(value: Any) -> str | None:
     elif value.startswith(b"UNICODE\0"):
         text = _utf16(value[8:])
     else:
-        known = value.startswith((b"ASCII\0\0\0", b"JIS\0\0\0\0\0", bytes(8)))
-        text = (value[8:] if known else value).decode("utf-8", "replace")
+        has_code = value.startswith((b"ASCII\0\0\0", b"JIS\0\0\0\0\0", bytes(8)))
+        text = (value[8:] if has_code else value).decode("utf-8", "replace")
     return text[:_MAX_CHARACTERS].replace("\0", " ").strip() or None
 
 
@@ -67,24 +69,26 @@ def comment_angles(text: str | None) -> Angles | None:
     """
     if not text:
         return None
-    # Runs of white space would cost the pattern a power of their length.
+    # Without runs of white space, on which the pattern would take exponential time.
     words = " ".join(text[:_MAX_CHARACTERS].split())
     angles: dict[str, list[set[float]]] = {}
     for owner, name, number in _ANGLE.findall(words):
         axes = angles.setdefault(owner.lower(), [set(), set(), set()])
         axes[_AXES[name.lower()]].add(float(number))
-    for owner in _OF_CAMERA:
+    for owner in _CAMERA_PREFIXES:
         values = angles.get(owner)
         if values is None or not (values[0] and values[1]):
             continue
-        if any(len(each) > 1 for each in values):
+        if any(len(values_of_axis) > 1 for values_of_axis in values):
             return None
-        yaw, pitch, roll = (next(iter(each), None) for each in values)
+        yaw, pitch, roll = (next(iter(values_of_axis), None) for values_of_axis in values)
         assert yaw is not None
         assert pitch is not None
-        possible = abs(yaw) <= 360.0 and abs(pitch) <= MAX_PITCH_DEG and abs(roll or 0.0) <= 360.0
-        finite = all(math.isfinite(v) for v in (yaw, pitch, roll or 0.0))
-        return (yaw, pitch, roll) if possible and finite else None
+        is_plausible = (
+            abs(yaw) <= 360.0 and abs(pitch) <= MAX_PITCH_DEG and abs(roll or 0.0) <= 360.0
+        )
+        is_finite = all(math.isfinite(v) for v in (yaw, pitch, roll or 0.0))
+        return (yaw, pitch, roll) if is_plausible and is_finite else None
     return None
 
 

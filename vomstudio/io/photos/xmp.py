@@ -1,12 +1,13 @@
-"""XMP packets of drone photos: where the camera looked, and how well its position is known.
+"""XMP packets of drone photos: direction of the camera, and accuracy of its position.
 
-Conventions of the vendors, all turned into one: yaw clockwise from north, pitch of the optical axis
-above the horizon (-90 looks straight down), roll about the axis.
-- DJI and Autel (`GimbalYawDegree` ...): as ours.
-- Parrot (`CameraYawDegree` ...): as ours (Parrot's "Embedded Photo Metadata").
-- Skydio (`CameraOrientationNED`: Yaw, Pitch, Roll): as ours.
+All vendor conventions are converted to one: yaw clockwise from north, pitch of the optical axis
+above the horizon (-90 is straight down), roll about the axis.
+
+- DJI and Autel (`GimbalYawDegree` ...): the same.
+- Parrot (`CameraYawDegree` ...): the same (Parrot's "Embedded Photo Metadata").
+- Skydio (`CameraOrientationNED`: Yaw, Pitch, Roll): the same.
 - Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG ...): of the aircraft, below which the camera
-  looks straight down; its roll tilts the view sideways.
+  points straight down; its roll tilts the view sideways.
 """
 
 from __future__ import annotations
@@ -20,21 +21,29 @@ from vomstudio.geology.view_attitudes import of_nadir_body
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.xml_tree import Element, parse_xml
 
-_LARGEST = 4 << 20
+MAX_PACKET_BYTES = 4 << 20
 _PIX4D = "pix4d.com/camera"
 Angles = tuple[float | None, float | None, float | None]
 
 
 @dataclass(frozen=True)
 class DroneTags:
-    """What a drone writes beside EXIF; None where it says nothing.
+    """Tags that a drone writes apart from EXIF; None if missing.
 
-    has_zero_angles : yaw, pitch and roll are exactly 0 as written
-    absolute_altitude_m : with its sign, above what EXIF refers to
-    relative_altitude_m : above the place of take-off
-    accuracy_m : standard deviation of the camera's position, horizontally, as the receiver says
-    ellipsoidal : heights refer to the ellipsoid
-    focal_px : of the vendor's calibration
+    Attributes
+    ----------
+    has_zero_angles : bool
+        Yaw, pitch and roll are exactly 0 as written.
+    absolute_altitude_m : float or None
+        With its sign, above the reference of EXIF.
+    relative_altitude_m : float or None
+        Above the take-off position.
+    accuracy_m : float or None
+        Horizontal standard deviation of the camera's position, stated by the receiver.
+    ellipsoidal : bool
+        Heights refer to the ellipsoid.
+    focal_px : float or None
+        From the vendor's calibration.
     """
 
     yaw_deg: float | None = None
@@ -50,14 +59,14 @@ class DroneTags:
 
 
 def read_drone_tags(packet: bytes | str | None) -> DroneTags:
-    """Anything damaged counts as absent: a photo is not worse for a broken packet."""
+    """Read the tags of an XMP packet; damaged values are ignored."""
     tags = flatten(packet)
     if not tags:
         return DroneTags()
     (yaw, pitch, roll), has_zero_angles = _angles(tags)
-    spread = [_number(tags, name) for name in ("RtkStdLon", "RtkStdLat")]
-    known = [value for value in spread if value is not None and value > 0]
-    accuracy = math.hypot(*known) if len(known) == 2 else None
+    standard_deviations = [_number(tags, name) for name in ("RtkStdLon", "RtkStdLat")]
+    valid = [value for value in standard_deviations if value is not None and value > 0]
+    accuracy = math.hypot(*valid) if len(valid) == 2 else None
     for name in ("GPSXYAccuracy", "GpsHorizontalAccuracy", "GPSHPositioningError"):
         value = _number(tags, name)
         if accuracy is None and value is not None and value > 0:
@@ -78,18 +87,20 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
 
 
 def flatten(packet: bytes | str | None) -> dict[str, str]:
-    """Properties of a packet by their local names, `Struct/Member` inside of structures; Pix4D's
-    own with `Camera:` before them, since others use the same words otherwise."""
+    """Return the properties of a packet by their local names, `Struct/Member` inside structures.
+
+    Pix4D's properties are prefixed by `Camera:`, since others use the same names differently.
+    """
     if not packet:
         return {}
     data = packet if isinstance(packet, bytes) else packet.encode("utf-8", "replace")
-    inside = _between(data, b"<x:xmpmeta", b"</x:xmpmeta>") or _between(
+    packet_xml = _between(data, b"<x:xmpmeta", b"</x:xmpmeta>") or _between(
         data, b"<rdf:RDF", b"</rdf:RDF>"
     )
-    if not inside or len(inside) > _LARGEST:
+    if not packet_xml or len(packet_xml) > MAX_PACKET_BYTES:
         return {}
     try:
-        root = parse_xml(inside)
+        root = parse_xml(packet_xml)
     except InputError:
         return {}
     tags: dict[str, str] = {}
@@ -99,22 +110,24 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
 
 
 def _between(data: bytes, begin: bytes, end: bytes) -> bytes:
-    """From the first beginning to the end after it; looked through once, however many there are."""
+    """Return the part from the first `begin` to the next `end`, in one pass."""
     first = data.find(begin)
     last = data.find(end, first) if first >= 0 else -1
     return data[first : last + len(end)] if last >= 0 else b""
 
 
-def _collect(element: Element, under: str, tags: dict[str, str]) -> None:
+def _collect(element: Element, prefix: str, tags: dict[str, str]) -> None:
     for key, value in element.items():
-        tags.setdefault(under + _name(key), value.strip())
+        tags.setdefault(prefix + _name(key), value.strip())
     for child in element:
-        name = under + _name(child.tag)
+        name = prefix + _name(child.tag)
         if child.text and child.text.strip():
             tags.setdefault(name, child.text.strip())
         if name.count("/") < 4:
-            inside = under if name.endswith(("Description", "Seq", "Bag", "li")) else name + "/"
-            _collect(child, inside, tags)
+            child_prefix = (
+                prefix if name.endswith(("Description", "Seq", "Bag", "li")) else name + "/"
+            )
+            _collect(child, child_prefix, tags)
 
 
 def _name(key: str) -> str:

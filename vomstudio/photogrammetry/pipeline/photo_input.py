@@ -81,7 +81,7 @@ def usable_photos(
     )
     from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
-    photo_folder = read_photos(folder, progress).with_masks(masks)
+    photo_folder = read_photos(folder, progress).replace_masks(masks)
     if len(photo_folder.photos) < 2:
         reasons = [
             tr("{photo} was left out: {reason}", photo=name, reason=reason)

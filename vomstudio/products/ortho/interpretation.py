@@ -113,9 +113,9 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
     colors, written = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
-            typed = kind_of(record).typed or bool(kind_of(record).tint(record))
+            typed = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
             if kind_of(record).listed:
-                written[record.id] = kind_of(record).written(record)
+                written[record.id] = kind_of(record).drawing_label(record)
             colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
     found: list[Item] = []
     for layer in project_layers(records, table, measurements):

@@ -14,7 +14,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.project.bed_descriptions import POINT
-from vomstudio.project.measurement import Measurement, common_error_deg, scatter_of
+from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
 from vomstudio.project.records import Feature, Logged
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def answer(question: LogQuestion) -> LogAnswer:
     if sigma is None:
         met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
         # The line itself follows the face: its deviation from a plane is not an error.
-        sigma = scatter_of([replace(q.line, fit=None), *met])
+        sigma = pick_scatter_m([replace(q.line, fit=None), *met])
     # The boundaries of an interval are identified by name, so names must be unique.
     labels = unique_names([b.name for b in boundaries])
     words = [q.words.get(b.key, RockWords()) for b in boundaries]

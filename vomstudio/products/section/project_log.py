@@ -16,7 +16,7 @@ from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FeatureType, Logged, Record, get
 from vomstudio.project.registration_errors import model_of
-from vomstudio.project.repeated_features import firsts
+from vomstudio.project.repeated_features import first_picks
 
 
 def kept_question(
@@ -34,7 +34,7 @@ def kept_question(
     kept = read_replay(folder)
     records = kept.records
     along = _line(records, line, folder)
-    traces = firsts(_traces(records, type_name, folder), records)
+    traces = first_picks(_traces(records, type_name, folder), records)
     measured = Measurements(thresholds_of(kept.settings)).of(
         records, [along.id, *(t.id for t in traces if t.id != along.id)]
     )

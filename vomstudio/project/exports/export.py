@@ -1,4 +1,4 @@
-"""A document as files for other programs."""
+"""Export of a project to files for other programs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.exchange.columns import sibling_path, write_tables
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.project.exports.export_options import ExportFormat
-from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.feature_lists import listed_tables
@@ -27,7 +27,7 @@ from vomstudio.project.tables.registration_comments import registration_lines
 if TYPE_CHECKING:
     from vomstudio.io.gis.layers import Layer
 
-_LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
+_LAYER_FORMATS = ("gpkg", "shp", "geojson", "dxf", "kml")
 
 
 def export_project(
@@ -39,40 +39,55 @@ def export_project(
     force: bool = False,
     progress: Progress | None = None,
 ) -> ProjectTable:
-    """Export the project in `folder`, which may be open in a window; returns what was written.
-    with_map : beside a GeoPackage its map of QGIS
+    """Export the project in `folder`, which may be open in a window.
 
-    Raises InputError where the project cannot be read or holds no features, UsageError for a format
-    that is not known, TargetError where `out` cannot be written.
+    Parameters
+    ----------
+    with_map : bool
+        Also write the QGIS map of a GeoPackage.
+
+    Returns
+    -------
+    ProjectTable
+        What was written.
+
+    Raises
+    ------
+    InputError
+        If the project cannot be read or contains no features.
+    UsageError
+        For an unknown format.
+    TargetError
+        If `out` cannot be written.
     """
-    # Around all that is made: else the collector looks through it before it is gone.
-    with no_collection():
-        return _exported(folder, format_, out, with_map, force, progress or Silent())
+    # Around everything that is created, else the collector scans it before it is freed.
+    with pause_collection():
+        return _export(folder, format_, out, with_map, force, progress or Silent())
 
 
-def _exported(
+def _export(
     folder: Path, format_: str, out: Path, with_map: bool, force: bool, progress: Progress
 ) -> ProjectTable:
     from vomstudio.project.journal.database import own_files, read_replay
 
-    format_ = _format_named(format_)
+    format_ = _format_name(format_)
     check_target(out, force=force, inputs=own_files(folder))
     progress.stage(tr("Reading {file}", file=folder.name))
-    kept = read_replay(folder)
+    replay = read_replay(folder)
     progress.stage(tr("Writing {file}", file=out.name))
-    refuse_empty(kept.records, folder)
+    refuse_empty(replay.records, folder)
     return export_records(
-        kept.records,
+        replay.records,
         format_,
         out,
         with_map=with_map,
         force=force,
-        thresholds=thresholds_of(kept.settings),
+        thresholds=thresholds_of(replay.settings),
     )
 
 
 def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
-    """Raises InputError where there is nothing to export."""
+    """Raise InputError if there is nothing to export."""
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             Finding("export.no-features"),
@@ -89,26 +104,26 @@ def export_records(
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
-    """Export the features of a document. Raises as `export_project`."""
-    format_ = _format_named(format_)
+    """Export the features of a project. Raises the errors of `export_project`."""
+    format_ = _format_name(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
     if format_ != "csv":
         table = table.without_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
-        others = listed_tables(records, table, measurements)
-        texts = {beside(out, name): text for name, text in others.items()}
+        lists = listed_tables(records, table, measurements)
+        texts = {sibling_path(out, name): text for name, text in lists.items()}
         for path in texts:
             check_target(path, force=force)
-        written = write_csv(out, table, force=force)
+        result = write_csv(out, table, force=force)
         if not texts:
-            return written
-        return replace(written, files=(out, *write_tables(texts, force=force)))
+            return result
+        return replace(result, files=(out, *write_tables(texts, force=force)))
     from vomstudio.project.tables.project_layers import project_layers
 
     layers = project_layers(records, table, measurements)
-    if format_ in _LAYERED:
+    if format_ in _LAYER_FORMATS:
         table = replace(
             table,
             layers={layer.name: len(layer.shapes) for layer in layers},
@@ -126,47 +141,47 @@ def export_records(
     if format_ == "dxf":
         from vomstudio.project.exports.gis_files import write_dxf
 
-        drawn = write_dxf(out, layers, records, crs, axes=table.axes, force=force)
-        return replace(table, files=tuple(drawn))
+        files = write_dxf(out, layers, records, crs, axes=table.axes, force=force)
+        return replace(table, files=tuple(files))
     from vomstudio.project.exports.program_exports import write_for_program
 
     return write_for_program(format_, out, records, table, layers, crs, force=force)
 
 
 def _features_on(layers: Iterable[Layer]) -> set[str]:
-    """Ids of the features; a grid is none."""
+    """Return the ids of the features; grids are not features."""
     from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 
     return {id_ for layer in layers if layer.name != GRIDS for id_ in layer.columns["id"]}
 
 
 def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> ProjectTable:
-    """The orientation table as a text file. Raises TargetError."""
-    named = table.crs
+    """Write the orientation table as a text file. Raises TargetError."""
+    crs = table.crs
     if table.crs is not None and table.unit_m != 1.0:
-        named = tr("{crs}, its axes in metres", crs=table.crs)
+        crs = tr("{crs}, its axes in metres", crs=table.crs)
     write_orientation_csv(
         out,
         table.rows,
-        crs=named,
+        crs=crs,
         north=table.north,
         axes=table.axes,
         limits=table.limits,
         notes=registration_lines(table.registrations),
-        more=table.more,
+        extra_columns=table.extra_columns,
         force=force,
     )
     return replace(table, files=(out,))
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
-    """Those with which the newest edit was judged, so that a table says what the window said."""
+    """Return the thresholds of the newest edit, so that a table agrees with the window."""
     try:
         return Thresholds(**settings["thresholds"])
     except (KeyError, TypeError):
         return None
 
 
-def _format_named(word: str) -> str:
+def _format_name(word: str) -> str:
     """Return the name of a format in lower case. Raises UsageError."""
     return ExportFormat(word.casefold()).to  # type: ignore[arg-type]

@@ -1,5 +1,7 @@
-"""Some features of a document as the orientation table that a command reads from their export: what
-is said of the one is said of the other."""
+"""Some features of a project as the orientation table that commands read from exports.
+
+Results from the project and from the exported table are the same.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,7 @@ from vomstudio.project.figures import Subject
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.orientation_table import COLUMNS
-from vomstudio.project.tables.project_table import FURTHER, feature_rows
+from vomstudio.project.tables.project_table import EXTRA_COLUMNS, feature_rows
 from vomstudio.project.tables.registration_comments import registration_lines, registrations_of
 
 
@@ -24,20 +26,23 @@ def feature_table(
     *,
     repeats: bool = False,
 ) -> OrientationTable:
-    """Of features that have an orientation, with their errors and those of their registrations.
-    repeats : also those that repeat another. Raises InputError where none has."""
+    """Return the table of features with their errors and those of their registrations.
+
+    `repeats` includes features that repeat another. Raises InputError if no feature has an
+    orientation.
+    """
     subjects = [Subject(f, measured[f.id], records) for f in features]
     rows = [row for row in feature_rows(subjects) if row is not None]
-    names = (*COLUMNS, *FURTHER)
+    names = (*COLUMNS, *EXTRA_COLUMNS)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
-    told = registration_lines(registrations_of(records, features))
+    comments = registration_lines(registrations_of(records, features))
     return extract_orientations(
-        table_from_cells(names, cells, tr("the project"), told), repeats=repeats
+        table_from_cells(names, cells, tr("the project"), comments), repeats=repeats
     )
 
 
 def _cell(value: Any) -> str:
-    """As in a file, to all digits."""
+    """Return a value as in a file, with all digits."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -1,5 +1,7 @@
-"""The project's GIS layers: planes and lines as points with their figures, traces, lineations and
-dimensions as lines in 3-D, patches as polygons; with their styles, and a map of QGIS beside them.
+"""The project's GIS layers with their styles, and a QGIS map beside them.
+
+Planes and lines are points with their figures; traces, lineations and dimensions are 3-D lines;
+patches are polygons.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ CREATE TABLE layer_styles (
     owner TEXT(30), ui TEXT(30),
     update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now'))
 )"""
-"""As QGIS itself makes it."""
+"""As QGIS creates it."""
 
 
 def write_layers(
@@ -48,9 +50,11 @@ def write_layers(
     with_map: bool = True,
     force: bool = False,
 ) -> list[Path]:
-    """Layers in World coordinates, those of `project_layers`; with_map: NAME.qgs beside, which
-    QGIS opens as a map. What was written. Raises TargetError."""
-    # Without a CRS, GDAL would say East and North.
+    """Write the layers of `project_layers` and return the written files.
+
+    `with_map` also writes NAME.qgs beside it, which QGIS opens as a map. Raises TargetError.
+    """
+    # Without a CRS, GDAL would declare east and north.
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
     styles = [style_of(layer, records) for layer in layers]
     paths = [out, out.with_suffix(".qgs")] if with_map else [out]
@@ -70,21 +74,21 @@ def write_layers(
             append = True
         _add_styles(parts[0], [layer.name for layer in layers], styles)
         if with_map:
-            shown = [
+            map_layers = [
                 MapLayer(layer.name, style, _extent(layer))
                 for layer, style in zip(layers, styles, strict=True)
                 if layer.shapes
             ]
             order = ("point", "line", "ring")
-            shown.sort(key=lambda each: order.index(each.style.geometry))
+            map_layers.sort(key=lambda map_layer: order.index(map_layer.style.geometry))
             parts[1].write_text(
-                replace_surrogates(qgs(out.stem, out.name, shown, crs)), encoding="utf-8"
+                replace_surrogates(qgs(out.stem, out.name, map_layers, crs)), encoding="utf-8"
             )
     return paths
 
 
 def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
-    """The table from which QGIS takes how layers look when they are added to a map."""
+    """Write the table from which QGIS takes the styles of layers added to a map."""
     rows = [
         (
             "",
@@ -120,8 +124,8 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
 
 def _extent(layer: Layer) -> tuple[float, float, float, float]:
     points = np.concatenate(layer.shapes)[:, :2]
-    (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return left, low, right, high
+    (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return west, south, east, north
 
 
 def _geometry(layer: Layer) -> AnyArray:

@@ -17,27 +17,29 @@ from vomstudio.geometry.plane_discs import disc
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.gis.layers import Layer
-from vomstudio.io.models.writers._common import prj_text, says_the_same
+from vomstudio.io.models.writers._common import is_same_prj, prj_text
 from vomstudio.project import catalogue
 from vomstudio.project.records import FeatureType, Record
 
 SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
-"""Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
+"""Names of at most ten letters of the orientation table's columns, for shapefiles; degrees."""
 
 DISC_CORNERS = 24
-_WITH_SYMBOLS = ("planes", "lines")
+_SYMBOL_LAYERS = ("planes", "lines")
 _KINDS = {"line": shapefile.LINE_Z, "ring": shapefile.RING_Z}
 
 
 def write_shapefiles(
     out: Path, layers: Sequence[Layer], crs: str | None, *, force: bool = False
 ) -> list[Path]:
-    """One shapefile for each layer, since each holds one kind of geometry: `planes` as `out`
-    itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
-    another ending, TargetError."""
+    """Write one shapefile for each layer, since each contains one type of geometry.
+
+    `planes` is written as `out` itself, the others as `NAME_layer.shp` beside it; all or none are
+    written. Raises UsageError for another suffix, and TargetError.
+    """
     if out.suffix.lower() != ".shp":
         raise UsageError(Finding("export.not-shp"), file=out)
-    # O.SHP is written as O.shp: its parts must have one name where case counts.
+    # O.SHP is written as O.shp: its parts need one name on case-sensitive file systems.
     names = [
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
         for layer in layers
@@ -45,8 +47,8 @@ def write_shapefiles(
     text = None if crs is None else prj_text(crs, esri=True)
     prjs: list[Path] = []
     if crs is not None and text is not None:
-        beside = [name.with_suffix(".prj") for name in names]
-        prjs = [path for path in beside if not says_the_same(path, text, crs)]
+        prj_paths = [name.with_suffix(".prj") for name in names]
+        prjs = [path for path in prj_paths if not is_same_prj(path, text, crs)]
     parts = [name.with_suffix(ending) for name in names for ending in (".shp", ".shx", ".dbf")]
     pages = [name.with_suffix(".cpg") for name in names]
     paths = [*parts, *pages, *prjs]
@@ -61,10 +63,10 @@ def write_shapefiles(
             else:
                 kind = _KINDS[layer.kind]
                 shapefile.write_shapes(shp, shx, dbf, kind, layer.shapes, columns)
-        rest = temporaries[len(parts) :]
-        for temporary in rest[: len(pages)]:
+        remaining = temporaries[len(parts) :]
+        for temporary in remaining[: len(pages)]:
             temporary.write_text("UTF-8", encoding="ascii")
-        for temporary in rest[len(pages) :]:
+        for temporary in remaining[len(pages) :]:
             temporary.write_text(text or "", encoding="utf-8")
     return names
 
@@ -83,61 +85,71 @@ def write_dxf(
     axes: Axes = WORLD,
     force: bool = False,
 ) -> list[Path]:
-    """Polylines of what was traced and measured on a DXF layer for each feature type; each plane
-    and line also as a point and as the symbol of a map with its dip or plunge, and a plane of known
-    extent as a disc of faces, on layers of their own. Figures are extended data of the entity.
-    Raises TargetError."""
+    """Write polylines of traces and dimensions, on a DXF layer for each feature type.
+
+    Each plane and line is also written as a point and as a map symbol with its dip or plunge, and a
+    plane of known extent as a disc of faces, on separate layers. Figures are extended data of the
+    entity. Raises TargetError.
+    """
     colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
-    homes = {
-        (layer.name, kind): _home(layer, kind) for layer in layers for kind in _kinds_of(layer)
+    dxf_layers = {
+        (layer.name, kind): _dxf_layer(layer, kind) for layer in layers for kind in _kinds_of(layer)
     }
-    discs = {home: f"{home}_discs" for (name, _), home in homes.items() if name == "planes"}
+    discs = {
+        dxf_layer: f"{dxf_layer}_discs"
+        for (name, _), dxf_layer in dxf_layers.items()
+        if name == "planes"
+    }
     symbols = {
-        home: f"{kind or name}_symbols"
-        for (name, kind), home in homes.items()
-        if name in _WITH_SYMBOLS
+        dxf_layer: f"{kind or name}_symbols"
+        for (name, kind), dxf_layer in dxf_layers.items()
+        if name in _SYMBOL_LAYERS
     }
-    names = dxf.layer_names([*homes.values(), *discs.values(), *symbols.values()])
-    shades: dict[str, int] = {}
-    own = {layer.name: layer.colors_of(colors, "") for layer in layers}
-    for (name, kind), home in homes.items():
-        color = own[name].get(kind, "")
-        for label in (home, discs.get(home), symbols.get(home)):
+    names = dxf.layer_names([*dxf_layers.values(), *discs.values(), *symbols.values()])
+    color_numbers: dict[str, int] = {}
+    layer_colors = {layer.name: layer.colors_of(colors, "") for layer in layers}
+    for (name, kind), dxf_layer in dxf_layers.items():
+        color = layer_colors[name].get(kind, "")
+        for label in (dxf_layer, discs.get(dxf_layer), symbols.get(dxf_layer)):
             if label is not None:
-                shades.setdefault(names[label], dxf.color_number(color) if color else dxf.WHITE)
+                color_numbers.setdefault(
+                    names[label], dxf.color_number(color) if color else dxf.WHITE
+                )
     shapes = [shape for layer in layers for shape in layer.shapes]
-    everything = np.concatenate(shapes) if shapes else np.zeros((1, 3))
-    bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
-    size = symbol_size(everything)
-    beside: list[Path] = []
+    points = np.concatenate(shapes) if shapes else np.zeros((1, 3))
+    bounds = np.stack([points.min(axis=0), points.max(axis=0)])
+    size = symbol_size(points)
+    prj_paths: list[Path] = []
     text = None if crs is None else prj_text(crs)
     if crs is not None and text is not None:
         prj = out.with_suffix(".prj")
-        beside = [] if says_the_same(prj, text, crs) else [prj]
-    with atomic_group([out, *beside], force) as (temporary, *rest):
-        for prj in rest:
+        prj_paths = [] if is_same_prj(prj, text, crs) else [prj]
+    with atomic_group([out, *prj_paths], force) as (temporary, *prj_temporaries):
+        for prj in prj_temporaries:
             prj.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
-            drawing = dxf.Drawing(file, shades, bounds, comment, metric=axes.metric)
+            drawing = dxf.Drawing(file, color_numbers, bounds, comment, metric=axes.metric)
             for layer in layers:
                 kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
-                    home = homes[layer.name, kinds[row]]
+                    dxf_layer = dxf_layers[layer.name, kinds[row]]
                     values = {name: column[row] for name, column in layer.columns.items()}
                     if layer.kind != "point":
-                        drawing.polyline(shape, names[home], values, closed=layer.kind == "ring")
+                        drawing.polyline(
+                            shape, names[dxf_layer], values, closed=layer.kind == "ring"
+                        )
                         continue
-                    drawing.point(shape[0], names[home], values)
-                    if home in discs:
-                        drawing.faces(_disc(shape[0], values), names[discs[home]])
+                    drawing.point(shape[0], names[dxf_layer], values)
+                    if dxf_layer in discs:
+                        drawing.faces(_disc(shape[0], values), names[discs[dxf_layer]])
             for layer in layers:
                 kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
-                    home = homes[layer.name, kinds[row]]
-                    if home in symbols:
+                    dxf_layer = dxf_layers[layer.name, kinds[row]]
+                    if dxf_layer in symbols:
                         values = {name: column[row] for name, column in layer.columns.items()}
-                        _symbol(drawing, shape[0], values, size, names[symbols[home]])
+                        _symbol(drawing, shape[0], values, size, names[symbols[dxf_layer]])
             drawing.close()
     return [out]
 
@@ -146,8 +158,8 @@ def _kinds_of(layer: Layer) -> list[str]:
     return list(dict.fromkeys(layer.classes))
 
 
-def _home(layer: Layer, kind: str) -> str:
-    """The DXF layer of a kind of feature."""
+def _dxf_layer(layer: Layer, kind: str) -> str:
+    """Return the DXF layer of a kind of feature."""
     if layer.main:
         return kind or layer.name
     return f"{kind}_{layer.name}" if kind else layer.name
@@ -160,34 +172,42 @@ def _symbol(
     size: float,
     layer: str,
 ) -> None:
-    """Strike and dip with the dip beside the tick, or an arrow with the plunge beyond its tip;
-    nothing where an angle is not known."""
+    """Draw strike and dip with the dip value, or an arrow with the plunge value.
+
+    Nothing is drawn if an angle is unknown.
+    """
     plane = np.isfinite(values.get("dip_deg", np.nan))
     names = ("dip_direction_deg", "dip_deg") if plane else ("trend_deg", "plunge_deg")
     azimuth, angle = (float(values.get(name, np.nan)) for name in names)
     if not np.isfinite([azimuth, angle]).all():
         return
     if plane:
-        flag = bool(values.get("overturned", False))
-        parts, away = strike_and_dip(centre, azimuth, angle, size, flag), 0.5 * size
+        is_overturned = bool(values.get("overturned", False))
+        parts, distance = strike_and_dip(centre, azimuth, angle, size, is_overturned), 0.5 * size
     else:
-        parts, away = trend_arrow(centre, azimuth, angle, size), 1.3 * size
+        parts, distance = trend_arrow(centre, azimuth, angle, size), 1.3 * size
     for part in parts:
         drawing.line(part, layer)
-    turned = np.radians(azimuth)
-    beside = away * np.array([np.sin(turned), np.cos(turned), 0.0])
-    drawing.text(centre + beside, str(round(angle)), 0.3 * size, layer)
+    azimuth_rad = np.radians(azimuth)
+    offset = distance * np.array([np.sin(azimuth_rad), np.cos(azimuth_rad), 0.0])
+    drawing.text(centre + offset, str(round(angle)), 0.3 * size, layer)
 
 
 def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
-    """(n, 4, 3) faces of a disc as wide as the feature; none where its extent is not known."""
+    """Return the (n, 4, 3) faces of a disc as wide as the feature, empty without an extent."""
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2
     if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):
         return np.empty((0, 4, 3))
     ring = disc(centre, normal, radius, DISC_CORNERS)
-    after = np.roll(ring, -1, axis=0)
+    next_corners = np.roll(ring, -1, axis=0)
     # A quadrilateral for every second corner, between the centre and three points of the ring.
     return np.stack(
-        [np.broadcast_to(centre, ring[::2].shape), ring[::2], after[::2], after[1::2]], axis=1
+        [
+            np.broadcast_to(centre, ring[::2].shape),
+            ring[::2],
+            next_corners[::2],
+            next_corners[1::2],
+        ],
+        axis=1,
     )

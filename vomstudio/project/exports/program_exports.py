@@ -1,4 +1,4 @@
-"""A project for one other program: which features it can take, as files in its columns."""
+"""Export of a project for one other program: the features that it accepts, in its columns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.io.exchange import fault_slips, geological_models, orientation_programs
-from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.exchange.columns import sibling_path, write_tables
 from vomstudio.io.exchange.geojson import geojson_files
 from vomstudio.io.exchange.kml import kml_text
 from vomstudio.io.exchange.orientation_programs import is_plane
@@ -21,7 +21,7 @@ from vomstudio.project.records import FeatureType, Record
 from vomstudio.project.tables.orientation_table import Row
 from vomstudio.project.tables.project_table import ProjectTable
 
-# Of one feature, and of all of them.
+# Reason for one feature, and if it applies to all of them.
 _NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
 _NO_PLACE = (_("it has no place"), _("none of its features has a place"))
 _NO_PLANE = (
@@ -48,8 +48,10 @@ def write_for_program(
     *,
     force: bool,
 ) -> ProjectTable:
-    """What was written, and what was left out, and why. Raises InputError where there is nothing
-    that the program can take, TargetError."""
+    """Write the files for a program and return the written and skipped rows.
+
+    Raises InputError if there is nothing that the program accepts, and TargetError.
+    """
     if format_ == "geojson":
         texts = geojson_files(out, layers, crs)
         return replace(table, files=tuple(write_tables(texts, force=force)))
@@ -59,18 +61,18 @@ def write_for_program(
         }
         text = kml_text(out, layers, crs, colors, out.stem)
         return replace(table, files=tuple(write_tables({out: text}, force=force)))
-    wanted, (why, none) = _TAKES[format_]
-    rows = [row for row in table.rows if wanted(row)]
-    left = [row for row in table.rows if not wanted(row)]
+    is_accepted, (row_reason, empty_reason) = _ACCEPTED_ROWS[format_]
+    rows = [row for row in table.rows if is_accepted(row)]
+    rejected = [row for row in table.rows if not is_accepted(row)]
     if not rows:
         raise InputError(
-            Finding("export.nothing-to-write", program=format_, reason=tr(none)),
+            Finding("export.nothing-to-write", program=format_, reason=tr(empty_reason)),
             file=out,
         )
     texts = _texts(format_, out, rows, layers)
     skipped = [
-        {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(why)}
-        for row in left
+        {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(row_reason)}
+        for row in rejected
     ]
     files = tuple(write_tables(texts, force=force))
     return replace(table, rows=rows, skipped=[*table.skipped, *skipped], files=files)
@@ -82,7 +84,7 @@ def _texts(
     if format_ == "stereonet":
         return _stereonet(out, rows)
     if format_ == "gempy":
-        points = beside(out, "surface_points")
+        points = sibling_path(out, "surface_points")
         return {
             out: geological_models.gempy_orientations(rows),
             points: geological_models.gempy_points(layers),
@@ -99,14 +101,14 @@ def _texts(
 
 
 def _stereonet(out: Path, rows: Sequence[Row]) -> dict[Path, str]:
-    """A file of planes and one of lines; `out` itself is that of the planes where there are any."""
+    """Return a file of planes and one of lines; `out` is that of the planes if there are any."""
     planes = [row for row in rows if is_plane(row)]
     lines = [row for row in rows if not is_plane(row)]
     texts = {}
     if planes:
         texts[out] = orientation_programs.stereonet_planes(planes)
     if lines:
-        path = beside(out, "lines") if planes else out
+        path = sibling_path(out, "lines") if planes else out
         texts[path] = orientation_programs.stereonet_lines(lines)
     return texts
 
@@ -115,25 +117,25 @@ def _all(row: Mapping[str, Any]) -> bool:
     return True
 
 
-def _placed(row: Mapping[str, Any]) -> bool:
+def _has_position(row: Mapping[str, Any]) -> bool:
     return row["x"] is not None
 
 
-def _placed_plane(row: Mapping[str, Any]) -> bool:
-    return is_plane(row) and _placed(row)
+def _is_positioned_plane(row: Mapping[str, Any]) -> bool:
+    return is_plane(row) and _has_position(row)
 
 
-def _slip(row: Mapping[str, Any]) -> bool:
-    return fault_slips.on_a_fault(row) and row["slip_rake_deg"] is not None
+def _has_slip(row: Mapping[str, Any]) -> bool:
+    return fault_slips.is_line_on_plane(row) and row["slip_rake_deg"] is not None
 
 
-_TAKES: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
+_ACCEPTED_ROWS: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
     "stereonet": (_all, _NO_ORIENTATION),
     "orient": (_all, _NO_ORIENTATION),
-    "faultkin": (_slip, _NO_SLIP),
-    "wintensor": (fault_slips.on_a_fault, _NO_FAULT),
-    "gempy": (_placed_plane, _NO_PLANE),
-    "loopstructural": (_placed_plane, _NO_PLANE),
-    "gems": (_placed, _NO_PLACE),
+    "faultkin": (_has_slip, _NO_SLIP),
+    "wintensor": (fault_slips.is_line_on_plane, _NO_FAULT),
+    "gempy": (_is_positioned_plane, _NO_PLANE),
+    "loopstructural": (_is_positioned_plane, _NO_PLANE),
+    "gems": (_has_position, _NO_PLACE),
 }
-"""Which rows of the table a program takes, and why it does not take the others."""
+"""Rows of the table that a program accepts, and the reason for skipping the others."""

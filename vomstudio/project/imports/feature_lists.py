@@ -1,5 +1,7 @@
-"""Stations, contact lines and rock areas from files: those that were exported, and what others
-drew in three dimensions under the same names of layers and columns."""
+"""Import of stations, contact lines and lithologies from files.
+
+The files are exports of this program, or 3-D drawings with the same names of layers and columns.
+"""
 
 from __future__ import annotations
 
@@ -31,13 +33,13 @@ from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.wkt_columns import parse_wkt
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
-from vomstudio.project.kinds.station import WHATS, Station, What
+from vomstudio.project.kinds.station import STATION_KINDS, Station, StationKind
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
 
 AreaInside = Callable[[FloatArray], float | None]
 LAYERS = ("stations", "contacts", "lithologies")
-_WORDS = (
+_COLUMNS = (
     "name",
     "number",
     "id",
@@ -53,17 +55,25 @@ _WORDS = (
     "rock",
     "area_m2",
 )
-"""Columns of which something is taken: a layer or table may have any number of others."""
-_DEGREES = "EPSG:4326"
-_LARGEST_TABLE = 256 << 20
-_LOOKED_AT = 2000
-"""Rows between two looks at whether the work is still wanted."""
+"""Columns that are read; a layer or table may have any number of others."""
+_WGS84 = "EPSG:4326"
+MAX_TABLE_BYTES = 256 << 20
+ROWS_PER_PROGRESS_STEP = 2000
+"""Rows between two progress reports, which check for cancellation."""
 
 
 @dataclass(frozen=True)
 class ImportedFeatures:
-    """features : new, without a place in the document yet; skipped : name and reason of each that
-    was left out; warnings : sentences"""
+    """Result of an import.
+
+    Attributes
+    ----------
+    features : tuple of Feature
+        New features that are not in the project yet.
+    skipped : tuple of tuple of str and Finding
+        Name and reason of each skipped feature.
+    warnings : tuple of Finding
+    """
 
     features: tuple[Feature, ...]
     skipped: tuple[tuple[str, Finding], ...]
@@ -74,17 +84,17 @@ class ImportedFeatures:
 class _Row:
     layer: str
     points: FloatArray
-    told: Mapping[str, Any]
+    values: Mapping[str, Any]
     crs: str | None
 
-    def word(self, *names: str) -> str:
-        """The first of these columns that is there, as text."""
-        values = (self.told.get(name) for name in names)
-        found = next((v for v in values if v is not None and v == v and str(v).strip()), "")
-        return str(found).strip()
+    def text(self, *names: str) -> str:
+        """Return the text of the first of these columns that has a value, or ""."""
+        values = (self.values.get(name) for name in names)
+        value = next((v for v in values if v is not None and v == v and str(v).strip()), "")
+        return str(value).strip()
 
 
-def read_listed(
+def read_listed_features(
     path: Path,
     model: Model,
     records: Mapping[str, Record],
@@ -93,21 +103,33 @@ def read_listed(
     bounds: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> ImportedFeatures:
-    """The features of a GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations
-    with x, y, z), on a model. crs : that of World; area_inside : of the model's surface, and
-    bounds (2, 3) of the model, in its file frame; None where the model is not at hand.
+    """Read the features of a file for a model.
 
-    Raises InputError for a file that cannot be read, or holds none of them.
+    Parameters
+    ----------
+    path : Path
+        GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations with x, y, z).
+    crs : str or None
+        CRS of World.
+    area_inside : callable or None
+        Returns the area of the model's surface inside an outline; None if the model is not loaded.
+    bounds : (2, 3) float64 or None
+        Bounds of the model in its file frame; None if it is not loaded.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or contains none of these features.
     """
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
-    table = path.suffix.lower() in (".csv", ".txt")
-    watched = Silent() if progress is None else progress
+    is_table = path.suffix.lower() in (".csv", ".txt")
+    report = Silent() if progress is None else progress
     rows: list[_Row] = []
-    stated: list[Finding] = []
-    for row in _table(path, stated) if table else _layers(path, watched):
-        if not len(rows) % _LOOKED_AT:
-            watched.step(len(rows))
+    table_findings: list[Finding] = []
+    for row in _table(path, table_findings) if is_table else _layers(path, report):
+        if not len(rows) % ROWS_PER_PROGRESS_STEP:
+            report.step(len(rows))
         rows.append(row)
     if not rows:
         raise InputError(
@@ -116,60 +138,62 @@ def read_listed(
         )
     to_file = transform.invert(model.to_world)
     types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
-    made: list[Feature] = []
+    features: list[Feature] = []
     skipped: list[tuple[str, Finding]] = []
     unknown: set[str] = set()
-    in_world, findings = _in_world(rows, path, crs)
-    watched.stage(tr("Importing features"), len(rows))
-    for number, (row, points) in enumerate(zip(rows, in_world, strict=True), 1):
-        if not number % _LOOKED_AT:
-            watched.step(number)
-        name = row.word("name", "number", "id") or tr("row {number}", number=number)
-        if (reason := _why_unusable(row, points)) is not None:
+    world_points, findings = _points_in_world(rows, path, crs)
+    report.stage(tr("Importing features"), len(rows))
+    for number, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
+        if not number % ROWS_PER_PROGRESS_STEP:
+            report.step(number)
+        name = row.text("name", "number", "id") or tr("row {number}", number=number)
+        if (reason := _invalid_points(row, points)) is not None:
             skipped.append((name, reason))
             continue
-        placed = transform.apply(to_file, points)
-        if (far := _why_not_on(placed, bounds)) is not None:
-            skipped.append((name, far))
+        file_points = transform.apply(to_file, points)
+        if (too_far := _distance_finding(file_points, bounds)) is not None:
+            skipped.append((name, too_far))
             continue
-        places = tuple((x, y, z) for x, y, z in placed.tolist())
-        kind = row.word("kind", "type").casefold()
+        vertices = tuple((x, y, z) for x, y, z in file_points.tolist())
+        kind = row.text("kind", "type").casefold()
         if row.layer == "contacts" and kind and kind not in types:
             unknown.add(kind)
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
-        made.append(_feature(row, model, places, type_id, area_inside, points))
+        features.append(_feature(row, model, vertices, type_id, area_inside, points))
     warnings: list[Finding] = [
-        *stated,
+        *table_findings,
         *findings,
         *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
     ]
-    if not made:
+    if not features:
         name, first = skipped[0]
         raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
-    return ImportedFeatures(tuple(made), tuple(skipped), tuple(warnings))
+    return ImportedFeatures(tuple(features), tuple(skipped), tuple(warnings))
 
 
 def _feature(
     row: _Row,
     model: Model,
-    places: tuple[Point, ...],
+    vertices: tuple[Point, ...],
     type_id: str,
     area_inside: AreaInside | None,
     points: FloatArray,
 ) -> Feature:
-    name, notes = row.word("name"), row.word("notes", "note", "description")
+    name, notes = row.text("name"), row.text("notes", "note", "description")
     if row.layer == "stations":
-        said = row.word("kind", "what", "type").casefold()
-        what: What = next((known for known, _ in WHATS if known == said), "station")
+        kind = row.text("kind", "what", "type").casefold()
+        what: StationKind = next(
+            (choice for choice, _ in STATION_KINDS if choice == kind), "station"
+        )
         return Station(
             new_id("station"),
             name,
             model.id,
             model.content_hash,
-            places[:1],
+            vertices[:1],
             what,
-            row.word("number"),
-            row.word("photo"),
+            row.text("number"),
+            row.text("photo"),
             notes,
         )
     if row.layer == "contacts":
@@ -179,76 +203,76 @@ def _feature(
             type_id,
             model.id,
             model.content_hash,
-            places,
-            row.word("set"),
+            vertices,
+            row.text("set"),
             notes,
         )
-    made = Lithology(
+    lithology = Lithology(
         new_id("lithology"),
         name,
         model.id,
         model.content_hash,
-        places,
-        row.word("lithology", "rock"),
+        vertices,
+        row.text("lithology", "rock"),
         None,
         notes,
     )
-    area = None if area_inside is None else area_inside(np.asarray(places, np.float64))
-    if area is None and (told := row.word("area_m2")):
-        # The model is not at hand: what was measured on it still holds, as far as it is plausible.
+    area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
+    if area is None and (area_text := row.text("area_m2")):
+        # The model is not loaded: use the stored area if it is plausible.
         scale = transform.scale_of(transform.matrix(model.to_world))
         try:
-            value = float(told)
+            value = float(area_text)
         except ValueError:
             value = 0.0
-        sound = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0
-        area = value / scale**2 if sound else None
-    return replace(made, area=area)
+        is_plausible = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0
+        area = value / scale**2 if is_plausible else None
+    return replace(lithology, area=area)
 
 
-def _in_world(
+def _points_in_world(
     rows: Sequence[_Row], path: Path, crs: str | None
 ) -> tuple[list[FloatArray], tuple[Finding, ...]]:
     """Return the points of each row in World, all rows with the same CRS at once."""
-    places: list[FloatArray] = [row.points for row in rows]
+    points: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
-    for stated in dict.fromkeys(row.crs for row in rows):
-        numbers = [i for i, row in enumerate(rows) if row.crs == stated]
+    for crs_text in dict.fromkeys(row.crs for row in rows):
+        numbers = [i for i, row in enumerate(rows) if row.crs == crs_text]
         placed = points_to_world(
             np.concatenate([rows[i].points for i in numbers]),
             file=path,
-            stated=StatedCrs(stated),
+            stated=StatedCrs(crs_text),
             model=ModelFrame(crs),
         )
         findings += placed.findings
         ends = np.cumsum([len(rows[i].points) for i in numbers])
-        for i, points in zip(numbers, np.split(placed.points, ends[:-1]), strict=True):
-            places[i] = points
-    return places, tuple(dict.fromkeys(findings))
+        for i, part in zip(numbers, np.split(placed.points, ends[:-1]), strict=True):
+            points[i] = part
+    return points, tuple(dict.fromkeys(findings))
 
 
-def _why_unusable(row: _Row, points: FloatArray) -> Finding | None:
+def _invalid_points(row: _Row, points: FloatArray) -> Finding | None:
     """Return why the points of a row cannot be used; None if they can."""
-    least = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
-    if len(points) < least:
-        return Finding("import.too-few-points", count=least)
+    minimum = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
+    if len(points) < minimum:
+        return Finding("import.too-few-points", count=minimum)
     if not np.isfinite(row.points[:, 2]).all():
         return Finding("import.no-heights")
     return why_no_coordinate(points.ravel().tolist())
 
 
-def _why_not_on(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
+def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
     """Return a finding if the farthest of points is too far from the model."""
     if bounds is None:
         return None
     low, high = bounds
-    off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-    return why_not_at(points[int(np.argmax(off))], bounds)
+    distances = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+    return why_not_at(points[int(np.argmax(distances))], bounds)
 
 
 # --- files -----------------------------------------------------------------------------------
-def _layer_word(name: str) -> str:
-    """Which kind a layer or file is of; "" for others."""
+def _layer_of(name: str) -> str:
+    """Return the kind of a layer or file; "" for others."""
     plain = name.casefold()
     return next((layer for layer in LAYERS if plain == layer or plain.endswith(f"_{layer}")), "")
 
@@ -261,24 +285,24 @@ def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
     def unreadable() -> InputError:
         return _unreadable(path)
 
-    known = [layer.name for layer in list_layers(path, unreadable, progress)]
-    named = {name: _layer_word(name) for name in known}
-    if len(known) == 1 and not named[known[0]]:
-        named = {known[0]: _layer_word(path.stem)}
-    wanted = [name for name, layer in named.items() if layer]
-    if not wanted:
+    names = [layer.name for layer in list_layers(path, unreadable, progress)]
+    layer_by_name = {name: _layer_of(name) for name in names}
+    if len(names) == 1 and not layer_by_name[names[0]]:
+        layer_by_name = {names[0]: _layer_of(path.stem)}
+    read_names = [name for name, layer in layer_by_name.items() if layer]
+    if not read_names:
         return
-    for read in read_layers(path, wanted, _WORDS, unreadable, progress, flat=False):
-        crs = read.crs or (_DEGREES if path.suffix.lower() == ".kml" else None)
+    for read in read_layers(path, read_names, _COLUMNS, unreadable, progress, flat=False):
+        crs = read.crs or (_WGS84 if path.suffix.lower() == ".kml" else None)
         columns = {name.casefold(): values for name, values in (read.columns or {}).items()}
         try:
             shapes = shapely.from_wkb([] if read.shapes is None else read.shapes)
         except shapely.GEOSException as error:
             raise unreadable() from error
         for i, shape in enumerate(shapes):
-            told = {name: values[i] for name, values in columns.items()}
+            values = {name: values[i] for name, values in columns.items()}
             for points in _points(shape):
-                yield _Row(named[read.name], points, told, crs)
+                yield _Row(layer_by_name[read.name], points, values, crs)
 
 
 def _unreadable(path: Path) -> InputError:
@@ -289,7 +313,7 @@ def _unreadable(path: Path) -> InputError:
 
 
 def _points(shape: Any) -> Iterator[FloatArray]:
-    """(n, 3) of each part; NaN for heights that are missing. A ring without its last point."""
+    """Yield the (n, 3) points of each part, NaN for missing heights, without closing points."""
     import shapely
 
     for part in shapely.get_parts(shape):
@@ -303,11 +327,11 @@ def _points(shape: Any) -> Iterator[FloatArray]:
 
 
 def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
-    """Yield the rows of a table. findings : receives those about its CRS"""
+    """Yield the rows of a table. `findings` receives those about its CRS."""
     import shapely
 
     try:
-        lines = decode_text(read_small(path, _LARGEST_TABLE)).removeprefix("\ufeff").splitlines()
+        lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
     refuse_many_lines(path, len(lines), MAX_OBJECTS)
@@ -315,20 +339,20 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     frame, about_crs = table_crs(path, comments)
     crs = frame.text
     findings += about_crs
-    layer = _layer_word(path.stem)
+    layer = _layer_of(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
-    known = {*_WORDS, *"xyz", WKT}
+    known = {*_COLUMNS, *"xyz", WKT}
     while True:
         try:
-            wanted = [k for k in body.fieldnames or () if str(k).casefold() in known]
-            told = next(body)
+            names = [k for k in body.fieldnames or () if str(k).casefold() in known]
+            cells = next(body)
         except StopIteration:
             return
         except csv.Error as error:
             message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
         row = {
-            k.casefold(): unescape_formula(v) for k in wanted if isinstance(v := told.get(k), str)
+            k.casefold(): unescape_formula(v) for k in names if isinstance(v := cells.get(k), str)
         }
         if row.get(WKT):
             try:

@@ -1,4 +1,4 @@
-"""The cells of a table of readings, as they stand in a text file."""
+"""Cells of a table of readings, as written in a text file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ from vomstudio.io.text.rows import (
 class FieldTable:
     """Cells of a text file.
 
-    ragged : why rows have too many or too few cells, by index; comments : without their mark
+    `ragged` contains the findings for rows with too many or too few cells, by index; `comments` are
+    without their mark.
     """
 
     path: Path
@@ -47,14 +48,14 @@ class FieldTable:
 
 
 def read_field_table(path: str | Path) -> FieldTable:
-    """The cells of a table of readings; rows of another width are kept and marked.
+    """Read the cells of a table of readings; rows of another width are kept and marked.
 
-    Raises InputError where the file is missing, is no text, or has no rows.
+    Raises InputError if the file is missing, is not text, or has no rows.
     """
     path = Path(path)
     text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
-    kept = [
+    used = [
         (i, line)
         for i, line in enumerate(lines, 1)
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
@@ -62,21 +63,21 @@ def read_field_table(path: str | Path) -> FieldTable:
     comments = tuple(
         line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
     )
-    if not kept:
+    if not used:
         raise InputError(Finding("table.no-rows"), file=path)
-    delimiter = sniff([line for _, line in kept[:200]])
-    if all(is_orientation(line) for _, line in kept[1:20]) and len(kept) > 1:
-        rows = [[line.strip()] for _, line in kept]  # each line is one reading: N42E 41SE
+    delimiter = sniff([line for _, line in used[:200]])
+    if all(is_orientation(line) for _, line in used[1:20]) and len(used) > 1:
+        rows = [[line.strip()] for _, line in used]  # each line is one reading: N42E 41SE
     else:
-        rows = [_cut(line, delimiter) for _, line in kept]
-    numbers = [i for i, _ in kept]
-    header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
+        rows = [_split_cells(line, delimiter) for _, line in used]
+    numbers = [i for i, _ in used]
+    has_header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
     first = rows[0]
-    if header:
+    if has_header:
         rows, numbers = rows[1:], numbers[1:]
         if delimiter == " " and rows:
             first = rejoin_header(first, [], rows)
-    names = tuple(first) if header else None
+    names = tuple(first) if has_header else None
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
@@ -95,19 +96,19 @@ def read_field_table(path: str | Path) -> FieldTable:
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
 
 
-def _cut(line: str, delimiter: str) -> list[str]:
+def _split_cells(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
         return [unescape_formula(cell) for cell in cut(line, delimiter)]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error:
-        # A cell of more than 131,072 characters.
+        # The cell has more than 131,072 characters.
         cells = cut(line, delimiter)
     return [unescape_formula(cell.strip()) for cell in cells]
 
 
 def is_orientation(text: str) -> bool:
-    """Both angles in one text; two bare numbers are as likely two columns."""
+    """Return whether a text contains both angles; two plain numbers are rather columns."""
     if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
         return False
     for parse in (parse_plane, parse_line):
@@ -120,7 +121,7 @@ def is_orientation(text: str) -> bool:
 
 
 def number_in(cell: str, table: FieldTable) -> float | None:
-    """None where it is no finite number."""
+    """Return the number in a cell, or None if it is not a finite number."""
     if not cell:
         return None
     value = parse_number(cell.rstrip("°"), decimal_comma=table.delimiter in ";\t")

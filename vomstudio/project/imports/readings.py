@@ -1,8 +1,8 @@
-"""Compass readings from a table: what its columns mean, which north, what is wrong with a row.
+"""Compass readings from a table: columns, north reference, and invalid rows.
 
-A field book is typed by hand, so a row that cannot be read must not take the others with it: it is
-listed with its line and the reason. Nothing is guessed that the numbers do not tell: an azimuth
-that can be a strike as well as a dip direction waits for the user.
+A field book is typed by hand, so a row that cannot be read does not affect the others: it is listed
+with its line and the reason. Nothing is guessed that the numbers do not determine: the user decides
+about an azimuth that can be a strike or a dip direction.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from vomstudio.project.imports.field_table import FieldTable, number_in
 from vomstudio.project.kinds.reading import Reading
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
-"""What the two angles of a row are; the last one makes them lines."""
+"""Meaning of the two angles of a row; the last one is for lines."""
 
 ToGrid = Callable[[float, float], tuple[float, float] | None]
-"""From longitude and latitude to x and y of the project."""
+"""Converts longitude and latitude to x and y of the project."""
 
 WITHOUT_CRS = ModelFrame()
 """Frame of a project in local coordinates."""
@@ -42,7 +42,7 @@ _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
 
 @dataclass(frozen=True)
 class FieldRow:
-    """One reading as it stands in the table, before its azimuth is turned to grid north."""
+    """One reading as written in the table, before its azimuth is referred to grid north."""
 
     line: int
     name: str
@@ -67,7 +67,7 @@ class BadRow:
 
 @dataclass(frozen=True)
 class FieldReadings:
-    """rows: what can be added; bad: what is skipped, and why; findings: about the others."""
+    """Result of reading a table: valid rows, skipped rows with reasons, and findings."""
 
     rows: tuple[FieldRow, ...]
     bad: tuple[BadRow, ...]
@@ -75,96 +75,109 @@ class FieldReadings:
 
     @property
     def type_names(self) -> tuple[str, ...]:
-        """The names in the type column, each once, in order."""
+        """Distinct names in the type column, in order."""
         return tuple(dict.fromkeys(row.type_name for row in self.rows if row.type_name))
 
 
-# --- understanding ---------------------------------------------------------------------------
+# --- reading ---------------------------------------------------------------------------------
 def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
-    """Return what must be chosen before the table can be read; None if nothing must."""
+    """Return what the user must select before the table can be read; None if nothing."""
     missing = [role for role in ("azimuth", "inclination") if role not in columns]
     if missing and "text" not in columns:
         return Finding("reading.columns-missing", roles=missing)
     return Finding("reading.notation-missing") if notation is None else None
 
 
-def understand(
+def read_readings(
     table: FieldTable,
     columns: Mapping[str, int],
     notation: str,
     to_grid: ToGrid | None = None,
     model: ModelFrame = WITHOUT_CRS,
 ) -> FieldReadings:
-    """The readings of a table, as written: no azimuth is turned here.
+    """Return the readings of a table as written, without referring azimuths to grid north.
 
-    Positions are converted to World if the table states another CRS than the project, `model`; if
-    they cannot be, the readings have none.
+    Positions are converted to World if the table states another CRS than the project's; if that
+    fails, the readings have no position. A line that points up is replaced by its other end.
 
-    columns: role to column. Roles are `azimuth` and `inclination`, the two angles of the notation,
-    `text`, both angles in one cell, `trend` and `plunge` of rows that are lines in a table of
-    planes, and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`, `z`,
-    `longitude`, `latitude`. notation: one of `NOTATIONS`. A line that points up is given by its
-    other end. A position needs x, y and z, or longitude, latitude and z and what turns
-    degrees into x and y (`io.crs.degrees_to_grid`); else the reading has none.
+    Parameters
+    ----------
+    columns : mapping of str to int
+        Column by role. Roles are `azimuth` and `inclination`, the two angles of the notation;
+        `text`, both angles in one cell; `trend` and `plunge` of rows that are lines in a table of
+        planes; and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`,
+        `z`, `longitude`, `latitude`.
+    notation : str
+        One of `NOTATIONS`.
+    to_grid : callable or None
+        Converts longitude and latitude to x and y (`io.crs.from_degrees`). Without it a position
+        needs x, y and z.
+    model : ModelFrame
+        Frame of the project.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
     rows: list[FieldRow] = []
     bad: list[BadRow] = []
-    turned_over: list[int] = []
-    placeless: list[int] = []
-    nowhere: list[tuple[int, Finding]] = []
+    flipped: list[int] = []
+    unpositioned: list[int] = []
+    invalid_positions: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
             bad.append(BadRow(line, table.ragged[i]))
             continue
-        word = {role: cells[column] for role, column in columns.items()}
+        cells_by_role = {role: cells[column] for role, column in columns.items()}
         try:
-            geometry, azimuth, inclination = _orientation(word, notation, table)
+            geometry, azimuth, inclination = _orientation(cells_by_role, notation, table)
         except InputError as error:
             bad.append(BadRow(line, finding_of(error)))
             continue
         if inclination < 0:
-            turned_over.append(line)
+            flipped.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
         position = None
         try:
-            position = _position(word, table, to_grid)
-            if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
-                placeless.append(line)
+            position = _position(cells_by_role, table, to_grid)
+            if position is None and any(
+                cells_by_role.get(c) for c in ("x", "y", "longitude", "latitude")
+            ):
+                unpositioned.append(line)
         except InputError as error:
-            nowhere.append((line, finding_of(error)))
+            invalid_positions.append((line, finding_of(error)))
         rows.append(
             FieldRow(
                 line=line,
-                name=word.get("name", ""),
+                name=cells_by_role.get("name", ""),
                 geometry=geometry,
                 azimuth_deg=azimuth,
                 inclination_deg=inclination,
-                type_name=word.get("type", ""),
-                set_name=word.get("set", ""),
+                type_name=cells_by_role.get("type", ""),
+                set_name=cells_by_role.get("set", ""),
                 position=position,
-                overturned=is_overturned(word.get("overturned", "")) is True,
-                notes=word.get("notes", ""),
+                overturned=is_overturned(cells_by_role.get("overturned", "")) is True,
+                notes=cells_by_role.get("notes", ""),
             )
         )
-    in_degrees = "longitude" in columns and to_grid is None
+    needs_crs = "longitude" in columns and to_grid is None
     findings: Sequence[Finding] = ()
     if "x" in columns and "y" in columns:
         try:
             rows, findings = _rows_in_world(rows, table, model)
         except (InputError, UsageError) as error:
             reason = finding_of(error)
-            nowhere += [(row.line, reason) for row in rows if row.position is not None]
+            invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
-    about_rows = [*_about_rows(turned_over, placeless, in_degrees), *_about_positions(nowhere)]
+    about_rows = [
+        *_row_findings(flipped, unpositioned, needs_crs),
+        *_position_findings(invalid_positions),
+    ]
     return FieldReadings(tuple(rows), tuple(bad), (*table.notes, *about_rows, *findings))
 
 
 def _rows_in_world(
     rows: list[FieldRow], table: FieldTable, model: ModelFrame
 ) -> tuple[list[FieldRow], Sequence[Finding]]:
-    """Convert positions from the CRS that the table states. Raises InputError and UsageError."""
+    """Convert positions from the CRS of the table. Raises InputError and UsageError."""
     placed = [row for row in rows if row.position is not None]
     if not placed:
         return rows, ()
@@ -180,24 +193,24 @@ def _rows_in_world(
     return [replace(row, position=places.get(row.line)) for row in rows], world.findings
 
 
-def _about_rows(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[Finding]:
-    """Report the lines of rows that were turned over, or have no position."""
+def _row_findings(flipped: list[int], unpositioned: list[int], needs_crs: bool) -> list[Finding]:
+    """Return findings for rows that were flipped or have no position."""
     findings = []
-    if turned_over:
-        findings.append(_of_rows("reading.upward", turned_over))
-    if placeless:
-        code = "reading.degrees-without-crs" if in_degrees else "reading.coordinate-missing"
-        findings.append(_of_rows(code, placeless))
+    if flipped:
+        findings.append(_rows_finding("reading.upward", flipped))
+    if unpositioned:
+        code = "reading.degrees-without-crs" if needs_crs else "reading.coordinate-missing"
+        findings.append(_rows_finding(code, unpositioned))
     return findings
 
 
-def _about_positions(rows: list[tuple[int, Finding]]) -> list[Finding]:
-    """Report positions that are not valid; their readings are used without them."""
+def _position_findings(rows: list[tuple[int, Finding]]) -> list[Finding]:
+    """Return findings for invalid positions; their readings are used without them."""
     if not rows:
         return []
     reason = rows[0][1]
     return [
-        _of_rows(
+        _rows_finding(
             "reading.no-position",
             [line for line, _ in rows],
             reason=reason.message,
@@ -206,34 +219,34 @@ def _about_positions(rows: list[tuple[int, Finding]]) -> list[Finding]:
     ]
 
 
-def _of_rows(code: str, lines: list[int], **values: str) -> Finding:
+def _rows_finding(code: str, lines: list[int], **values: str) -> Finding:
     return Finding(code, count=len(lines), rows=lines, lines=line_numbers_text(lines), **values)
 
 
 def _orientation(
     word: Mapping[str, str], notation: str, table: FieldTable
 ) -> tuple[str, float, float]:
-    """("plane" or "line", azimuth, inclination) of a row. Raises InputError."""
-    said = word.get("element", "").casefold()
-    given = [word.get("azimuth", ""), word.get("inclination", "")]
-    is_empty = all(cell.casefold() in _EMPTY for cell in (*given, word.get("text", "")))
-    if word.get("plunge", "") and (said.startswith("line") or is_empty):
+    """Return "plane" or "line", azimuth and inclination of a row. Raises InputError."""
+    element = word.get("element", "").casefold()
+    angles = [word.get("azimuth", ""), word.get("inclination", "")]
+    is_empty = all(cell.casefold() in _EMPTY for cell in (*angles, word.get("text", "")))
+    if word.get("plunge", "") and (element.startswith("line") or is_empty):
         return _line(word.get("trend", ""), word["plunge"], table)
     if word.get("text", "").casefold() not in _EMPTY:
-        if notation == "trend/plunge" or said.startswith("line"):
+        if notation == "trend/plunge" or element.startswith("line"):
             line = parse_line(word["text"])
             return "line", line.trend_deg, line.plunge_deg
         plane = parse_plane(word["text"], notation)
         return "plane", plane.dip_direction_deg, plane.dip_deg
     if is_empty:
         raise InputError(Finding("reading.no-angle", missing=("azimuth", "inclination")))
-    if given[0].casefold() in _EMPTY:
+    if angles[0].casefold() in _EMPTY:
         raise InputError(Finding("reading.no-angle", missing=("azimuth",)))
-    if given[1].casefold() in _EMPTY:
+    if angles[1].casefold() in _EMPTY:
         raise InputError(Finding("reading.no-angle", missing=("inclination",)))
     if notation == "trend/plunge":
-        return _line(given[0], given[1], table)
-    azimuth, dip = (number_in(cell, table) for cell in given)
+        return _line(angles[0], angles[1], table)
+    azimuth, dip = (number_in(cell, table) for cell in angles)
     if (
         notation == "dipdir/dip"
         and azimuth is not None
@@ -247,12 +260,12 @@ def _orientation(
             Finding("angle.out-of-range", angle="azimuth", value=azimuth, minimum=0, maximum=360)
         )
     if dip is not None and dip < 0.0:
-        # Within one text a minus may part two numbers; in a cell of its own it is a mistake.
+        # In a single text a minus may separate two numbers; in a separate cell it is an error.
         raise InputError(
             Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
         )
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
-    plane = parse_plane_cells((*given, quadrant) if quadrant else tuple(given), notation)
+    plane = parse_plane_cells((*angles, quadrant) if quadrant else tuple(angles), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg
 
 
@@ -274,18 +287,18 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
-    """Raises InputError for numbers that are nowhere on Earth."""
+    """Return the position of a row. Raises InputError for numbers that are not on Earth."""
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
-    said = why_no_coordinate(value for value in (x, y, z) if value is not None)
+    finding = why_no_coordinate(value for value in (x, y, z) if value is not None)
     if longitude is not None and latitude is not None:
-        said = said or why_not_on_earth(longitude, latitude)
-    if said is not None:
-        raise InputError(said)
+        finding = finding or why_not_on_earth(longitude, latitude)
+    if finding is not None:
+        raise InputError(finding)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
-        found = to_grid(longitude, latitude)
-        x, y = found if found is not None else (None, None)
+        grid = to_grid(longitude, latitude)
+        x, y = grid if grid is not None else (None, None)
     if x is None or y is None or z is None:
         return None
     return x, y, z
@@ -301,10 +314,16 @@ def make_readings(
     turn_deg: float = 0.0,
     source: str = "",
 ) -> list[Reading]:
-    """Records of the rows, their azimuths turned to grid north.
+    """Return records of the rows, with azimuths referred to grid north.
 
-    type_ids: the id for each name in the type column, by its casefolded name; `type_id` and
-    `set_name` are for rows that have none. A horizontal plane and a vertical line keep azimuth 0.
+    Parameters
+    ----------
+    type_ids : mapping of str to str
+        Type id by casefolded name in the type column.
+    type_id, set_name : str
+        For rows without a type or set.
+    turn_deg : float
+        Added to each azimuth, degrees. A horizontal plane and a vertical line keep azimuth 0.
     """
     readings = []
     for row in rows:

@@ -1,9 +1,9 @@
-"""The open database of a journal, which does not end the process when its ground shrinks.
+"""Database connection of a journal that survives a truncation of its files.
 
-SQLite maps one file, the index beside the log (`-shm`), and a map of which the file has become
-shorter cannot be touched: the system ends the process. What the index says can always be worked out
-again from the log (https://www.sqlite.org/walformat.html, 2.2), so before each use a file that has
-become shorter is filled up again, with zeros, which SQLite takes for an index to be made anew.
+SQLite maps one file, the index beside the log (`-shm`), into memory. Access to a map whose file was
+truncated ends the process. The index can always be rebuilt from the log
+(https://www.sqlite.org/walformat.html, 2.2), so a truncated file is filled with zeros before each
+use, which SQLite takes for an index to be rebuilt.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ import sqlite3
 from typing import Any
 
 _FLAGS = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
-_PAGE = 4096
+PAGE_BYTES = 4096
 
 
 class JournalConnection(sqlite3.Connection):
-    """To be given to `sqlite3.connect` as its factory; `path` is then the journal's."""
+    """Factory for `sqlite3.connect`; `path` is that of the journal."""
 
-    # Also where the database cannot be opened, which ends `__init__`.
+    # Set before `__init__`, which fails if the database cannot be opened.
     _index = -1
 
     def __init__(self, path: Any, *args: Any, **options: Any) -> None:
         super().__init__(path, *args, **options)
         self._index_path = f"{os.fspath(path)}-shm"
-        # Open as long as the database: closing any descriptor of a file gives up the locks that
-        # SQLite has on it in this process.
+        # Kept open as long as the database: closing any descriptor of a file releases the locks of
+        # this process on it.
         self._size = 0
 
-    def _mend_index(self) -> None:
-        """Raises sqlite3.OperationalError where the index is too short and cannot be filled up."""
+    def _restore_index(self) -> None:
+        """Fill a truncated index. Raises sqlite3.OperationalError if that fails."""
         if self._index < 0:
-            # Windows lets no file be cut that is mapped.
+            # Windows does not allow a mapped file to be truncated.
             if not hasattr(os, "pwrite"):
                 return
             try:
@@ -42,8 +42,8 @@ class JournalConnection(sqlite3.Connection):
         try:
             size = os.fstat(self._index).st_size
             while size < self._size:
-                # Written, not only made longer: a page without a place on a full disk is as deadly.
-                missing = min(_PAGE, self._size - size)
+                # Written, not only extended: a page without space on a full disk is as fatal.
+                missing = min(PAGE_BYTES, self._size - size)
                 size += os.pwrite(self._index, bytes(missing), size)
         except OSError as error:
             raise sqlite3.OperationalError(
@@ -52,23 +52,23 @@ class JournalConnection(sqlite3.Connection):
         self._size = size
 
     def execute(self, *args: Any) -> sqlite3.Cursor:
-        self._mend_index()
+        self._restore_index()
         return super().execute(*args)
 
     def executemany(self, *args: Any) -> sqlite3.Cursor:
-        self._mend_index()
+        self._restore_index()
         return super().executemany(*args)
 
     def executescript(self, *args: Any) -> sqlite3.Cursor:
-        self._mend_index()
+        self._restore_index()
         return super().executescript(*args)
 
     def backup(self, *args: Any, **options: Any) -> None:
-        self._mend_index()
+        self._restore_index()
         super().backup(*args, **options)
 
     def close(self) -> None:
-        self._mend_index()
+        self._restore_index()
         super().close()
         if self._index >= 0:
             os.close(self._index)

@@ -1,7 +1,7 @@
-"""The project's journal in SQLite: append-only rows, each on the disk before its effect is seen.
+"""The project's journal in SQLite: append-only rows, on disk before their effect.
 
-WAL with synchronous FULL where the file system can do it, a rollback journal where it cannot
-(network drives). On close the log is folded in, so that the one file can be copied and zipped.
+It uses WAL with synchronous FULL if the file system supports it, otherwise a rollback journal
+(network drives). On closing the log is merged, so that the single file can be copied and zipped.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from vomstudio.core.version import __version__
 from vomstudio.project.journal.connection import JournalConnection
 from vomstudio.project.journal.failures import NotWritten, is_lost
 from vomstudio.project.journal.file_watch import (
-    Ground,
+    JournalFiles,
+    close_without_checkpoint,
     copy_database,
-    leave_alone,
-    only_reads,
+    has_interrupted_write,
+    is_read_only_connection,
     open_error,
     write_failure_of,
-    writing_was_cut_off,
 )
 from vomstudio.project.journal.json_values import dump_json
 from vomstudio.project.journal.migration import SCHEMA_VERSION, migrate
@@ -48,7 +48,7 @@ from vomstudio.project.journal.rows import (
     read_rows,
     text_of,
 )
-from vomstudio.project.journal.schema import require_plain, require_sound
+from vomstudio.project.journal.schema import require_intact, require_plain
 
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
@@ -83,15 +83,22 @@ class SqliteJournal:
     """Journal of a project in one file. Also stores the view state, which is not history."""
 
     def __init__(self, path: Path, *, create: bool = False) -> None:
-        """Raises InputError where the file is not a journal of ours or is newer than this program,
-        TargetError where it cannot be written."""
+        """Open or create the journal.
+
+        Raises
+        ------
+        InputError
+            If the file is not a journal of VOM Studio, or is newer than this program.
+        TargetError
+            If it cannot be written.
+        """
         self.path = path
-        self._waiting: list[NewRow] = []
+        self._pending: list[NewRow] = []
         self._is_open = False
         self._failure: Finding | None = None
-        self._tell: Callable[[Finding | None], object] | None = None
-        self._come_back: Callable[[], object] = lambda: None
-        self._write_first: Callable[[], object] = lambda: None
+        self._report_failure: Callable[[Finding | None], object] | None = None
+        self._lock_again: Callable[[], object] = lambda: None
+        self._write_dependencies: Callable[[], object] = lambda: None
         self._open(create)
 
     def _open(self, create: bool) -> None:
@@ -102,8 +109,8 @@ class SqliteJournal:
         if not create and not path.is_file():
             raise InputError(Finding("project.not-a-project"), file=path)
         try:
-            checked = create or _checked(path)
-            # A window has it read in a thread of its own; two threads never use it at a time.
+            is_checked = create or _is_checked(path)
+            # A window reads it in a worker thread; two threads never use it at the same time.
             self._db = sqlite3.connect(
                 path,
                 isolation_level=None,
@@ -116,13 +123,13 @@ class SqliteJournal:
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             schema = _schema_of(self._db, path)
-            if not checked:
-                require_sound(self._db, path)
+            if not is_checked:
+                require_intact(self._db, path)
             if schema < SCHEMA_VERSION:
                 migrate(self._db, path, schema)
             self._make_durable()
             self._head = read_head(self._db)
-            self._ground = Ground(path, self._db)
+            self._files = JournalFiles(path, self._db)
             self._is_open = True
         except sqlite3.Error as error:
             raise open_error(error, path) from error
@@ -144,7 +151,7 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        """Raises NotWritten; after `wait_in_memory` for a save only."""
+        """Append a row. Raises NotWritten, after `buffer_unwritten_steps` for a save only."""
         return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
 
     def _append(
@@ -158,13 +165,13 @@ class SqliteJournal:
         version: str,
         settings: Mapping[str, Any] | None,
     ) -> int:
-        head = self._waiting[-1].head if self._waiting else self._head
+        head = self._pending[-1].head if self._pending else self._head
         seq = head.seq + 1
         values = (
             seq,
             kind,
             of_seq,
-            replace_surrogates(label),  # The records keep what is no UTF-8, as JSON's escapes.
+            replace_surrogates(label),  # Records keep invalid UTF-8 as JSON escapes.
             dump_json(before),
             dump_json(after),
             time,
@@ -173,31 +180,33 @@ class SqliteJournal:
         )
         row = NewRow(values, Head(head.rows + 1, seq, checksum(head.checksum, values)))
         try:
-            self._commit([*self._waiting, row])
+            self._commit([*self._pending, row])
         except NotWritten as error:
-            if self._tell is None or kind == "save":
+            if self._report_failure is None or kind == "save":
                 raise
             if self._head.seq < seq:
-                self._waiting.append(row)
-            self._told(error.failure)
+                self._pending.append(row)
+            self._update_failure(error.failure)
         else:
-            self._told(None)
+            self._update_failure(None)
         return seq
 
     def _commit(self, rows: list[NewRow]) -> None:
-        """Write these rows, and be sure that they are where the project is. Raises NotWritten."""
+        """Write rows and verify that they are in the project's file. Raises NotWritten."""
         if not self._is_open:
             self._open_again()
-        if (failure := self._ground.write_failure(self._head)) is not None and not self._returned():
+        if (
+            failure := self._files.write_failure(self._head)
+        ) is not None and not self._has_returned():
             raise NotWritten(failure, self.path)
         try:
-            self._write_first()
+            self._write_dependencies()
             try:
                 self._write(rows)
             except sqlite3.OperationalError as error:
-                if not only_reads(error, self.path):
+                if not is_read_only_connection(error, self.path):
                     raise
-                self.let_go()
+                self.close_file()
                 self._open_again()
                 self._write(rows)
         except NotWritten:
@@ -205,8 +214,8 @@ class SqliteJournal:
         except (sqlite3.Error, VomError, OSError) as error:
             raise NotWritten(write_failure_of(error, self.path), self.path) from error
         self._head = rows[-1].head
-        self._waiting = []
-        if (failure := self._ground.note_written()) is not None:
+        self._pending = []
+        if (failure := self._files.record_write()) is not None:
             raise NotWritten(failure, self.path)
 
     def _write(self, rows: list[NewRow]) -> None:
@@ -221,7 +230,6 @@ class SqliteJournal:
             raise
 
     def _open_again(self) -> None:
-        """Raises NotWritten."""
         expected = self._head
         try:
             self._open(create=False)
@@ -230,78 +238,85 @@ class SqliteJournal:
             failure = write_failure_of(cause or sqlite3.OperationalError(error.message), self.path)
             raise NotWritten(failure, self.path) from error
         if self._head != expected:
-            self.let_go()
+            self.close_file()
             self._head = expected
             raise NotWritten(Finding("journal.replaced"), self.path)
 
-    # --- where the file cannot be written ----------------------------------------------------
-    def wait_in_memory(
+    # --- unwritable files --------------------------------------------------------------------
+    def buffer_unwritten_steps(
         self,
-        tell: Callable[[Finding | None], object],
-        come_back: Callable[[], object],
-        write_first: Callable[[], object],
+        report: Callable[[Finding | None], object],
+        lock_again: Callable[[], object],
+        write_dependencies: Callable[[], object],
     ) -> None:
-        """From now on rows that cannot be written wait in memory, and are written with the next one
-        that can be.
+        """Keep rows that cannot be written in memory and write them with the next row that can be.
 
-        tell : is called when that begins, and with None when it is over
-        come_back : is called before the file is opened again at its place; raises VomError where
-            another program holds it
-        write_first : writes the files that rows name and that wait too; raises VomError
+        Parameters
+        ----------
+        report : callable
+            Called with the reason when this begins, and with None when it ends.
+        lock_again : callable
+            Called before the file is opened again at its path; raises VomError if another program
+            has locked it.
+        write_dependencies : callable
+            Writes the pending files that rows name; raises VomError.
         """
-        self._tell, self._come_back, self._write_first = tell, come_back, write_first
+        self._report_failure, self._lock_again, self._write_dependencies = (
+            report,
+            lock_again,
+            write_dependencies,
+        )
 
     def try_writing(self) -> None:
-        """Tell now, rather than with the next row, where no row can be written."""
+        """Report now, instead of with the next row, if no row can be written."""
         try:
-            self._write_first()
+            self._write_dependencies()
             self._db.execute("BEGIN IMMEDIATE")
             self._db.execute("ROLLBACK")
         except (sqlite3.Error, VomError, OSError) as error:
-            self._told(write_failure_of(error, self.path))
+            self._update_failure(write_failure_of(error, self.path))
 
-    def _told(self, failure: Finding | None) -> None:
-        if self._tell is not None and failure != self._failure:
+    def _update_failure(self, failure: Finding | None) -> None:
+        if self._report_failure is not None and failure != self._failure:
             self._failure = failure
-            self._tell(failure)
+            self._report_failure(failure)
 
     def write_failure(self) -> Finding | None:
-        """Why the next row cannot be written, as far as that is known."""
-        return (self._ground.write_failure(self._head) if self._is_open else None) or self._failure
+        """Return why the next row cannot be written, as far as it is known."""
+        return (self._files.write_failure(self._head) if self._is_open else None) or self._failure
 
     @property
     def is_in_place(self) -> bool:
-        """Whether the file at the journal's place is the one that is open; from any thread."""
-        return self._is_open and self._ground.is_ours()
+        """Whether the file at the journal's path is the open one. Thread-safe."""
+        return self._is_open and self._files.is_open_file()
 
     @property
-    def waits(self) -> bool:
-        """Whether there are rows that are in memory only."""
-        return bool(self._waiting)
+    def has_pending_rows(self) -> bool:
+        """Whether there are rows in memory only."""
+        return bool(self._pending)
 
-    def _returned(self) -> bool:
-        """Whether the journal is back as it was left: a drive was plugged in again. Then it is
-        open again."""
-        if self._tell is None or not self._ground.is_back(self._head):
+    def _has_returned(self) -> bool:
+        """Reopen the journal and return True if it is back unchanged, for example on a drive."""
+        if self._report_failure is None or not self._files.is_back(self._head):
             return False
-        if not self._ground.is_ours():
+        if not self._files.is_open_file():
             try:
-                self._come_back()
+                self._lock_again()
             except VomError:
                 return False
-            leave_alone(self._db, self.path, log_is_ours=False)
-            self._ground.close()
+            close_without_checkpoint(self._db, self.path, is_known_log=False)
+            self._files.close()
             self._open(create=False)
-        self._ground.note()
+        self._files.record_state()
         return True
 
     @property
-    def last(self) -> int:
-        """The number of the last row."""
-        return self._waiting[-1].head.seq if self._waiting else self._head.seq
+    def last_number(self) -> int:
+        """Number of the last row."""
+        return self._pending[-1].head.seq if self._pending else self._head.seq
 
     def last_rows(self, count: int) -> list[Row]:
-        """The newest rows, in order; their checksums are not looked at. Raises InputError."""
+        """Return the newest rows in order, without checking their checksums. Raises InputError."""
         return last_rows(self._db, self.path, count)
 
     def copy_row(
@@ -311,13 +326,13 @@ class SqliteJournal:
         label: str,
         before: Mapping[str, Any] | None,
         after: Mapping[str, Any] | None,
-        like: Row | None,
+        template: Row | None,
     ) -> int:
-        """Append a row with the time, version and settings of another; its number."""
-        if like is None:
+        """Append a row with the time, version and settings of another and return its number."""
+        if template is None:
             return self._append(kind, of_seq, label, before, after, _now(), __version__, None)
         return self._append(
-            kind, of_seq, label, before, after, like.time, like.version, like.settings
+            kind, of_seq, label, before, after, template.time, template.version, template.settings
         )
 
     def copy_views(self, other: SqliteJournal) -> None:
@@ -326,104 +341,113 @@ class SqliteJournal:
                 self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
-        """Rows in order, those that wait last. Raises InputError where the file itself is
-        damaged."""
+        """Yield all rows in order, pending ones last. Raises InputError if the file is damaged."""
         yield from read_rows(self._db, self.path)
-        yield from (row.as_read() for row in self._waiting)
+        yield from (row.to_row() for row in self._pending)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
-        # A lost camera is no loss of work: view state never stands in the way of an edit.
-        if self._ground.write_failure(self._head) is not None:
+        # A lost camera is not a loss of work: view state never prevents an edit.
+        if self._files.write_failure(self._head) is not None:
             return
         try:
             self._db.execute("INSERT OR REPLACE INTO view VALUES (?, ?)", (key, json.dumps(value)))
         except sqlite3.Error:
             return
-        self._ground.note()
+        self._files.record_state()
 
     def view(self, key: str, default: Any = None) -> Any:
         try:
-            found = self._db.execute("SELECT value FROM view WHERE key = ?", (key,)).fetchone()
-            value = default if found is None else json.loads(found[0])
+            row = self._db.execute("SELECT value FROM view WHERE key = ?", (key,)).fetchone()
+            value = default if row is None else json.loads(row[0])
         except (sqlite3.Error, ValueError, TypeError, RecursionError):
             return default
-        # Whoever asks with a list or a map goes through what there is.
+        # Callers that pass a list or mapping as default iterate over the result.
         return value if default is None or type(value) is type(default) else default
 
     # --- copies ------------------------------------------------------------------------------
     def copy_to(self, path: Path) -> None:
-        """A sound copy of everything so far, rows that wait among them. Raises TargetError."""
+        """Write a consistent copy including pending rows. Raises TargetError."""
         copy_database(self._db, path)
-        last = self._waiting[-1].head if self._waiting else self._head
+        last_number = self._pending[-1].head if self._pending else self._head
         try:
             with closing(sqlite3.connect(path, isolation_level=None)) as copy:
                 copy.execute("BEGIN")
-                for row in self._waiting:
+                for row in self._pending:
                     copy.execute(INSERT_ROW, (*row.values, row.head.checksum))
-                if self._waiting:
-                    copy.execute(SET_HEAD, last)
+                if self._pending:
+                    copy.execute(SET_HEAD, last_number)
                 copy.execute("COMMIT")
-                whole = read_head(copy) == last
+                is_complete = read_head(copy) == last_number
         except sqlite3.Error as error:
             raise write_error(path, error) from error
-        if not whole:
+        if not is_complete:
             raise TargetError(Finding("journal.not-copied"), file=path)
 
-    def change_over(self, head: Head) -> None:
-        """Go on in the journal that has taken the place of this one, which is closed. Raises as the
-        opening did; then the next row tries it again."""
+    def reopen_replaced(self, head: Head) -> None:
+        """Continue in the journal that has replaced this one, which is closed.
+
+        Raises the errors of opening; the next row then tries again.
+        """
         self._head = head
         self.reopen()
 
     def reopen(self) -> None:
-        """After it was closed. Raises as the opening did; then the next row tries it again."""
+        """Open again after closing. Raises the errors of opening; the next row then tries again."""
         self._open(create=False)
 
     def close(self) -> None:
-        self.let_go()
-        self._tell, self._come_back, self._write_first = None, lambda: None, lambda: None
+        self.close_file()
+        self._report_failure, self._lock_again, self._write_dependencies = (
+            None,
+            lambda: None,
+            lambda: None,
+        )
 
-    def let_go(self) -> None:
-        """Close the file, to open one in its place: who is told of troubles stays as it was."""
+    def close_file(self) -> None:
+        """Close the file so that it can be replaced; callbacks are kept."""
         if not self._is_open:
             return
         self._is_open = False
-        failure = self._ground.write_failure(self._head)
+        failure = self._files.write_failure(self._head)
         if failure is not None and is_lost(failure):
-            leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())
-            self._ground.close()
+            close_without_checkpoint(self._db, self.path, is_known_log=self._files.has_known_log())
+            self._files.close()
             return
         try:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode = DELETE")
         except sqlite3.Error:
-            # Another reader holds the file: the log stays beside it and is folded in next time.
+            # Another reader has the file open: the log stays and is merged next time.
             pass
         self._db.close()
-        self._ground.close()
+        self._files.close()
 
 
 def own_files(folder: Path) -> list[Path]:
-    """The files that are the project's truth, and which no export may replace."""
+    """Return the files of a project's journal, which no export may replace."""
     return [folder / f"{NAME}{ending}" for ending in ("", "-wal", "-shm")]
 
 
 def read_replay(folder: Path) -> Replay:
-    """What the journal of the project in `folder` says, without taking hold of it: it may be open
-    in a window. Raises InputError."""
+    """Read the journal of a project without locking it. Raises InputError.
+
+    The project may be open in a window.
+    """
     return read_schema_and_replay(folder)[1]
 
 
 def _check_side_files(path: Path) -> None:
-    """SQLite writes beside a journal, even while it reads, and waits for a pipe. Raises TargetError
-    for links, InputError for what is no file."""
+    """Check the files that SQLite writes beside a journal, even while it only reads.
+
+    Raises TargetError for links and InputError for anything that is not a regular file.
+    """
     for ending in ("", "-journal", "-wal", "-shm"):
         require_regular(check_generated_path(path.with_name(path.name + ending)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
-    """As `read_replay`, with the schema of the journal."""
+    """Return the schema of the journal and the result of `read_replay`."""
     path = Path(folder)
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
@@ -433,18 +457,17 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
         )
     _check_side_files(path)
     try:
-        return _read_without_hold(path)
+        return _read_unlocked(path)
     except sqlite3.Error as error:
-        if not writing_was_cut_off(path, error):
+        if not has_interrupted_write(path, error):
             raise open_error(error, path) from error
     try:
-        return _read_without_hold(path)
+        return _read_unlocked(path)
     except sqlite3.Error as error:
         raise open_error(error, path) from error
 
 
-def _read_without_hold(path: Path) -> tuple[int, Replay]:
-    """Raises InputError, sqlite3.Error."""
+def _read_unlocked(path: Path) -> tuple[int, Replay]:
     with closing(open_to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)
@@ -452,12 +475,15 @@ def _read_without_hold(path: Path) -> tuple[int, Replay]:
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
-    """Raises InputError where it is no journal of ours, or a newer one."""
+    """Return the schema of a journal.
+
+    Raises InputError if it is not a journal of VOM Studio, or a newer one.
+    """
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID or version < 1:
         raise InputError(Finding("journal.foreign"), file=path)
-    # Before the check of the tables: a newer schema may have others.
+    # Checked before the tables, because a newer schema may have others.
     if version > SCHEMA_VERSION:
         raise InputError(
             Finding("project.newer", version=version, known=SCHEMA_VERSION),
@@ -467,15 +493,18 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     return int(version)
 
 
-def _checked(path: Path) -> bool:
-    """Whether it could be looked at before it is opened for writing: what may write folds the log
-    into the file when it is closed, of a journal that is refused too. Raises InputError."""
+def _is_checked(path: Path) -> bool:
+    """Check a journal read-only, before it is opened for writing.
+
+    Returns whether that was possible. A writing connection merges the log when it is closed, even
+    for a journal that is refused. Raises InputError.
+    """
     try:
         with closing(open_to_read(path)) as db:
             _schema_of(db, path)
-            require_sound(db, path)
+            require_intact(db, path)
     except sqlite3.Error:
-        # Such as one that was left in the middle of a change, which is taken back by writing.
+        # For example, a change was interrupted, which is rolled back by a writing connection.
         return False
     return True
 

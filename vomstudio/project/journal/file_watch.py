@@ -1,5 +1,4 @@
-"""What lies under an open journal: its file, which can be deleted, replaced or become unwritable
-while it is open."""
+"""State of the files of an open journal, which may change under the program."""
 
 from __future__ import annotations
 
@@ -22,62 +21,64 @@ from vomstudio.core.findings import Finding, finding_of
 from vomstudio.project.journal.rows import Head, read_head, read_rows, text_of
 
 _Stamp = tuple[int, int, int, int]
-_PAGE = 4096
+PAGE_BYTES = 4096
 
 
-class Ground:
-    """The file of a journal and its log as this program has left them last.
+class JournalFiles:
+    """The file of a journal and its log, as last written by this program.
 
-    Device and inode tell whether the file is still the one that is open; sizes, times and SQLite's
-    `data_version` whether somebody else has written to it.
+    Device and inode show whether the file is still the open one; sizes, times and SQLite's
+    `data_version` show whether another program has written to it.
     """
 
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
         self._path, self._db = path, db
-        # Asked for twice with each row.
+        # Used twice for each row.
         self._file, self._log = str(path), f"{path}-wal"
         self._file_stamp: _Stamp | None = None
-        # Open as long as the database: closing any descriptor of a file gives up the locks that
-        # SQLite has on it in this process.
+        # Kept open as long as the database: closing any descriptor of a file releases the locks of
+        # this process on it.
         self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
-        self.note()
+        self.record_state()
 
     def close(self) -> None:
-        """After the database was closed."""
+        """Close the descriptor after the database was closed."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1
 
-    def _beneath(self) -> bytes:
-        """The first page of the file, without its log."""
+    def _read_first_page(self) -> bytes:
+        """Return the first page of the file, without its log."""
         try:
-            return os.pread(self._descriptor, _PAGE, 0) if hasattr(os, "pread") else b""
+            return os.pread(self._descriptor, PAGE_BYTES, 0) if hasattr(os, "pread") else b""
         except OSError:
             return b""
 
-    def note(self) -> None:
-        """The files as they are now are ours."""
+    def record_state(self) -> None:
+        """Record the present state of the files as written by this program."""
         self._note_files()
         self._version = _data_version(self._db)
 
     def _note_files(self) -> None:
         now = _stamp(self._file)
         if now != self._file_stamp:
-            self._first_page = self._beneath()
+            self._first_page = self._read_first_page()
         self._file_stamp, self._log_stamp = now, _stamp(self._log)
 
-    def note_written(self) -> Finding | None:
-        """After a row of ours: as `note`, or why the row is not where the journal was."""
-        was, log = self._file_stamp, self._log_stamp
-        # Rows of ours leave the version as it is.
+    def record_write(self) -> Finding | None:
+        """Record the state after a write, or return why the row is not at the journal's path."""
+        previous, log = self._file_stamp, self._log_stamp
+        # Rows of this connection do not change the version.
         self._note_files()
-        if not _same_file(was, self._file_stamp) or (log and not _same_file(log, self._log_stamp)):
-            self._file_stamp, self._log_stamp = was, log
+        if not _same_file(previous, self._file_stamp) or (
+            log and not _same_file(log, self._log_stamp)
+        ):
+            self._file_stamp, self._log_stamp = previous, log
             return self._why_lost()
         return None
 
     def write_failure(self, head: Head) -> Finding | None:
-        """Why nothing may be written, or None. head : of the rows that the file holds."""
+        """Return why nothing may be written, or None. `head` is that of the rows in the file."""
         now, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
         if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
@@ -85,13 +86,13 @@ class Ground:
         same = _same_file(self._file_stamp, now) and (
             self._log_stamp is None or _same_file(self._log_stamp, log)
         )
-        # Of the pages that were cut off those may be missing which have not been read yet.
+        # Truncated pages that have not been read yet may be missing.
         same = same and not _is_shorter(now, self._file_stamp)
-        # The log hides what is beneath it: an older copy written into the file is not seen through
-        # it until the log is folded in.
-        if same and self._beneath() == self._first_page and holds(self._path, head):
-            # Touched, but nothing was written.
-            self.note()
+        # The log hides the file: an older copy written into the file is not visible through the
+        # log until the log is merged.
+        if same and self._read_first_page() == self._first_page and contains_rows(self._path, head):
+            # Touched, but not written.
+            self.record_state()
             return None
         return self._why_lost()
 
@@ -104,24 +105,24 @@ class Ground:
         return Finding("journal.replaced")
 
     def is_back(self, head: Head) -> bool:
-        """Whether the rows up to `head` are at the journal's place, be it in another file."""
-        untouched = not self.is_ours() or (
-            self._beneath() == self._first_page
+        """Return whether the rows up to `head` are at the path, possibly in another file."""
+        untouched = not self.is_open_file() or (
+            self._read_first_page() == self._first_page
             and not _is_shorter(_stamp(self._file), self._file_stamp)
         )
-        return untouched and holds(self._path, head)
+        return untouched and contains_rows(self._path, head)
 
-    def has_log_of_ours(self) -> bool:
-        """Whether the log beside the journal is the one that this program wrote."""
+    def has_known_log(self) -> bool:
+        """Return whether the log beside the journal is the one that this program wrote."""
         return self._log_stamp is not None and _same_file(self._log_stamp, _stamp(self._log))
 
-    def is_ours(self) -> bool:
-        """Whether the file at the journal's place is the one that is open."""
+    def is_open_file(self) -> bool:
+        """Return whether the file at the journal's path is the open one."""
         return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
 def write_failure_of(error: Exception, path: Path) -> Finding:
-    """What an error of SQLite, or of a file beside a journal, means for it."""
+    """Return the finding for an error of SQLite or of a file beside a journal."""
     if is_full(path.parent, error):
         return Finding("disk.full")
     if is_read_only(path.parent, error):
@@ -133,8 +134,8 @@ def write_failure_of(error: Exception, path: Path) -> Finding:
     return Finding("journal.not-written", reason=error)
 
 
-def holds(path: Path, head: Head) -> bool:
-    """Whether the journal at `path` holds the rows up to `head`, each as it was written."""
+def contains_rows(path: Path, head: Head) -> bool:
+    """Return whether the journal at `path` contains the rows up to `head`, unchanged."""
     try:
         with closing(open_to_read(path, 1.0)) as db:
             db.text_factory = text_of
@@ -145,9 +146,8 @@ def holds(path: Path, head: Head) -> bool:
         return False
 
 
-def writing_was_cut_off(path: Path, error: sqlite3.Error) -> bool:
-    """Whether a reader was refused because a row was begun when the power went, and was taken back
-    just now."""
+def has_interrupted_write(path: Path, error: sqlite3.Error) -> bool:
+    """Return whether reading failed because of an interrupted write, and roll that back."""
     log = path.with_name(f"{path.name}-journal")
     if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_READONLY or not log.exists():
         return False
@@ -160,7 +160,7 @@ def writing_was_cut_off(path: Path, error: sqlite3.Error) -> bool:
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
-    """A sound copy of everything committed so far. Raises TargetError."""
+    """Write a consistent copy of everything committed so far. Raises TargetError."""
     check_generated_path(path)
     try:
         target = sqlite3.connect(path)
@@ -173,7 +173,7 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
 
 
 def head_of(path: Path) -> Head:
-    """Of a journal that is not open. Raises TargetError where it cannot be read."""
+    """Return the head of a journal that is not open. Raises TargetError if it is unreadable."""
     try:
         with closing(sqlite3.connect(path)) as db:
             return read_head(db)
@@ -181,11 +181,11 @@ def head_of(path: Path) -> Head:
         raise write_error(path, error) from error
 
 
-def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> None:
-    """Close a journal of which the file was replaced: nothing of the log goes into what is there.
+def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log: bool) -> None:
+    """Close a journal whose file was replaced, without merging its log into the new file.
 
-    SQLite folds the log in when the last connection closes. A reader that stays longer keeps it
-    from that, and cannot do it itself.
+    SQLite merges the log when the last connection closes. A reader that stays open longer prevents
+    that, and cannot do it itself.
     """
     reader: sqlite3.Connection | None = None
     try:
@@ -195,8 +195,8 @@ def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> Non
     except (InputError, sqlite3.Error):
         pass
     db.close()
-    if log_is_ours:
-        # Whoever opens the other state next would take it for a part of that.
+    if is_known_log:
+        # The next program would take the log for a part of the new file.
         for ending in ("-wal", "-shm"):
             path.with_name(path.name + ending).unlink(missing_ok=True)
     if reader is not None:
@@ -217,20 +217,20 @@ def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
 
 def _stamp(path: str) -> _Stamp | None:
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except OSError:
         return None
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
-def _same_file(one: _Stamp | None, other: _Stamp | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return one[:2] == other[:2]
+def _same_file(first: _Stamp | None, second: _Stamp | None) -> bool:
+    if first is None or second is None:
+        return first is second
+    return first[:2] == second[:2]
 
 
-def _is_shorter(now: _Stamp | None, was: _Stamp | None) -> bool:
-    return now is not None and was is not None and now[2] < was[2]
+def _is_shorter(now: _Stamp | None, previous: _Stamp | None) -> bool:
+    return now is not None and previous is not None and now[2] < previous[2]
 
 
 def _data_version(db: sqlite3.Connection) -> int:
@@ -241,8 +241,10 @@ def _data_version(db: sqlite3.Connection) -> int:
     return int(version)
 
 
-def only_reads(error: sqlite3.Error, path: Path) -> bool:
-    """Whether the database was opened while its disk could not be written, and could be now: SQLite
-    then goes on reading alone for as long as it is open."""
+def is_read_only_connection(error: sqlite3.Error, path: Path) -> bool:
+    """Return whether the disk was read-only when the database was opened, but is writable now.
+
+    SQLite then stays read-only as long as the database is open.
+    """
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF
     return code == sqlite3.SQLITE_READONLY and os.access(path, os.W_OK)

@@ -1,4 +1,4 @@
-"""The JSON in the rows of a journal."""
+"""JSON in the rows of a journal."""
 
 from __future__ import annotations
 
@@ -12,19 +12,22 @@ def dump_json(value: Mapping[str, Any] | None) -> str | None:
 
 
 class _Damaged(dict[str, Any]):
-    """Stands for JSON that cannot be read: the replay names the row and goes on."""
+    """Placeholder for unreadable JSON: the replay reports the row and continues."""
 
 
-def _no_number(word: str) -> float:
-    # Never written, since they are no JSON.
+def _refuse_constant(word: str) -> float:
+    # NaN and infinities are not valid JSON and are never written.
     raise ValueError(word)
 
 
 def load_json(text: str | None) -> Any:
-    """What `dump_json` was given; of what cannot be read, a record that no replay takes."""
+    """Return the value given to `dump_json`.
+
+    Unreadable text becomes a record that no replay accepts.
+    """
     if text is None:
         return None
     try:
-        return json.loads(text, parse_constant=_no_number)
+        return json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, TypeError, RecursionError):
         return _Damaged({"?": {"record": "damaged"}})

@@ -1,4 +1,4 @@
-"""What was done in a project, told without where and without the names that its user gave."""
+"""Outline of the steps of a project without positions and without names given by its user."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from vomstudio.project.journal.replay import Row
 
-# The words of the edits' labels; whatever else is in a label is somebody's name for something.
+# Words of the edits' labels; any other word of a label is a name.
 _WORDS = frozenset(
     """add axis bedding beds change changes contact declare delete dimension dip discard fault
     feature features field fold foliation fracture frame import in intersection joint line
@@ -20,8 +20,10 @@ _NAME = re.compile(r"[a-z_][a-z0-9_]*", re.IGNORECASE)
 
 
 def outline(rows: Iterable[Row]) -> list[str]:
-    """One line for each row: number, kind, time, version, label, and which fields of which kinds of
-    records it touched. No number of a position, no name that a person has typed."""
+    """Return one line per row: number, kind, time, version, label, and changed fields.
+
+    Lines contain no coordinates and no names typed by the user.
+    """
     return [_line(row) for row in rows]
 
 
@@ -38,9 +40,11 @@ def _line(row: Row) -> str:
 
 
 def _label(label: str) -> str:
-    """Each word that is not one of ours as "…", several as one."""
-    kept = [w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()]
-    return re.sub(r"…(?: …)+", "…", " ".join(kept))
+    """Replace each word that is not in `_WORDS` by "…", consecutive ones by one."""
+    words = [
+        w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()
+    ]
+    return re.sub(r"…(?: …)+", "…", " ".join(words))
 
 
 def _draft(state: Mapping[str, Any] | None) -> str:
@@ -52,11 +56,11 @@ def _draft(state: Mapping[str, Any] | None) -> str:
 
 
 def _touched(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    told: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for id_ in dict.fromkeys([*before, *after]):
-        what = _change(before.get(id_), after.get(id_))
-        told[what] = told.get(what, 0) + 1
-    return [what if count == 1 else f"{count} times {what}" for what, count in told.items()]
+        change = _change(before.get(id_), after.get(id_))
+        counts[change] = counts.get(change, 0) + 1
+    return [change if count == 1 else f"{count} times {change}" for change, count in counts.items()]
 
 
 def _change(before: Any, after: Any) -> str:

@@ -1,4 +1,4 @@
-"""What the document asks of its journal, and how a journal becomes a document again."""
+"""Interface of a journal, and replay of its rows to the records of a project."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.plain_data import Plain
 from vomstudio.project.codec import decode_edit
 from vomstudio.project.edit import Edit
-from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.records import Record
 
 RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
@@ -19,14 +19,13 @@ RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the journal.
+    """One row of the journal.
 
-    do, discard: `before` and `after` are maps id -> None, a whole record, or the fields of it that
-    change (`codec`); `of_seq` of a do is the draft that it finishes. amend: a do that takes the
-    place of the newest one, row `of_seq`, as a nudge follows a nudge. undo, redo: `of_seq` is the
-    row taken back or done again.
-    draft: `after` is the state of an unfinished tool, None once it is cancelled. gap: stands for
-    rows that are missing; it is read, never written.
+    do, discard : `before` and `after` are maps id -> None, a complete record, or its changed fields
+    (`codec`); `of_seq` of a do is the draft that it finishes. amend : a do that replaces the newest
+    one, row `of_seq`, as in repeated nudges. undo, redo : `of_seq` is the row undone or redone.
+    draft : `after` is the state of an unfinished tool, None after it was cancelled. gap :
+    placeholder for missing rows, which is read but never written.
     """
 
     seq: int
@@ -39,9 +38,9 @@ class Row:
     version: str
     settings: Plain | None
     problem: Finding | None = None
-    """Why the row is not valid: it is reported and left out."""
+    """Reason why the row is not valid: it is reported and skipped."""
     notice: Finding | None = None
-    """What is wrong before the row, which itself is valid: rows that are missing."""
+    """Problem before the row, which itself is valid: missing rows."""
 
 
 class Journal(Protocol):
@@ -57,7 +56,7 @@ class Journal(Protocol):
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
-        """The new row's number. Raises DocumentError where it cannot be written."""
+        """Append a row and return its number. Raises DocumentError if it cannot be written."""
 
     def rows(self) -> Iterator[Row]: ...
 
@@ -66,7 +65,7 @@ class Journal(Protocol):
 
 @dataclass(frozen=True)
 class Draft:
-    """The clicks of a tool that had not been finished."""
+    """The clicks of an unfinished tool."""
 
     seq: int
     state: Plain
@@ -74,12 +73,18 @@ class Draft:
 
 @dataclass
 class Replay:
-    """What a journal says: the records, and the way back and forth from them.
+    """Result of a replay: the records with the undo and redo history.
 
-    done, undone: stacks of (row number, edit), the newest last. saved: the records at the last
-    save; saved_top: the row that stood on top of `done` then (0 for none). settings: those written
-    beside the newest edit. problems: rows
-    that could not be read; everything else is there.
+    Attributes
+    ----------
+    done, undone : list of tuple of int and Edit
+        Stacks of row number and edit, newest last.
+    saved, saved_top
+        Records at the last save, and the row on top of `done` then (0 for none).
+    settings : dict
+        Settings stored with the newest edit.
+    problems : list of Finding
+        Rows that could not be read; everything else is complete.
     """
 
     records: dict[str, Record] = field(default_factory=dict)
@@ -97,8 +102,8 @@ class Replay:
 
 
 def replay(rows: Iterable[Row]) -> Replay:
-    """Play a journal from its first row. A damaged row is named and left out."""
-    with no_collection():
+    """Replay a journal from its first row. Damaged rows are reported and skipped."""
+    with pause_collection():
         return _replay(rows)
 
 
@@ -127,7 +132,6 @@ def _replay(rows: Iterable[Row]) -> Replay:
 
 
 def _settings_of(row: Row) -> Plain | None:
-    """Raises DocumentError."""
     if row.settings is not None and not isinstance(row.settings, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)
@@ -138,17 +142,17 @@ def _play(result: Replay, row: Row) -> None:
         edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
         edit.swap(result.records, strict=False)
         if row.kind == "amend":
-            edit = _amended(result, row, edit)
+            edit = _merge_amended(result, row, edit)
         result.done.append((row.seq, edit))
         result.undone.clear()
         if result.draft is not None and row.of_seq == result.draft.seq:
             result.draft = None
     elif row.kind == "undo":
-        for seq, edit in _taken(result.done, row):
+        for seq, edit in _pop_until(result.done, row):
             edit.inverse().swap(result.records, strict=False)
             result.undone.append((seq, edit))
     elif row.kind == "redo":
-        for seq, edit in _taken(result.undone, row):
+        for seq, edit in _pop_until(result.undone, row):
             edit.swap(result.records, strict=False)
             result.done.append((seq, edit))
     elif row.kind == "save":
@@ -162,21 +166,23 @@ def _play(result: Replay, row: Row) -> None:
         raise DocumentError(Finding("row.unknown-kind", kind=row.kind))
 
 
-def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
-    """The edit with that of the row whose place it takes: from what was before both."""
+def _merge_amended(result: Replay, row: Row, edit: Edit) -> Edit:
+    """Merge an edit with the one that it amends."""
     if not result.done or result.done[-1][0] != row.of_seq:
-        # The row that it amends was damaged: what it changes itself is all that is known.
+        # The amended row was damaged: only the change itself is known.
         return edit
     _, earlier = result.done.pop()
     return earlier.followed_by(edit)
 
 
-def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
-    """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
-    out because they are damaged had taken those. Raises DocumentError where it is not there."""
+def _pop_until(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
+    """Pop steps up to row `of_seq`, newest first.
+
+    Steps above it belong to damaged rows that were skipped. Raises DocumentError if it is missing.
+    """
     if all(seq != row.of_seq for seq, _ in stack):
         raise DocumentError(Finding("row.target-missing", row=row.of_seq))
-    taken = [stack.pop()]
-    while taken[-1][0] != row.of_seq:
-        taken.append(stack.pop())
-    return taken
+    steps = [stack.pop()]
+    while steps[-1][0] != row.of_seq:
+        steps.append(stack.pop())
+    return steps

@@ -1,6 +1,7 @@
-"""The kinds of features. Each module of this package that has a `KIND` is one: it holds the record,
-and says how it is measured, which figures it has, how it is edited, what it rests on and how it is
-drawn. Another kind is another module; nothing has to be entered anywhere.
+"""The kinds of features. Each module of this package with a `KIND` defines one.
+
+It contains the record and defines how it is measured, edited and drawn, which figures it has and
+what it depends on. A new kind is a new module; no list has to be updated.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from vomstudio.project.figures import Figure
 from vomstudio.project.kind import (
     Attribute,
     Kind,
-    OwnGroup,
+    KindGroup,
     group_and_set,
     group_of,
     has_plane,
@@ -38,33 +39,33 @@ __all__ = [
 ]
 
 
-def _found() -> list[Kind]:
+def _load_kinds() -> list[Kind]:
     names = sorted(module.name for module in pkgutil.iter_modules(__path__))
     modules = [import_module(f"{__name__}.{name}") for name in names]
     kinds = [module.KIND for module in modules if hasattr(module, "KIND")]
     return sorted(kinds, key=lambda kind: (kind.order, kind.name))
 
 
-def _merged(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
-    """Each field once, in an order that is that of every list."""
+def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
+    """Return each field once, in an order that agrees with every list."""
     merged: list[Attribute] = []
     for attributes in lists:
-        known = [attribute.field for attribute in merged]
-        place = 0
+        fields = [attribute.field for attribute in merged]
+        index = 0
         for attribute in attributes:
-            if attribute.field in known:
-                place = known.index(attribute.field) + 1
+            if attribute.field in fields:
+                index = fields.index(attribute.field) + 1
                 continue
-            # Before what comes next and is there already.
-            after = [known.index(a.field) for a in attributes if a.field in known[place:]]
-            place = min(after, default=len(known))
-            merged.insert(place, attribute)
-            known.insert(place, attribute.field)
-            place += 1
+            # Before the next fields that are already present.
+            after = [fields.index(a.field) for a in attributes if a.field in fields[index:]]
+            index = min(after, default=len(fields))
+            merged.insert(index, attribute)
+            fields.insert(index, attribute.field)
+            index += 1
     return tuple(merged)
 
 
-KINDS: tuple[Kind, ...] = tuple(_found())
+KINDS: tuple[Kind, ...] = tuple(_load_kinds())
 for _kind in KINDS:
     register(_kind)
 
@@ -73,16 +74,16 @@ RECORDS: Mapping[str, type] = {kind.name: kind.record for kind in KINDS}
 PARTS: Mapping[str, type] = {name: part for kind in KINDS for name, part in kind.parts.items()}
 """The class of a field that is a record itself, by the field's name."""
 FIGURES: Mapping[str, Figure] = {f.name: f for kind in reversed(KINDS) for f in kind.figures}
-"""By name; where kinds have one under the same name, that of the first kind."""
-ATTRIBUTES: tuple[Attribute, ...] = _merged(kind.attributes for kind in KINDS)
-GROUPS: tuple[OwnGroup, ...] = tuple(
+"""Figures by name; if several kinds have one of that name, that of the first kind."""
+ATTRIBUTES: tuple[Attribute, ...] = _merge_attributes(kind.attributes for kind in KINDS)
+GROUPS: tuple[KindGroup, ...] = tuple(
     dict.fromkeys(kind.group for kind in KINDS if kind.group is not None)
 )
-"""Of features without a feature type."""
+"""Groups of features without a feature type."""
 
 _BY_NAME = {kind.name: kind for kind in KINDS}
 
 
 def kind_named(name: str) -> Kind | None:
-    """The kind that has this name on disk."""
+    """Return the kind with this name on disk, or None."""
     return _BY_NAME.get(name)

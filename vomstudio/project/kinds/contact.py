@@ -1,4 +1,4 @@
-"""A line where one rock meets another, or a fault goes through, that is drawn and not fitted."""
+"""A contact line or fault line that is drawn and not fitted."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vomstudio.project import kind
 from vomstudio.project.bed_descriptions import notes_with_beds
 from vomstudio.project.dimension_errors import registration_errors
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, Lookup, Sketch, centre, half_way, line_of
+from vomstudio.project.kind import GisLayer, Kind, Lookup, Sketch, centre, line_of, midpoint
 from vomstudio.project.length_figures import LENGTH, LENGTH_REGISTRATION, headline, words
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
+    MeasurementContext,
     is_metric,
     world_lines,
 )
@@ -27,7 +27,7 @@ from vomstudio.project.records import Logged, Repeatable, Typed
 
 @dataclass(frozen=True)
 class Contact(Logged, Repeatable, Typed):
-    """vertices: in order, model file frame. It is no plane, however it lies."""
+    """A line without a plane. vertices: in order, model file frame."""
 
     id: str
     name: str
@@ -43,8 +43,8 @@ class Contact(Logged, Repeatable, Typed):
     domain: str = ""
 
 
-def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
-    """Their lengths."""
+def measure(at: MeasurementContext, contacts: Sequence[Contact]) -> list[Measurement]:
+    """Measure the lengths of contact lines."""
     models = [at.model(contact.model_id) for contact in contacts]
     measured = []
     for points, model in zip(world_lines(contacts, models), models, strict=True):
@@ -75,7 +75,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     points = subject.measured.points
     if not len(points):
         return None
-    return Sketch(points, half_way(points) if len(points) > 1 else centre(subject.measured))
+    return Sketch(points, midpoint(points) if len(points) > 1 else centre(subject.measured))
 
 
 NOTES = replace(of.NOTES, value=notes_with_beds)

@@ -1,4 +1,4 @@
-"""A point of known coordinates that is found on a model, to place it."""
+"""A point of known coordinates that is marked on a model to register it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,34 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, Lookup, OwnGroup, Sketch
+from vomstudio.project.kind import GisLayer, Kind, KindGroup, Lookup, Sketch
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
+    MeasurementContext,
+    empty_measurement,
     is_metric,
-    nothing_measured,
     world_points,
 )
 from vomstudio.project.records import Picked
 
-GROUP = OwnGroup("control_points", _("Control points"), "crosshairs-gps")
+GROUP = KindGroup("control_points", _("Control points"), "crosshairs-gps")
 
 
 @dataclass(frozen=True)
 class ControlPoint(Picked):
-    """vertices: its place on the model, one point in the file frame; none before it is found.
-    position: its coordinates, metres; None before they are known. sigma_m: of these, None where not
-    stated. check: it judges the registration and takes no part in it."""
+    """A control point.
+
+    Attributes
+    ----------
+    vertices : tuple of Point
+        Its position on the model, one point in the file frame; empty before it is marked.
+    position : Point or None
+        Known coordinates, metres; None before they are known.
+    sigma_m : Point or None
+        One sigma of the coordinates; None if not stated.
+    check : bool
+        Check point: it is compared with the registration and not used for it.
+    """
 
     id: str
     name: str
@@ -42,19 +52,21 @@ class ControlPoint(Picked):
     notes: str = ""
 
 
-def measure(at: Measuring, points: Sequence[ControlPoint]) -> list[Measurement]:
-    """Where they are, in World; there is nothing else to be measured."""
-    found = []
+def measure(at: MeasurementContext, points: Sequence[ControlPoint]) -> list[Measurement]:
+    """Return the positions in World; nothing else is measured."""
+    measurements = []
     for point in points:
         model = at.model(point.model_id)
-        place = world_points(point, model)
-        found.append(
-            nothing_measured(place, None, None, kind="control_point", metric=is_metric(model))
+        points_in_world = world_points(point, model)
+        measurements.append(
+            empty_measurement(
+                points_in_world, None, None, kind="control_point", metric=is_metric(model)
+            )
         )
-    return found
+    return measurements
 
 
-def place(subject: Subject) -> FloatArray | None:
+def position_in_world(subject: Subject) -> FloatArray | None:
     points = subject.measured.points
     return points if len(points) else None
 
@@ -65,20 +77,20 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def about(subject: Subject) -> list[str]:
-    """What is known of it."""
+    """Return what is known about the point."""
     point = subject.feature
     assert isinstance(point, ControlPoint)
-    said = []
+    lines = []
     if point.position is None:
-        said.append(tr("Its coordinates are not known yet."))
+        lines.append(tr("Its coordinates are not known yet."))
     else:
         x, y, z = point.position
-        said.append(tr("Coordinates: {x:.3f}, {y:.3f}, {z:.3f} m", x=x, y=y, z=z))
+        lines.append(tr("Coordinates: {x:.3f}, {y:.3f}, {z:.3f} m", x=x, y=y, z=z))
     if not point.vertices:
-        said.append(tr("It has not been found on the model yet."))
+        lines.append(tr("It has not been found on the model yet."))
     if point.check:
-        said.append(tr("It judges the registration and takes no part in it."))
-    return said
+        lines.append(tr("It judges the registration and takes no part in it."))
+    return lines
 
 
 FIGURES = (of.ID, of.NAME, *of.PLACE, of.NOTES)
@@ -96,7 +108,7 @@ KIND = Kind(
     about=about,
     headline=lambda measured: tr("Control point"),
     tool="control",
-    layer=GisLayer("control_points", "point", place, FIGURES, sparse=True),
+    layer=GisLayer("control_points", "point", position_in_world, FIGURES, sparse=True),
     group=GROUP,
     color="#f0e442",
     prefix=lambda point: "control",

@@ -1,4 +1,4 @@
-"""A length, an area, or a distance at right angles to the plane of another feature."""
+"""A length, an area, or a distance perpendicular to the plane of another feature."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from vomstudio.project.kind import (
     Attribute,
     GisLayer,
     Kind,
+    KindGroup,
     Lookup,
-    OwnGroup,
     Sketch,
     centre,
-    half_way,
     line_of,
-    plane_below,
-    plane_named,
+    midpoint,
+    plane_dependencies,
+    plane_ids,
 )
 from vomstudio.project.length_figures import (
     AREA,
@@ -43,7 +43,7 @@ from vomstudio.project.length_figures import (
     length_figure,
     words,
 )
-from vomstudio.project.measurement import Measurement, Measuring, is_metric, world_points
+from vomstudio.project.measurement import Measurement, MeasurementContext, is_metric, world_points
 from vomstudio.project.records import Logged, get_feature
 from vomstudio.project.registration_errors import model_of
 
@@ -55,12 +55,12 @@ KINDS: tuple[tuple[DimensionKind, str], ...] = (
     ("area", _("Area")),
     ("thickness", _("Thickness")),
 )
-GROUP = OwnGroup("dimensions", _("Measurements"), "ruler")
+GROUP = KindGroup("dimensions", _("Measurements"), "ruler")
 
 
 @dataclass(frozen=True)
 class Dimension(Logged):
-    """plane_id: of a thickness, the feature across whose plane it is measured."""
+    """A measured dimension. plane_id: feature across whose plane a thickness is measured."""
 
     id: str
     name: str
@@ -73,11 +73,11 @@ class Dimension(Logged):
     beds: tuple[tuple[str, str, str], ...] = ()
 
 
-def measure(at: Measuring, dimensions: Sequence[Dimension]) -> list[Measurement]:
+def measure(at: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
     return [_measure(at, dimension) for dimension in dimensions]
 
 
-def _measure(at: Measuring, feature: Dimension) -> Measurement:
+def _measure(at: MeasurementContext, feature: Dimension) -> Measurement:
     model = at.model(feature.model_id)
     points = world_points(feature, model)
     problem: Finding | None = None
@@ -120,11 +120,13 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
 
 
 def _thickness(
-    at: Measuring, feature: Dimension, step: FloatArray
+    at: MeasurementContext, feature: Dimension, step: FloatArray
 ) -> tuple[dict[str, float], Finding | None]:
-    """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
-    lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
-    surface as uneven as the plane's own points are."""
+    """Return the distance across the plane and its 95 % error (of this figure, not joint).
+
+    A tilt of the plane changes the thickness of points that are apart along the bed, and each of
+    the two points is on a surface as rough as the plane.
+    """
     plane = at.plane(feature.plane_id)
     if plane is None:
         if not feature.plane_id:
@@ -134,15 +136,17 @@ def _thickness(
     figures = {"thickness_m": abs(across)}
     tilt = stray95(plane, step - across * plane.normal, joint=False)
     if tilt is not None:
-        uneven = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
-        figures["thickness_error95_m"] = float(np.hypot(tilt, uneven))
-    of_plane = model_of(at.records, get_feature(at.records, feature.plane_id))
-    registered = thickness_error(step, plane.normal, at.model(feature.model_id), of_plane)
-    if registered is not None:
-        figures["thickness_registration95_m"] = registered
+        roughness = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
+        figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))
+    plane_model = model_of(at.records, get_feature(at.records, feature.plane_id))
+    registration_error = thickness_error(
+        step, plane.normal, at.model(feature.model_id), plane_model
+    )
+    if registration_error is not None:
+        figures["thickness_registration95_m"] = registration_error
     if tilt is not None:
         figures["thickness_total95_m"] = float(
-            np.hypot(figures["thickness_error95_m"], registered or 0.0)
+            np.hypot(figures["thickness_error95_m"], registration_error or 0.0)
         )
     return figures, None
 
@@ -154,7 +158,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     line = points
     if subject.feature.kind == "area" and len(points) > 2:
         line = np.vstack([points, points[:1]])
-    return Sketch(line, half_way(line) if len(line) > 1 else centre(subject.measured))
+    return Sketch(line, midpoint(line) if len(line) > 1 else centre(subject.measured))
 
 
 WHAT = replace(
@@ -165,7 +169,7 @@ WHAT = replace(
     words=(),
     shown=None,
 )
-"""Of files alone: elsewhere `kind` is the feature type."""
+"""For files only: elsewhere `kind` is the feature type."""
 FIGURES = (
     AREA,
     AREA_REGISTRATION,
@@ -236,8 +240,8 @@ KIND = Kind(
     class_name=lambda dimension: str(dimension.kind),
     words=words,
     headline=headline,
-    names=plane_named,
-    below=plane_below,
+    dependency_ids=plane_ids,
+    dependencies=plane_dependencies,
     tool="measure",
     layer=GisLayer(
         "dimensions", "line", line_of, (of.ID, of.NAME, WHAT, *FIGURES, NOTES), sparse=True

@@ -1,4 +1,4 @@
-"""Where the (mean) planes of two groups meet."""
+"""Intersection line of the (mean) planes of two groups."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ from vomstudio.project.figures import Subject, degrees
 from vomstudio.project.kind import (
     Kind,
     Lookup,
-    NetLook,
+    NetAppearance,
     Sketch,
-    half_way,
     is_picked_plane,
+    midpoint,
     planes_among,
 )
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
+    MeasurementContext,
     Records,
-    as_uncertain,
-    nothing_measured,
+    empty_measurement,
+    plane_with_error,
 )
 from vomstudio.project.records import Feature, Group, Typed
 from vomstudio.project.registration_errors import model_of, turns_of
@@ -65,8 +65,11 @@ class Intersection(Typed):
 
 
 def members(records: Records, group: Group) -> list[Feature]:
-    """The planes of a group, in the order of the records. Compass readings are no members of a
-    group by type: they are another kind of evidence, to be compared, not pooled."""
+    """Return the planes of a group, in the order of the records.
+
+    Compass readings are not members of a group by type: they are independent evidence, to be
+    compared and not pooled.
+    """
     if group.feature_id:
         return planes_among(records, [group.feature_id])
     return [
@@ -79,53 +82,56 @@ def members(records: Records, group: Group) -> list[Feature]:
     ]
 
 
-def names(feature: Intersection) -> list[str]:
+def dependency_ids(feature: Intersection) -> list[str]:
     return [g.feature_id for g in (feature.first, feature.second) if g.feature_id]
 
 
-def below(records: Records, feature: Intersection) -> list[Feature]:
+def dependencies(records: Records, feature: Intersection) -> list[Feature]:
     return [*members(records, feature.first), *members(records, feature.second)]
 
 
-def measure(at: Measuring, intersections: Sequence[Intersection]) -> list[Measurement]:
+def measure(at: MeasurementContext, intersections: Sequence[Intersection]) -> list[Measurement]:
     return [_measure(at, intersection) for intersection in intersections]
 
 
-def _measure(at: Measuring, feature: Intersection) -> Measurement:
+def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
     groups = [members(at.records, group) for group in (feature.first, feature.second)]
     measured = [[at.known[plane.id] for plane in group] for group in groups]
     means = []
-    turned = []
+    moved_means = []
     scatter = 0.0
-    every = [plane for group in groups for plane in group if at.known[plane.id].plane is not None]
-    turns = turns_of(model_of(at.records, plane) for plane in every)
+    planes_with_orientation = [
+        plane for group in groups for plane in group if at.known[plane.id].plane is not None
+    ]
+    turns = turns_of(model_of(at.records, plane) for plane in planes_with_orientation)
     start = 0
     try:
-        for own in measured:
-            with_plane = [m for m in own if m.plane is not None]
-            if len(with_plane) == 1:
-                planes = [as_uncertain(with_plane[0])]
+        for group in measured:
+            planar = [m for m in group if m.plane is not None]
+            if len(planar) == 1:
+                planes = [plane_with_error(planar[0])]
             else:
-                # The error of a mean comes from the scatter; their own ones take time.
-                planes = [UncertainPlane(_normal(m), None) for m in with_plane]
-            sound = [plane for plane in planes if plane is not None]
-            means.append(mean_plane(sound))
-            scatter = max(scatter, scatter_deg(sound, means[-1]))
-            rows = np.arange(start, start + len(with_plane))
-            start += len(with_plane)
-            turned.append(_turned(sound, turns.of(rows)))
-        found = intersection_line(*means)
+                # The error of a mean is computed from the scatter; the errors of its planes would
+                # take time.
+                planes = [UncertainPlane(_normal_of(m), None) for m in planar]
+            usable = [plane for plane in planes if plane is not None]
+            means.append(mean_plane(usable))
+            scatter = max(scatter, scatter_deg(usable, means[-1]))
+            rows = np.arange(start, start + len(planar))
+            start += len(planar)
+            moved_means.append(_registered_mean(usable, turns.of(rows)))
+        intersection = intersection_line(*means)
     except GeometryError as error:
-        return nothing_measured(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
-    covariance = meeting(*turned).covariance()[0] if turns.known else None
-    direction = found.line.vector()
+        return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
+    covariance = meeting(*moved_means).covariance()[0] if turns.known else None
+    direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
     total = region_of_line(
         direction,
         covariance,
-        found.max_confidence95_deg,
-        found.min_confidence95_deg,
-        found.confidence_axis,
+        intersection.max_confidence95_deg,
+        intersection.min_confidence95_deg,
+        intersection.confidence_axis,
     )
     verdict = judge_line(
         None,
@@ -135,34 +141,33 @@ def _measure(at: Measuring, feature: Intersection) -> Measurement:
         thresholds=at.thresholds,
     )
     return Measurement(
-        _ends(found.line.vector(), means, measured),
+        _ends(intersection.line.vector(), means, measured),
         None,
         None,
         None,
         verdict,
         None,
-        line=found.line,
-        max_confidence95_deg=found.max_confidence95_deg,
-        min_confidence95_deg=found.min_confidence95_deg,
-        confidence_axis=found.confidence_axis,
-        angle_deg=found.angle_deg,
+        line=intersection.line,
+        max_confidence95_deg=intersection.max_confidence95_deg,
+        min_confidence95_deg=intersection.min_confidence95_deg,
+        confidence_axis=intersection.confidence_axis,
+        angle_deg=intersection.angle_deg,
         kind="intersection",
         registration_error_deg=registration,
         total=total,
     )
 
 
-def _turned(planes: list[UncertainPlane], turns: Turns) -> Moved:
-    """The mean of a group's planes as their registrations move it."""
+def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> Moved:
+    """Return the mean of a group's planes as moved by their registrations."""
     normals = np.array([plane.normal for plane in planes])
-    given = moved(normals, turns)
+    moved_normals = moved(normals, turns)
     if len(planes) == 1:
-        return given
-    return principal_axis(given, *orientation_tensor(normals), 0)
+        return moved_normals
+    return principal_axis(moved_normals, *orientation_tensor(normals), 0)
 
 
-def _normal(measured: Measurement) -> FloatArray:
-    """Of something that has a plane."""
+def _normal_of(measured: Measurement) -> FloatArray:
     if measured.fit is not None:
         return measured.fit.normal
     assert measured.plane is not None
@@ -172,14 +177,19 @@ def _normal(measured: Measurement) -> FloatArray:
 def _ends(
     direction: FloatArray, means: list[UncertainPlane], measured: list[list[Measurement]]
 ) -> FloatArray:
-    """(2, 3) ends of a line as long as the longest of the planes, where the two planes through the
-    middle of each group meet, or, where that is far away, midway between the groups."""
-    extents = [m.fit.extent for own in measured for m in own if m.fit and m.fit.extent]
+    """Return the (2, 3) ends of the intersection, as long as the longest of the planes.
+
+    It passes where the planes through the centres of the groups meet, or, if that is far away,
+    midway between the groups.
+    """
+    extents = [m.fit.extent for group in measured for m in group if m.fit and m.fit.extent]
     centres = []
-    for own in measured:
-        placed = [m.fit.centroid if m.fit else m.points.mean(axis=0) for m in own if len(m.points)]
-        if placed:
-            centres.append(np.mean(placed, axis=0))
+    for group in measured:
+        positions = [
+            m.fit.centroid if m.fit else m.points.mean(axis=0) for m in group if len(m.points)
+        ]
+        if positions:
+            centres.append(np.mean(positions, axis=0))
     if not extents or not centres:
         return np.zeros((0, 3))
     half = 0.5 * max(extents)
@@ -198,7 +208,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     points = subject.measured.points
     if not len(points):
         return None
-    middle = half_way(points)
+    middle = midpoint(points)
     return Sketch(points, middle, sign=middle)
 
 
@@ -233,8 +243,8 @@ KIND = Kind(
     words=words,
     orientations=("line",),
     evidence="derived",
-    names=names,
-    below=below,
-    regroups=True,
-    net=NetLook(" (intersections)", "X"),
+    dependency_ids=dependency_ids,
+    dependencies=dependencies,
+    has_dynamic_dependencies=True,
+    net=NetAppearance(" (intersections)", "X"),
 )

@@ -28,20 +28,20 @@ from vomstudio.project.kind import (
     GisLayer,
     Kind,
     Lookup,
-    NetLook,
+    NetAppearance,
     Sketch,
     centre,
-    half_way,
     line_of,
-    plane_below,
-    plane_named,
+    midpoint,
+    plane_dependencies,
+    plane_ids,
 )
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
-    in_world,
+    MeasurementContext,
+    empty_measurement,
     is_metric,
-    nothing_measured,
+    length_in_metres,
     rows_of,
     world_points,
 )
@@ -52,11 +52,21 @@ from vomstudio.project.slip_figures import SLIP
 
 @dataclass(frozen=True)
 class Lineation(Picked, Repeatable, Typed):
-    """Two vertices or more.
+    """A lineation with two or more vertices.
 
-    plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
-    that plane and has a rake. slip: how the hanging wall moved along it; slip_confidence: how sure
-    that is. Other fields as in Trace.
+    Attributes
+    ----------
+    plane_id : str
+        Feature whose plane contains it, "" for none. Its direction is projected onto that plane
+        and has a rake.
+    slip : str
+        Movement of the hanging wall along it.
+    slip_confidence : str
+        Confidence of the sense of slip.
+
+    Notes
+    -----
+    Other fields as in Trace.
     """
 
     id: str
@@ -76,43 +86,43 @@ class Lineation(Picked, Repeatable, Typed):
     domain: str = ""
 
 
-def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
-    """Directions of lines, with rake and slip on their planes."""
+def measure(at: MeasurementContext, lines: Sequence[Lineation]) -> list[Measurement]:
+    """Measure directions of lines, with rake and slip on their planes."""
     return [_measure(at, line) for line in lines]
 
 
-def _measure(at: Measuring, feature: Lineation) -> Measurement:
+def _measure(at: MeasurementContext, feature: Lineation) -> Measurement:
     model = at.model(feature.model_id)
     points = world_points(feature, model)
-    resolution = in_world(feature.resolution, rows_of(model))
+    resolution = length_in_metres(feature.resolution, rows_of(model))
     metric = is_metric(model)
     base = at.plane(feature.plane_id)
-    gone = bool(feature.plane_id) and base is None
+    is_plane_missing = bool(feature.plane_id) and base is None
     plane = None if base is None else at.known[feature.plane_id].plane
     try:
         fit = fit_line(points)
-        line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
+        line, rake, off_plane_deg, slip = Line.from_vector(fit.direction), None, None, None
         largest = smallest = fit.confidence95_deg
         axis = None
         if base is not None and plane is not None:
-            off = orientation.angle_line_plane(line, plane)
+            off_plane_deg = orientation.angle_line_plane(line, plane)
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
-            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
+            largest, smallest, axis = _projected_error(line.vector(), fit, base)
     except GeometryError as error:
-        return nothing_measured(
+        return empty_measurement(
             points, resolution, cause_of(error), kind="lineation", metric=metric
         )
-    covariance = _turned(at, feature, line.vector(), base)
+    covariance = _registration_covariance(at, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
     total = region_of_line(line.vector(), covariance, largest, smallest, axis)
     verdict = judge_line(
         fit,
         confidence95_deg=None if total is None else total.largest_deg,
         registration_deg=registration,
-        off_plane_deg=off,
-        plane_is_gone=gone,
+        off_plane_deg=off_plane_deg,
+        plane_is_gone=is_plane_missing,
         plane_is_known=base is None or base.spread95 is not None,
         thresholds=at.thresholds,
     )
@@ -130,7 +140,7 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
         confidence_axis=axis,
         rake_deg=rake,
         slip_rake_deg=slip,
-        off_plane_deg=off,
+        off_plane_deg=off_plane_deg,
         on_plane=plane,
         metric=metric,
         kind="lineation",
@@ -139,11 +149,13 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
     )
 
 
-def _turned(
-    at: Measuring, feature: Lineation, direction: FloatArray, base: UncertainPlane | None
+def _registration_covariance(
+    at: MeasurementContext, feature: Lineation, direction: FloatArray, base: UncertainPlane | None
 ) -> FloatArray | None:
-    """(3, 3) covariance by the registrations of the models of the line and of the plane that it
-    lies on; None where neither is known."""
+    """Return the (3, 3) covariance from the registrations of the models of line and plane.
+
+    None if neither is known.
+    """
     plane = None if base is None else get_feature(at.records, feature.plane_id)
     turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
     if not turns.of([0] if base is None else [0, 1]).known:
@@ -154,22 +166,24 @@ def _turned(
     return np.asarray(line.covariance()[0])
 
 
-def _in_plane_error(
+def _projected_error(
     direction: FloatArray, fit: LineFit, base: UncertainPlane
 ) -> tuple[float | None, float | None, FloatArray | None]:
-    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
-    plane it strays with the fit, across it with the plane."""
+    """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
+
+    Its error is that of the fit within the plane, and that of the plane across it.
+    """
     across = stray95(base, direction)
     if across is None or fit.confidence95_deg is None:
         return None, None, None
-    within, out = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
-    if out > within:
-        return out, within, base.normal
-    return within, out, np.cross(base.normal, direction)
+    fit_error_deg, plane_error_deg = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if plane_error_deg > fit_error_deg:
+        return plane_error_deg, fit_error_deg, base.normal
+    return fit_error_deg, plane_error_deg, np.cross(base.normal, direction)
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """The line, with a head at the end toward which the hanging wall moved where that is known."""
+    """Return the line, with an arrowhead in the direction of slip if that is known."""
     feature: Lineation = subject.feature
     points = subject.measured.points
     if not len(points):
@@ -178,14 +192,14 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     slip = subject.measured.slip_rake_deg
     base = None if slip is None else measured(feature.plane_id)
     if slip is not None and base is not None and base.plane is not None:
-        line = _with_arrow(points, base.plane, slip)
+        line = _add_arrowhead(points, base.plane, slip)
     if len(points) < 2:
         middle = centre(subject.measured)
         return Sketch(line, middle, sign=middle)
-    return Sketch(line, half_way(line[: len(feature.vertices)]), sign=half_way(points))
+    return Sketch(line, midpoint(line[: len(feature.vertices)]), sign=midpoint(points))
 
 
-def _with_arrow(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> FloatArray:
+def _add_arrowhead(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> FloatArray:
     slip = slip_from_rake(plane, slip_rake_deg).vector()
     if (ends[-1] - ends[0]) @ slip < 0.0:
         ends = ends[::-1]
@@ -196,7 +210,7 @@ def _with_arrow(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> FloatAr
 
 
 def remarks(subject: Subject) -> list[str]:
-    """What a sense of slip that was noted cannot say."""
+    """Return a remark if the recorded sense of slip does not determine a direction."""
     feature, measured = subject.feature, subject.measured
     if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
         return []
@@ -206,9 +220,9 @@ def remarks(subject: Subject) -> list[str]:
 def words(measured: Measurement) -> list[str]:
     lines = []
     if measured.rake_deg is not None:
-        off = degrees(measured.off_plane_deg)
+        angle = degrees(measured.off_plane_deg)
         lines.append(
-            tr("Rake {rake:.0f}°, {angle} off its plane", rake=measured.rake_deg, angle=off)
+            tr("Rake {rake:.0f}°, {angle} off its plane", rake=measured.rake_deg, angle=angle)
         )
     if measured.slip_rake_deg is not None:
         lines.append(tr("Slip of the hanging wall: rake {rake:.0f}°", rake=measured.slip_rake_deg))
@@ -260,10 +274,10 @@ KIND = Kind(
     words=words,
     orientations=("line",),
     evidence="picked",
-    names=plane_named,
-    below=plane_below,
+    dependency_ids=plane_ids,
+    dependencies=plane_dependencies,
     tool="line",
-    net=NetLook(),
+    net=NetAppearance(),
     layer=GisLayer(
         "lineations",
         "line",

@@ -1,4 +1,4 @@
-"""A part of the outcrop that is one rock: a closed outline on its surface."""
+"""A part of the outcrop that consists of one rock: a closed outline on its surface."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.dimension_errors import registration_errors
 from vomstudio.project.figures import Figure, Subject, text_figure
-from vomstudio.project.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
+from vomstudio.project.kind import Attribute, GisLayer, Kind, KindGroup, Lookup, Sketch
 from vomstudio.project.length_figures import (
     AREA,
     AREA_REGISTRATION,
@@ -29,19 +29,33 @@ from vomstudio.project.length_figures import (
 )
 from vomstudio.project.length_figures import headline as area
 from vomstudio.project.length_figures import words as words_of_dimension
-from vomstudio.project.measurement import Measurement, Measuring, is_metric, rows_of, world_lines
+from vomstudio.project.measurement import (
+    Measurement,
+    MeasurementContext,
+    is_metric,
+    rows_of,
+    world_lines,
+)
 from vomstudio.project.records import Model, Picked, Repeatable
 
-GROUP = OwnGroup("lithologies", _("Lithologies"), "layers")
+GROUP = KindGroup("lithologies", _("Lithologies"), "layers")
 CHOICES = (("", _("not known")), *((word, word) for word in WORDS))
 
 
 @dataclass(frozen=True)
 class Lithology(Picked, Repeatable):
-    """vertices: the outline in order, model file frame, its first point not repeated. lithology: a
-    word of StraboSpot's forms, or another that came from a file; "" where it is not known. area:
-    of the model's surface inside the outline, file units squared; None where that is not known, as
-    on a point cloud."""
+    """A lithology.
+
+    Attributes
+    ----------
+    vertices : tuple of Point
+        Outline in order, model file frame, first point not repeated.
+    lithology : str
+        A word of StraboSpot's forms, or another one from a file; "" if unknown.
+    area : float or None
+        Area of the model's surface inside the outline, file units squared; None if unknown, as on a
+        point cloud.
+    """
 
     id: str
     name: str
@@ -55,11 +69,11 @@ class Lithology(Picked, Repeatable):
     interpreter: str | None = None
 
 
-def measure(at: Measuring, lithologies: Sequence[Lithology]) -> list[Measurement]:
-    """Their areas."""
-    models = [at.model(each.model_id) for each in lithologies]
+def measure(at: MeasurementContext, lithologies: Sequence[Lithology]) -> list[Measurement]:
+    """Measure the areas of lithologies."""
+    models = [at.model(inputs.model_id) for inputs in lithologies]
     lines = world_lines(lithologies, models)
-    return [_measure(*each) for each in zip(lithologies, models, lines, strict=True)]
+    return [_measure(*inputs) for inputs in zip(lithologies, models, lines, strict=True)]
 
 
 def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Measurement:
@@ -81,7 +95,7 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
         None,
         problem,
         dimension=figures or None,
-        said=feature.lithology,
+        text=feature.lithology,
         metric=is_metric(model),
         kind="lithology",
     )
@@ -93,33 +107,37 @@ def ring(subject: Subject) -> FloatArray | None:
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Named on the rock, at the corner nearest its middle, with what it is made of."""
+    """Return the outline, labelled with its rock at the vertex nearest its centre."""
     points = subject.measured.points
     if not len(points):
         return None
     line = np.vstack([points, points[:1]]) if len(points) > 2 else points
-    off = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    return Sketch(line, points[int(np.argmin(off))], label=subject.feature.lithology or "–")
+    distances = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return Sketch(line, points[int(np.argmin(distances))], label=subject.feature.lithology or "–")
 
 
 def words(measured: Measurement) -> list[str]:
-    """The area on the surface first, then what an outline says without a surface."""
+    """Return the area on the surface first, then the figures of the outline."""
     figures = measured.dimension or {}
-    first, *more = words_of_dimension(measured) or [""]
-    said = [tr("Surface {area}", area=first), *more] if "area_m2" in figures else [first, *more]
+    surface_text, *other_lines = words_of_dimension(measured) or [""]
+    lines = (
+        [tr("Surface {area}", area=surface_text), *other_lines]
+        if "area_m2" in figures
+        else [surface_text, *other_lines]
+    )
     if not figures:
         return []
     if "outline_m2" in figures:
         flat = area_text(figures["outline_m2"], metric=measured.metric)
-        said.append(tr("Area of the outline, laid flat {area}", area=flat))
+        lines.append(tr("Area of the outline, laid flat {area}", area=flat))
     if figures and "area_m2" not in figures:
-        said.append(tr("The area on the surface is not known: it is measured on a mesh."))
-    return said
+        lines.append(tr("The area on the surface is not known: it is measured on a mesh."))
+    return lines
 
 
 def headline(measured: Measurement) -> str | None:
-    """Rock and area."""
-    return ", ".join(filter(None, (measured.said, area(measured)))) or None
+    """Return rock and area."""
+    return ", ".join(filter(None, (measured.text, area(measured)))) or None
 
 
 def about(subject: Subject) -> list[str]:
@@ -176,5 +194,5 @@ KIND = Kind(
     prefix=lambda lithology: "lithology",
     listed=True,
     filled=True,
-    written=lambda lithology: lithology.lithology or lithology.name,
+    drawing_label=lambda lithology: lithology.lithology or lithology.name,
 )

@@ -1,4 +1,4 @@
-"""A piece of the outcrop face chosen as one surface: a joint, an exposed bed."""
+"""A piece of the outcrop face selected as one surface: a joint or an exposed bed."""
 
 from __future__ import annotations
 
@@ -22,28 +22,44 @@ from vomstudio.geometry.units import area_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, Lookup, NetLook, Sketch, centre
+from vomstudio.project.kind import GisLayer, Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
+    MeasurementContext,
     ToWorld,
-    in_world,
+    fit_fields,
     is_metric,
-    of_fit,
+    length_in_metres,
+    note_earlier_rule,
     rows_of,
-    told_of_rule,
 )
 from vomstudio.project.records import Painted, Repeatable, Surrounded, Typed
 
 
 @dataclass(frozen=True)
 class Patch(Painted, Surrounded, Repeatable, Typed):
-    """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
-    moments of its points in the file frame (geometry/patches.py), so that the plane survives a
-    missing model. area: of the faces, in file units squared, None for points. rule: by which the
-    resolution was measured. level_gap: how far apart the levels are in which its points lie
-    (geometry/heights/levels.py), file units, None where they lie in one. bent: proposed as a piece
-    of a wavy or curved face. Other fields as in Trace.
+    """A patch.
+
+    Attributes
+    ----------
+    element, runs, n, mean, outline
+        As in Painted.
+    scatter, n_effective
+        With n and mean the moments of its points in the file frame (geometry/patches.py), so that
+        the plane can be computed without the model.
+    area : float or None
+        Area of the faces, file units squared; None for points.
+    rule : int
+        Rule by which the resolution was measured.
+    level_gap : float or None
+        Distance of the levels that contain its points (geometry/heights/levels.py), file units;
+        None for a single level.
+    bent : bool
+        Proposed as a piece of a wavy or curved face.
+
+    Notes
+    -----
+    Other fields as in Trace.
     """
 
     id: str
@@ -72,19 +88,19 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     bend_deg: float | None = None
 
 
-def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
-    """The planes of patches, from their moments."""
+def measure(at: MeasurementContext, patches: Sequence[Patch]) -> list[Measurement]:
+    """Measure the planes of patches from their moments."""
     return [_measure(at, patch) for patch in patches]
 
 
-def _measure(at: Measuring, patch: Patch) -> Measurement:
+def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
     model = at.model(patch.model_id)
     rows = rows_of(model)
     scale = transform.scale_of(rows)
-    turn = rows[:3, :3]
+    linear = rows[:3, :3]
     middle = transform.apply(rows, [patch.mean])
-    resolution = in_world(patch.resolution, rows)
-    own: dict[str, Any] = {
+    resolution = length_in_metres(patch.resolution, rows)
+    fields: dict[str, Any] = {
         "area_m2": None if patch.area is None else patch.area * scale**2,
         "metric": is_metric(model),
         "kind": "patch",
@@ -93,11 +109,11 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
     }
     try:
         fit = fit_moments(
-            patch.n, middle[0], turn @ np.asarray(patch.scatter) @ turn.T, patch.n_effective
+            patch.n, middle[0], linear @ np.asarray(patch.scatter) @ linear.T, patch.n_effective
         )
     except GeometryError as error:
-        return Measurement(middle, resolution, None, None, None, cause_of(error), **own)
-    tilt = own["registration_error_deg"] = ToWorld.of(model).tilt_deg(fit.normal)
+        return Measurement(middle, resolution, None, None, None, cause_of(error), **fields)
+    tilt = fields["registration_error_deg"] = ToWorld.from_model(model).tilt_deg(fit.normal)
     verdict = judge(
         fit,
         resolution_m=resolution,
@@ -105,40 +121,40 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
-        seen=(*level_findings(in_world(patch.level_gap, rows)), *bend_findings(patch.bent)),
+        seen=(*level_findings(length_in_metres(patch.level_gap, rows)), *bend_findings(patch.bent)),
         bend_deg=patch.bend_deg,
     )
-    verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
-    return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)
+    verdict = note_earlier_rule(verdict, patch.rule, measured=resolution is not None)
+    return Measurement(middle, resolution, None, fit, verdict, None, **fit_fields(fit), **fields)
 
 
-def _in_world(points: Sequence[Point], subject: Subject) -> FloatArray:
+def _to_world(points: Sequence[Point], subject: Subject) -> FloatArray:
     return transform.apply(rows_of(subject.model), points)
 
 
 def outline(subject: Subject) -> FloatArray | None:
-    """(n, 3) around the patch, in World; None where it has no outline."""
+    """Return the (n, 3) outline of the patch in World, or None."""
     patch: Patch = subject.feature
-    return _in_world(patch.outline, subject) if len(patch.outline) > 2 else None
+    return _to_world(patch.outline, subject) if len(patch.outline) > 2 else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch:
-    """Its outline, or its centre where it has none."""
+    """Return its outline, or its centre without one."""
     patch: Patch = subject.feature
     middle = centre(subject.measured)
     line = subject.measured.points
     if len(patch.outline) > 2:
-        line = _in_world((*patch.outline, patch.outline[0]), subject)
+        line = _to_world((*patch.outline, patch.outline[0]), subject)
     return Sketch(line, middle, sign=middle, faces=patch)
 
 
 def places(subject: Subject) -> FloatArray:
-    """Its centre and outline."""
+    """Return its centre and outline."""
     patch: Patch = subject.feature
     points = subject.measured.points
     if not patch.outline:
         return points
-    return np.concatenate([points, _in_world(patch.outline, subject)])
+    return np.concatenate([points, _to_world(patch.outline, subject)])
 
 
 def words(measured: Measurement) -> list[str]:
@@ -174,7 +190,7 @@ KIND = Kind(
     evidence="picked",
     plane=kind.always,
     tool="patch",
-    net=NetLook(),
+    net=NetAppearance(),
     layer=GisLayer(
         "patches",
         "ring",

@@ -1,4 +1,4 @@
-"""An orientation measured in the field with a compass, relative to grid north."""
+"""An orientation measured in the field with a compass, referred to grid north."""
 
 from __future__ import annotations
 
@@ -16,16 +16,25 @@ from vomstudio.geometry.units import length_text
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject, degrees
-from vomstudio.project.kind import Kind, Lookup, NetLook, Sketch, centre
-from vomstudio.project.measurement import Measurement, Measuring, NearestPick
+from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
+from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
 from vomstudio.project.records import Typed
 
 
 @dataclass(frozen=True)
 class Reading(Typed):
-    """A plane's azimuth_deg and inclination_deg are dip direction and dip, a line's are trend and
-    plunge. turned_deg: what was added to the azimuth as it was read (declination less convergence).
-    position: World, None where it was not noted. source: the file it came from.
+    """A compass reading.
+
+    Attributes
+    ----------
+    azimuth_deg, inclination_deg : float
+        Dip direction and dip of a plane, trend and plunge of a line.
+    turned_deg : float
+        Added to the azimuth that was read (declination minus convergence).
+    position : Point or None
+        World; None if it was not recorded.
+    source : str
+        File of the reading.
     """
 
     id: str
@@ -43,7 +52,7 @@ class Reading(Typed):
     domain: str = ""
 
 
-def measure(at: Measuring, readings: Sequence[Reading]) -> list[Measurement]:
+def measure(at: MeasurementContext, readings: Sequence[Reading]) -> list[Measurement]:
     return [_measure(reading) for reading in readings]
 
 
@@ -68,7 +77,7 @@ def is_plane(reading: Reading) -> bool:
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """A place, where it was noted."""
+    """Return its position, if recorded."""
     if not len(subject.measured.points):
         return None
     middle = centre(subject.measured)
@@ -76,11 +85,11 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def remarks(subject: Subject) -> list[str]:
-    """What was added to its azimuth, and how far it is from the nearest pick."""
+    """Return the correction of its azimuth and the angle to the nearest pick."""
     reading: Reading = subject.feature
-    said = []
+    lines = []
     if reading.turned_deg:
-        said.append(tr("azimuth as read {turned_deg:+.2f} deg", turned_deg=reading.turned_deg))
+        lines.append(tr("azimuth as read {turned_deg:+.2f} deg", turned_deg=reading.turned_deg))
     nearest = subject.nearest()
     if nearest is not None:
         place = (
@@ -88,7 +97,7 @@ def remarks(subject: Subject) -> list[str]:
             if nearest.distance_m is None
             else tr(", {distance_m:.2f} m away", distance_m=nearest.distance_m)
         )
-        said.append(
+        lines.append(
             tr(
                 "{angle_deg:.1f} deg from {nearest}{place}",
                 angle_deg=nearest.angle_deg,
@@ -96,22 +105,22 @@ def remarks(subject: Subject) -> list[str]:
                 place=place,
             )
         )
-    return said
+    return lines
 
 
-def compared(nearest: NearestPick | None) -> str:
-    """How far a reading is from the nearest pick, and from which, in words."""
+def comparison_text(nearest: NearestPick | None) -> str:
+    """Return the angle and distance to the nearest pick as text."""
     if nearest is None:
         return tr("No pick of the same type to compare with")
-    away = nearest.distance_m
+    distance_m = nearest.distance_m
     angle = degrees(nearest.angle_deg)
-    if away is None:
+    if distance_m is None:
         return tr("{angle} from {pick}, the most similar pick", angle=angle, pick=nearest.name)
     return tr(
         "{angle} from {pick}, {distance} away",
         angle=angle,
         pick=nearest.name,
-        distance=length_text(away),
+        distance=length_text(distance_m),
     )
 
 
@@ -121,7 +130,7 @@ def about(subject: Subject) -> list[str]:
     lines = [
         tr("Compass reading; there is no pick of the same type to compare it with")
         if nearest is None
-        else tr("Compass reading, {compared}", compared=compared(nearest))
+        else tr("Compass reading, {compared}", compared=comparison_text(nearest))
     ]
     if reading.turned_deg:
         lines.append(
@@ -159,5 +168,5 @@ KIND = Kind(
     orientations=("plane", "line"),
     evidence="read",
     plane=is_plane,
-    net=NetLook(" (compass)", "P"),
+    net=NetAppearance(" (compass)", "P"),
 )

@@ -1,4 +1,4 @@
-"""A place that is no measurement: a station where something was seen, or a sample was taken."""
+"""A station where something was observed or a sample was taken; it has no orientation."""
 
 from __future__ import annotations
 
@@ -13,63 +13,75 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject, text_figure
-from vomstudio.project.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
-from vomstudio.project.measurement import Measurement, Measuring, is_metric, world_lines
+from vomstudio.project.kind import Attribute, GisLayer, Kind, KindGroup, Lookup, Sketch
+from vomstudio.project.measurement import Measurement, MeasurementContext, is_metric, world_lines
 from vomstudio.project.records import Picked
 
-What = Literal["station", "sample"]
-WHATS: tuple[tuple[What, str], ...] = (("station", _("Station")), ("sample", _("Sample")))
-GROUP = OwnGroup("stations", _("Stations and samples"), "map-marker")
+StationKind = Literal["station", "sample"]
+STATION_KINDS: tuple[tuple[StationKind, str], ...] = (
+    ("station", _("Station")),
+    ("sample", _("Sample")),
+)
+GROUP = KindGroup("stations", _("Stations and samples"), "map-marker")
 
 
 @dataclass(frozen=True)
 class Station(Picked):
-    """vertices: its place on the model, one point in the file frame. number: as it is written in
-    the field book or on the bag. photo: the name or path of a picture of it."""
+    """A station or sample.
+
+    Attributes
+    ----------
+    vertices : tuple of Point
+        Its position on the model, one point in the file frame.
+    number : str
+        As written in the field book or on the bag.
+    photo : str
+        Name or path of a photo of it.
+    """
 
     id: str
     name: str
     model_id: str
     model_hash: str
     vertices: tuple[Point, ...]
-    what: What = "station"
+    what: StationKind = "station"
     number: str = ""
     photo: str = ""
     notes: str = ""
 
 
-def measure(at: Measuring, stations: Sequence[Station]) -> list[Measurement]:
-    """Where they are, in World; there is nothing else to be measured."""
+def measure(at: MeasurementContext, stations: Sequence[Station]) -> list[Measurement]:
+    """Return the positions in World; nothing else is measured."""
     models = [at.model(station.model_id) for station in stations]
-    places = world_lines(stations, models)
+    points_of_stations = world_lines(stations, models)
     return [
         Measurement(
-            place,
+            points,
             None,
             None,
             None,
             None,
             None,
-            said=_station_text(station),
+            text=_station_text(station),
             metric=is_metric(model),
             kind="station",
         )
-        for station, place, model in zip(stations, places, models, strict=True)
+        for station, points, model in zip(stations, points_of_stations, models, strict=True)
     ]
 
 
 def _station_text(station: Station) -> str:
-    what = tr(dict(WHATS)[station.what])
+    what = tr(dict(STATION_KINDS)[station.what])
     return f"{what} {station.number}".rstrip()
 
 
-def place(subject: Subject) -> FloatArray | None:
+def position_in_world(subject: Subject) -> FloatArray | None:
     points = subject.measured.points
     return points[:1] if len(points) else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    points, station = place(subject), subject.feature
+    points, station = position_in_world(subject), subject.feature
     if points is None:
         return None
     return Sketch(points, points[0], label=station.number or "–")
@@ -77,12 +89,12 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 def about(subject: Subject) -> list[str]:
     station: Station = subject.feature
-    said = []
+    lines = []
     if station.number:
-        said.append(tr("Number: {number}", number=station.number))
+        lines.append(tr("Number: {number}", number=station.number))
     if station.photo:
-        said.append(tr("Photo: {photo}", photo=station.photo))
-    return said
+        lines.append(tr("Photo: {photo}", photo=station.photo))
+    return lines
 
 
 def _what(subject: Subject) -> str:
@@ -106,7 +118,7 @@ PHOTO = text_figure(
 WHAT = replace(
     of.KIND, title=_("Kind"), explanation=_("Station or sample"), value=_what, words=(), shown=None
 )
-"""Of files alone: elsewhere `kind` is the feature type."""
+"""For files only: elsewhere `kind` is the feature type."""
 
 KIND = Kind(
     name="station",
@@ -118,7 +130,7 @@ KIND = Kind(
     figures=(of.ID, of.NAME, NUMBER, *of.PLACE, PHOTO, *of.ON_A_MODEL, of.NOTES),
     attributes=(
         kind.NAME,
-        Attribute("what", _("What"), "choice", WHATS),
+        Attribute("what", _("What"), "choice", STATION_KINDS),
         Attribute("number", _("Number")),
         Attribute("photo", _("Photo")),
         kind.NOTES,
@@ -126,17 +138,17 @@ KIND = Kind(
     sketch=sketch,
     class_name=lambda station: str(station.what),
     about=about,
-    headline=lambda measured: measured.said,
+    headline=lambda measured: measured.text,
     tool="station",
     layer=GisLayer(
         "stations",
         "point",
-        place,
+        position_in_world,
         (of.ID, of.NAME, WHAT, NUMBER, PHOTO, of.MODEL, of.NOTES),
     ),
     group=GROUP,
     color="#ffffff",
     prefix=lambda station: str(station.what),
     listed=True,
-    written=lambda station: station.number or station.name,
+    drawing_label=lambda station: station.number or station.name,
 )

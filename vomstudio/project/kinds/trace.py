@@ -28,17 +28,17 @@ from vomstudio.project.kind import (
     GisLayer,
     Kind,
     Lookup,
-    NetLook,
+    NetAppearance,
     Sketch,
     centre,
     line_of,
 )
 from vomstudio.project.measurement import (
     Measurement,
-    Measuring,
+    MeasurementContext,
     ToWorld,
-    of_fit,
-    told_of_rule,
+    fit_fields,
+    note_earlier_rule,
     world_lines,
 )
 from vomstudio.project.records import SURROUNDINGS_RULE, Logged, Repeatable, Surrounded, Typed
@@ -49,17 +49,30 @@ METHODS = (
 )
 
 
-_TO_AND_FRO = 4.0
-"""Ours: times its extent that the way along a trace is long; once around an outcrop is pi times."""
+MAX_LENGTH_TO_EXTENT = 4.0
+"""Own choice; for a trace once around an outcrop the ratio is pi."""
 
 
 @dataclass(frozen=True)
 class Trace(Logged, Surrounded, Repeatable, Typed):
-    """vertices: in order, model file frame. resolution: effective, of the model's vertices or
-    points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
-    outcrop face around the trace, file frame, None where unknown. rule: by which these two were
-    measured. axis: along which the residuals of a regression are measured. doubtful: first and last
-    vertex of stretches that may be on another contact, found when it was followed.
+    """A trace.
+
+    Attributes
+    ----------
+    vertices : tuple of Point
+        In order, model file frame.
+    resolution : float or None
+        Effective resolution of the model's vertices or points around the pick, file units; None if
+        unknown.
+    outcrop_normal : Point or None
+        Unit normal of the outcrop face around the trace, file frame; None if unknown.
+    rule : int
+        Rule by which these two were measured.
+    axis : str
+        Axis along which the residuals of a regression are measured.
+    doubtful : tuple of tuple of int
+        First and last vertex of stretches that may be on another contact, detected when the trace
+        was followed.
     """
 
     id: str
@@ -83,12 +96,12 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     doubtful: tuple[tuple[int, int], ...] = ()
 
 
-def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
+def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement]:
     """Fit and judge traces in World, all in one batch."""
     models = [at.model(trace.model_id) for trace in traces]
     points = world_lines(traces, models)
-    # Most traces are on the same one, and so is its record.
-    to_world = {id(m): ToWorld.of(m) for m in {id(m): m for m in models}.values()}
+    # Most traces are on the same model and share its record.
+    to_world = {id(m): ToWorld.from_model(m) for m in {id(m): m for m in models}.values()}
     fits = _fits(traces, points)
     planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
     frames = [to_world[id(model)] for model in models]
@@ -96,42 +109,52 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     tilts = _tilts([fit for fit, _ in fits], frames)
     result = []
     lengths = path_lengths(points)
-    each = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
-    for trace, frame, face, own, (fit, problem), tilt, length in each:
+    inputs = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
+    for trace, frame, face, trace_points, (fit, problem), tilt, length in inputs:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
-        rest = rest_of(own, trace.doubtful) if trace.doubtful and fit is not None else None
-        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution, face)
+        doubtful_parts = (
+            rest_of(trace_points, trace.doubtful) if trace.doubtful and fit is not None else None
+        )
+        stretch = (
+            None
+            if doubtful_parts is None or fit is None
+            else doubtful_parts.error95_deg(fit, resolution, face)
+        )
         verdict = (
             None
             if fit is None
-            else told_of_rule(
+            else note_earlier_rule(
                 judge(
                     fit,
                     resolution_m=resolution,
                     outcrop_normal=face,
                     thresholds=at.thresholds,
                     registration_deg=tilt,
-                    seen=() if rest is None else rest.findings(),
+                    seen=() if doubtful_parts is None else doubtful_parts.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,
                 measured=resolution is not None or face is not None,
             )
         )
-        if verdict is not None and fit is not None and length > _TO_AND_FRO * (fit.extent or 0.0):
+        if (
+            verdict is not None
+            and fit is not None
+            and length > MAX_LENGTH_TO_EXTENT * (fit.extent or 0.0)
+        ):
             verdict = replace(verdict, notes=(*verdict.notes, Finding("plane.to-and-fro")))
         result.append(
             Measurement(
-                own,
+                trace_points,
                 resolution,
                 face,
                 fit,
                 verdict,
                 problem,
-                **of_fit(fit, None if fit is None else next(planes)),
+                **fit_fields(fit, None if fit is None else next(planes)),
                 metric=frame.metric,
                 kind="trace",
-                by_this_rule=trace.rule >= SURROUNDINGS_RULE,
+                uses_current_rule=trace.rule >= SURROUNDINGS_RULE,
                 registration_error_deg=tilt,
                 stretch_error_deg=stretch,
             )
@@ -140,29 +163,29 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
 
 
 def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArray | None]:
-    """(3,) World of the outcrop face of each trace."""
+    """Return the (3,) World normal of the outcrop face of each trace."""
     faces: list[FloatArray | None] = [None] * len(traces)
-    own: dict[int, list[int]] = {}
+    rows_by_frame: dict[int, list[int]] = {}
     for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
         if trace.outcrop_normal is not None:
-            own.setdefault(id(frame), []).append(i)
-    for rows in own.values():
+            rows_by_frame.setdefault(id(frame), []).append(i)
+    for rows in rows_by_frame.values():
         normals = np.array([traces[i].outcrop_normal for i in rows], np.float64)
-        # A stack of single rows: the product of many rows is rounded otherwise than that of one.
-        turned = (normals[:, None] @ frames[rows[0]].turn)[:, 0]
-        for i, face in zip(rows, turned, strict=True):
+        # As single rows: the product of many rows is rounded differently from that of one.
+        world_normals = (normals[:, None] @ frames[rows[0]].turn)[:, 0]
+        for i, face in zip(rows, world_normals, strict=True):
             faces[i] = face
     return faces
 
 
 def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[float | None]:
-    """By how much the registration can tilt each plane, 95 %, degrees."""
+    """Return the 95 % tilt of each plane due to its registration, degrees."""
     tilts: list[float | None] = [None] * len(fits)
-    own: dict[int, list[int]] = {}
+    rows_by_frame: dict[int, list[int]] = {}
     for i, (fit, frame) in enumerate(zip(fits, frames, strict=True)):
         if fit is not None and frame.rotation is not None:
-            own.setdefault(id(frame), []).append(i)
-    for rows in own.values():
+            rows_by_frame.setdefault(id(frame), []).append(i)
+    for rows in rows_by_frame.values():
         normals = np.array([fit.normal for i in rows if (fit := fits[i]) is not None])
         for i, tilt in zip(rows, frames[rows[0]].tilts_deg(normals), strict=True):
             tilts[i] = tilt
@@ -172,32 +195,31 @@ def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[f
 def _fits(
     traces: Sequence[Trace], points: Sequence[FloatArray]
 ) -> list[tuple[PlaneFit | None, Finding | None]]:
-    """The plane of each trace, or why there is none."""
+    """Return the plane of each trace, or the reason for its absence."""
     fits: list[tuple[PlaneFit | None, Finding | None]] = [(None, None)] * len(traces)
-    ways: dict[tuple[Method, Axis], list[int]] = {}
+    rows_by_method: dict[tuple[Method, Axis], list[int]] = {}
     for i, trace in enumerate(traces):
         axis = trace.axis if trace.method == "regression" else "auto"
-        ways.setdefault((trace.method, axis), []).append(i)
-    for (method, axis), chosen in ways.items():
+        rows_by_method.setdefault((trace.method, axis), []).append(i)
+    for (method, axis), rows in rows_by_method.items():
         batch = fit_planes(
-            np.concatenate([points[i] for i in chosen]),
-            np.concatenate([[0], np.cumsum([len(points[i]) for i in chosen])]),
+            np.concatenate([points[i] for i in rows]),
+            np.concatenate([[0], np.cumsum([len(points[i]) for i in rows])]),
             method=method,
             axis=axis,
         )
-        for i, fit, problem in zip(chosen, batch.rows(), batch.error, strict=True):
+        for i, fit, problem in zip(rows, batch.rows(), batch.error, strict=True):
             fits[i] = (None, problem) if problem else (fit, None)
     return fits
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
-    """Named on the rock, so at the vertex nearest its centroid, which itself may lie in the air or
-    inside."""
+    """Return the line, labelled at the vertex nearest its centroid."""
     points = subject.measured.points
     if not len(points):
         return None
-    off = np.linalg.norm(points - centre(subject.measured), axis=1)
-    anchor = np.asarray(points[int(np.argmin(off))], float)
+    distances = np.linalg.norm(points - centre(subject.measured), axis=1)
+    anchor = np.asarray(points[int(np.argmin(distances))], float)
     return Sketch(points, anchor, sign=anchor)
 
 
@@ -237,7 +259,7 @@ KIND = Kind(
     evidence="picked",
     plane=kind.always,
     tool="trace",
-    net=NetLook(),
+    net=NetAppearance(),
     layer=GisLayer(
         "traces",
         "line",

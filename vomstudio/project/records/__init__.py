@@ -1,8 +1,8 @@
-"""The records of a project: frozen, plain, and in the frame of the file they were measured on.
+"""Records of a project: frozen, plain, and in the frame of the measured file.
 
-Features hold float64 coordinates in their model's own file frame. World coordinates and fits follow
-from (feature, model) and are never stored, so declaring or changing a frame is one edit of one
-Model and moves everything with it. The record of each kind of feature is in `project/kinds`.
+Features contain float64 coordinates in their model's file frame. World coordinates and fits are
+computed from feature and model and never stored, so declaring or changing a frame is one edit of
+one Model that moves all its features. The record of each kind of feature is in `project/kinds`.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from vomstudio.project.records.photos import (
 )
 from vomstudio.project.records.profiles import PROFILE_ID, VerdictProfile, limits_of
 
-Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
-"""What models rest on."""
-Record = Model | FeatureType | VerdictProfile | FaceGrid | Compass | Resting | Feature
+PhotoRecord = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
+"""Records on which photo models depend."""
+Record = Model | FeatureType | VerdictProfile | FaceGrid | Compass | PhotoRecord | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
@@ -57,12 +57,12 @@ __all__ = [
     "Model",
     "OnAModel",
     "Painted",
+    "PhotoRecord",
     "PhotoSet",
     "Picked",
     "Reconstruction",
     "Record",
     "Repeatable",
-    "Resting",
     "Surrounded",
     "Typed",
     "VerdictProfile",

@@ -1,4 +1,4 @@
-"""What azimuths that were read on a model are counted from."""
+"""North reference of the readings on a model."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ from vomstudio.geometry.registrations import NorthKind
 
 @dataclass(frozen=True)
 class Compass:
-    """One instrument reads all planes, lines and azimuths of a model: one for each model, at most.
+    """Compass of a model. One instrument measures all its planes, lines and azimuths.
 
-    north: what its azimuths are counted from. day: when they were read, as 2024-05-12, "" where not
-    stated. place: longitude and latitude (WGS 84, degrees) where they were read, None for that of
-    the model. declination_deg: of magnetic north, east positive, as it was stated; None for that of
-    a model of the Earth's field at day and place. doubt_deg: what all azimuths may be off alike,
-    one sigma, None for what is usual.
+    Attributes
+    ----------
+    north : str
+        North reference of its azimuths.
+    day : str
+        Day of the readings, as 2024-05-12, "" if not stated.
+    place : tuple of float or None
+        Longitude and latitude (WGS 84, degrees) of the readings; None for those of the model.
+    declination_deg : float or None
+        Stated declination of magnetic north, east positive; None for that of a geomagnetic field
+        model.
+    doubt_deg : float or None
+        Common error of all azimuths, one sigma; None for the default.
     """
 
     id: str
@@ -28,10 +36,10 @@ class Compass:
 
     @property
     def name(self) -> str:
-        """Of every record there is one."""
+        """Constant name, since every record has one."""
         return "compass"
 
 
 def compass_id(model_id: str) -> str:
-    """Of the compass of a model."""
+    """Return the id of the compass of a model."""
     return f"compass-{model_id}"

@@ -1,4 +1,4 @@
-"""What was looked at of the face of an outcrop."""
+"""Coverage of the face of an outcrop."""
 
 from __future__ import annotations
 
@@ -9,11 +9,18 @@ from vomstudio.geometry.matrices import Point
 
 @dataclass(frozen=True)
 class FaceGrid:
-    """A grid of square cells over a face, each marked with what was found there.
+    """A grid of square cells over a face, each marked with the result of its inspection.
 
-    origin : the lower left corner; right, up : unit vectors in its plane; all in the model's file
-    frame. cell : side of a cell, file units; marks : for each cell a letter of
-    `geology.coverage.face_coverage`, row by row from the origin
+    Attributes
+    ----------
+    origin : Point
+        Lower left corner, model file frame.
+    right, up : Point
+        Unit vectors in its plane, model file frame.
+    cell : float
+        Side of a cell, file units.
+    marks : str
+        A letter of `geology.coverage.face_coverage` for each cell, row by row from the origin.
     """
 
     id: str

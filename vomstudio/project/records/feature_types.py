@@ -1,4 +1,4 @@
-"""Types of features: what is measured, and how it is shown."""
+"""Types of features: what is measured, and how it is displayed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class FeatureType:
-    """What is measured: bedding, fault, joint ... `color` is #rrggbb, `symbol` a marker name,
-    `geometry` what its features are by nature (a plane may all the same be drawn as its pole)."""
+    """A type of feature: bedding, fault, joint ...
+
+    `color` is #rrggbb, `symbol` a marker name, and `geometry` the nature of its features (a plane
+    may still be drawn as its pole).
+    """
 
     id: str
     name: str
@@ -18,7 +21,7 @@ class FeatureType:
     geometry: Literal["plane", "line"] = "plane"
 
 
-# Okabe-Ito (2008), a set that colour-blind readers can tell apart.
+# Okabe-Ito (2008), a set for colour-blind readers.
 DEFAULT_TYPES: tuple[FeatureType, ...] = (
     FeatureType("bedding", "Bedding", "#0072b2", "circle"),
     FeatureType("fault", "Fault", "#d55e00", "square"),

@@ -1,8 +1,8 @@
-"""What features have in common: what is measured on a model, or in the field.
+"""Common fields of features that are measured on a model or in the field.
 
-Each kind of feature is a frozen dataclass of its own in `project/kinds`; these classes say which
-fields several of them share, so that they can be asked for without naming a kind. They hold nothing
-themselves: the order of a kind's fields is its own.
+Each kind of feature is a frozen dataclass in `project/kinds`. These classes declare the fields that
+several kinds share, so that code can use them without naming a kind. They contain no values: each
+kind defines the order of its fields.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ class Feature:
     id: str
     name: str
     notes: str
-    # Every kind is a dataclass, which is what `dataclasses` asks for.
+    # Every kind is a dataclass, as `dataclasses.replace` requires.
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def but(self, **changes: Any) -> Self:
-        """The same with other values in some fields."""
+        """Return a copy with other values in some fields."""
         return replace(self, **changes)
 
 
 class Typed(Feature):
-    """A feature of one of the project's feature types, in a set of it or in none ("").
+    """A feature of one of the project's feature types, in a set or in none ("").
 
-    domain: part of the structure that it lies in, of all types alike (hanging wall, footwall, dip
-    domain), "" for none.
+    `domain` is the part of the structure that contains it, for all types (hanging wall, footwall,
+    dip domain), "" for none.
     """
 
     type_id: str
@@ -55,10 +55,10 @@ class OnAModel(Feature):
 
 
 class Repeatable(OnAModel):
-    """A feature that may have been picked a second time, without sight of the first.
+    """A feature that may have been picked a second time, without seeing the first pick.
 
-    repeat_of: the id of the feature that it repeats; interpreter: who picked it. None where that is
-    not so, or not said.
+    `repeat_of` is the id of the feature that it repeats, `interpreter` who picked it; None if it
+    is not a repeat or the interpreter is unknown.
     """
 
     repeat_of: str | None
@@ -66,10 +66,10 @@ class Repeatable(OnAModel):
 
 
 class Surrounded(OnAModel):
-    """A feature with a plane that is judged by the surface around it.
+    """A feature whose plane is judged by the surface around it.
 
-    resolution: of the model there, file units, None where unknown. rule: by which it was measured,
-    0 for an earlier one.
+    `resolution` is that of the model there, file units, None if unknown. `rule` is the rule by
+    which it was measured, 0 for an earlier one.
     """
 
     resolution: float | None
@@ -83,21 +83,28 @@ class Picked(OnAModel):
 
 
 class Logged(Picked):
-    """A line along which a log of beds may run.
+    """A line that may have a log of beds.
 
-    beds: what was said of them, as (boundary at which the bed begins, lithology, notes); a boundary
-    is the id of the trace there, or "#" and the number of the line's own point, from 0.
+    `beds` contains (boundary at which the bed begins, lithology, notes). A boundary is the id of
+    the trace there, or "#" and the number of the line's point, from 0.
     """
 
     beds: tuple[tuple[str, str, str], ...]
 
 
 class Painted(OnAModel):
-    """A piece of the model's own surface.
+    """A piece of the model's surface.
 
-    element: what the ids name. runs: the sorted ids of the model's faces or points, as (first,
-    count). n, mean: number and centre of their points in the file frame. outline: ring of points
-    around it, as seen along its normal.
+    Attributes
+    ----------
+    element : str
+        Type of the ids.
+    runs : tuple of tuple of int
+        Sorted ids of the model's faces or points, as (first, count).
+    n, mean : int, Point
+        Number and centre of their points in the file frame.
+    outline : tuple of Point
+        Ring of points around it, as seen along its normal.
     """
 
     element: Literal["face", "point"]
@@ -109,8 +116,7 @@ class Painted(OnAModel):
 
 @dataclass(frozen=True)
 class Group:
-    """Planes meant together: the feature `feature_id`, else all of a type and, where `set_name` is
-    not empty, of that set."""
+    """Planes used together: a single feature, or all of a type and optionally of a set."""
 
     feature_id: str = ""
     type_id: str = ""
@@ -118,11 +124,11 @@ class Group:
 
 
 def get(records: Mapping[str, Any], id_: str | None, cls: type[R]) -> R | None:
-    """The record of an id where it is one of a class; else None."""
+    """Return the record of an id if it is an instance of a class, else None."""
     record = records.get(id_) if id_ is not None else None
     return record if isinstance(record, cls) else None
 
 
 def get_feature(records: Mapping[str, Any], id_: str | None) -> Feature | None:
-    """The feature of an id; None where there is no such record, or it is no feature."""
+    """Return the feature of an id; None if there is no such record, or it is not a feature."""
     return get(records, id_, Feature)

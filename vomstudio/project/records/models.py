@@ -12,12 +12,18 @@ from vomstudio.geometry.registrations import Registration
 
 @dataclass(frozen=True)
 class Model:
-    """A model of the outcrop. `path` is relative to the project folder where it lies inside it or
-    beside it on the same drive, else absolute; `content_hash` is the SHA-256 of the file.
+    """A model of the outcrop.
 
-    placement: where it is in World, declared by the user or found by a registration. That is the
-    registration's record itself: an edit that changes one changes its models with it
-    (`edits.set_registration`), so that undoing moves all of them back. On the disk it is an id.
+    Attributes
+    ----------
+    path : str
+        Relative to the project folder if inside it or beside it on the same drive, else absolute.
+    content_hash : str
+        SHA-256 of the file.
+    placement : Frame or Registration
+        Position in World, declared by the user or determined by a registration. It is the record
+        of the registration itself: an edit that changes one changes its models with it
+        (`edits.set_registration`), so undo restores all of them. On disk it is an id.
     """
 
     id: str
@@ -33,10 +39,10 @@ class Model:
 
     @property
     def frame(self) -> Frame:
-        """What is known of the axes, unit and place that `to_world` leads to."""
+        """Known properties of the axes, unit and place of World."""
         return self.placement if isinstance(self.placement, Frame) else self.placement.frame
 
     @property
     def to_world(self) -> Matrix:
-        """4x4 similarity from the file to World."""
+        """4x4 similarity from the file frame to World."""
         return self.placement.to_world()

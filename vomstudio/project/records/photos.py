@@ -1,4 +1,4 @@
-"""What a model made of photos rests on: the photos, their masks, marked points, reconstructions."""
+"""Records of photo models: the photos, their masks, marked points and reconstructions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from vomstudio.geometry.matrices import Point
 class Asset:
     """A file of the project that is too large for a row of the journal.
 
-    path: relative to the project folder. It is named by its content and never written again, so
-    that undoing finds what was there; size: bytes.
+    `path` is relative to the project folder; the name is the hash of the content and the file is
+    never overwritten, so undo finds it. `size` is in bytes.
     """
 
     path: str
@@ -21,9 +21,12 @@ class Asset:
 
 @dataclass(frozen=True)
 class PhotoSet:
-    """A folder of photos. `path` is written down like that of a Model. crs: "EPSG:n" or WKT of
-    the coordinates of its points, "" if not known. The control points, marks and masks that lay
-    beside the photos are records; those files are exports."""
+    """A folder of photos.
+
+    `path` is stored like that of a Model. `crs` is "EPSG:n" or WKT of the coordinates of its
+    points, "" if unknown. Control points, marks and masks from beside the photos are records;
+    those files are exports.
+    """
 
     id: str
     name: str
@@ -33,8 +36,11 @@ class PhotoSet:
 
 @dataclass(frozen=True)
 class Mask:
-    """Where a photo is not used. photo: its name in the set; file: a picture of the photo's size
-    as it is stored, white where it is used."""
+    """The used part of a photo.
+
+    `photo` is its name in the set; `file` is an image of the size of the stored photo, white where
+    it is used.
+    """
 
     id: str
     photo_set_id: str
@@ -48,10 +54,11 @@ class Mask:
 
 @dataclass(frozen=True)
 class MarkedPoint:
-    """A place that is marked in photos of a set.
+    """A point that is marked in photos of a set.
 
-    position: east, north, up in the CRS of the set, metres; None for a tie point. sigma_m: of each
-    coordinate, None where not stated. check: it judges the model and does not place it.
+    `position` is east, north, up in the CRS of the set, metres, None for a tie point; `sigma_m` is
+    that of each coordinate, None if not stated; `check` marks a check point, which is not used for
+    the model.
     """
 
     id: str
@@ -68,8 +75,11 @@ class MarkedPoint:
 
 @dataclass(frozen=True)
 class ImageMark:
-    """Where a marked point is seen. photo: its name in the set; x, y: pixels of the photo as it is
-    stored, from the outer corner of its top left pixel."""
+    """Position of a marked point in a photo.
+
+    `photo` is its name in the set; x, y are pixels of the stored photo, from the outer corner of
+    its top left pixel.
+    """
 
     id: str
     point_id: str
@@ -84,12 +94,20 @@ class ImageMark:
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """A model that was made of a set of photos.
+    """A model that was reconstructed from a photo set.
 
-    folder: below the project's folder of reconstructions; result_sha256: of its
-    reconstruction.json, which holds all figures. settings: names and values of what was asked
-    for. registered, photos: how many photos were aligned, of how many. finished: when, ISO 8601 in
-    UTC.
+    Attributes
+    ----------
+    folder : str
+        Below the project's folder of reconstructions.
+    result_sha256 : str
+        Hash of its reconstruction.json, which contains all figures.
+    settings : tuple of tuple of str
+        Names and values of the requested settings.
+    registered, photos : int
+        Number of aligned photos, and of all photos.
+    finished : str
+        ISO 8601 time in UTC.
     """
 
     id: str

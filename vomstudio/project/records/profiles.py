@@ -1,4 +1,4 @@
-"""By which limits the planes and lines of a project are judged."""
+"""Thresholds by which the planes and lines of a project are judged."""
 
 from __future__ import annotations
 
@@ -9,24 +9,27 @@ from typing import Any
 from vomstudio.geology.profiles import Thresholds
 
 PROFILE_ID = "verdict-profile"
-"""A project has one at most; without it, the limits of the program or user hold."""
+"""A project has at most one; without it, the thresholds of the program or user are used."""
 
 
 @dataclass(frozen=True)
 class VerdictProfile:
-    """limits : with the name under which they are printed. What a verdict says follows from it and
-    is never stored, so that choosing another is one edit that judges everything anew."""
+    """Thresholds with the name under which they are printed.
+
+    Verdicts are derived from it and never stored, so selecting another profile is one edit that
+    judges everything again.
+    """
 
     id: str
     limits: Thresholds
 
     @property
     def name(self) -> str:
-        """Of the profile."""
+        """Name of the profile."""
         return self.limits.profile
 
 
-def limits_of(records: Mapping[str, Any], otherwise: Thresholds) -> Thresholds:
-    """Those of the project's profile, else `otherwise`."""
+def limits_of(records: Mapping[str, Any], default: Thresholds) -> Thresholds:
+    """Return the thresholds of the project's profile, else `default`."""
     profile = records.get(PROFILE_ID)
-    return profile.limits if isinstance(profile, VerdictProfile) else otherwise
+    return profile.limits if isinstance(profile, VerdictProfile) else default

@@ -1,1 +1,1 @@
-"""Projections of the figures of features: the columns of CSV files, layers, and their rows."""
+"""Projections of the figures of features: columns of CSV files, layers, and rows."""

@@ -1,5 +1,7 @@
-"""What is interpreted without an orientation (stations, contact lines, rock areas) as tables of
-text, one for each kind, with its place as well-known text."""
+"""Tables of features without an orientation (stations, contact lines, lithologies).
+
+There is one table per kind, with the geometry as well-known text.
+"""
 
 from __future__ import annotations
 
@@ -25,16 +27,16 @@ WKT = "wkt"
 def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
-    """The CSV of each such kind that has features, by the name of its layer, in World."""
+    """Return the CSV text of each such kind that has features, by layer name, in World."""
     features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
     measured = measurements.of(records, [f.id for f in features])
-    own: dict[Kind, list[Subject]] = {}
+    subjects_by_kind: dict[Kind, list[Subject]] = {}
     for f in features:
-        own.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+        subjects_by_kind.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
     return {
-        kind.layer.name: _text(kind, own[kind], table)
+        kind.layer.name: _text(kind, subjects_by_kind[kind], table)
         for kind in KINDS
-        if kind in own and kind.layer is not None
+        if kind in subjects_by_kind and kind.layer is not None
     }
 
 
@@ -58,5 +60,5 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
 
 def _wkt(form: str, points: FloatArray) -> str:
     ring = np.vstack([points, points[:1]]) if form == "ring" else points
-    told = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
-    return f'"{_FORMS[form]} ({f"({told})" if form == "ring" else told})"'
+    coordinates = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
+    return f'"{_FORMS[form]} ({f"({coordinates})" if form == "ring" else coordinates})"'

@@ -11,7 +11,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class FitOptions(Options):
-    """How planes are fitted and judged.
+    """Options of fitting and judging planes.
 
     Raises
     ------

@@ -1,5 +1,4 @@
-"""Planes fitted to groups of points, as rows of the orientation table: what `vomstudio fit`
-prints."""
+"""Planes fitted to groups of points, as rows of the orientation table (`vomstudio fit`)."""
 
 from __future__ import annotations
 
@@ -20,10 +19,10 @@ from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, fit_planes
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
-NO_WORDS: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
-_STEP = 100
-AS_GIVEN = "as given"
-"""The frame of points that name none."""
+NO_METADATA: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
+_PROGRESS_STEP = 100
+FRAME_AS_GIVEN = "as given"
+"""Frame of points that do not state one."""
 
 
 @dataclass(frozen=True)
@@ -54,17 +53,27 @@ def fitted_planes(
     axis: Axis = "auto",
     resolution_m: float | None = None,
     thresholds: Thresholds = DEFAULTS,
-    words: Mapping[str, Mapping[Any, str]] = NO_WORDS,
+    metadata: Mapping[str, Mapping[Any, str]] = NO_METADATA,
     progress: Progress | None = None,
 ) -> FittedPlanes:
     """Fit and judge a plane to each group of points.
 
-    points : (n, 3), m; group i is points[offsets[i]:offsets[i + 1]] and is called ids[i]
-    axis : the coordinate that a regression minimises; "auto" takes for each group the one that is
-        nearest the normal of its plane by least squares of distances
-    resolution_m : of the model that the points were taken from, where it is known
-    thresholds : of the profile by which the planes are judged
-    words : what else is known of the groups, by column of the table and by id
+    Parameters
+    ----------
+    ids : sequence
+        Ids of the groups.
+    points : (n, 3) array_like
+        Metres; group i is points[offsets[i]:offsets[i + 1]].
+    offsets : (m + 1,) array_like of int
+    axis : str
+        Coordinate that a regression minimises; "auto" takes for each group the one nearest the
+        normal of its orthogonal least squares plane.
+    resolution_m : float or None
+        Resolution of the model of the points, if known.
+    thresholds : Thresholds
+        Thresholds of the profile by which the planes are judged.
+    metadata : mapping
+        Further values of the groups, by column of the table and by id.
     """
     progress = progress or Silent()
     progress.stage(tr("Fitting planes"))
@@ -73,11 +82,11 @@ def fitted_planes(
     rows: list[Row] = []
     skipped: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
-    # All at once: single vectors cost a hundred times as much.
+    # Vectorised: single vectors take a hundred times as long.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     progress.stage(tr("Judging planes"), len(fits))
     for number, (name, fit) in enumerate(zip(ids, fits, strict=True)):
-        if number % _STEP == 0:
+        if number % _PROGRESS_STEP == 0:
             progress.step(number)
         if fit.error is not None:
             skipped.append({"id": name, "reason": fit.error})
@@ -86,16 +95,18 @@ def fitted_planes(
         if band is not None:
             bands[name] = band
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
-        own: dict[str, Any] = {column: known.get(name) or None for column, known in words.items()}
+        extra: dict[str, Any] = {
+            column: values.get(name) or None for column, values in metadata.items()
+        }
         rows.append(
             plane_row(
                 fit,
                 verdict,
                 id=name,
-                frame=AS_GIVEN,
+                frame=FRAME_AS_GIVEN,
                 resolution_m=resolution_m,
                 plane=next(planes),
-                **own,
+                **extra,
             )
         )
     return FittedPlanes(rows, skipped, bands)

@@ -1,4 +1,4 @@
-"""The grids of what was looked at, as a layer: a ring for each cell, with what was found there."""
+"""GIS layer of the coverage grids: a ring for each cell, with its mark."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ LAYER = "looked_at"
 COLORS = {OPEN: "#bdbdbd", DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
 
 
-def file_grid(grid: FaceGrid) -> CellGrid:
-    """In the model's file frame."""
+def grid_in_file_frame(grid: FaceGrid) -> CellGrid:
+    """Return the cells of a grid in the model's file frame."""
     return CellGrid(
         np.array(grid.origin),
         np.array(grid.right),
@@ -30,15 +30,14 @@ def file_grid(grid: FaceGrid) -> CellGrid:
     )
 
 
-def cells_in_world(
+def world_cells(
     grid: FaceGrid, records: Mapping[str, Record], marks: str | None = None
 ) -> tuple[IntArray, FloatArray]:
-    """(n,) numbers and (n, 4, 3) corners of cells in World; marks : only of cells with one of these
-    letters"""
-    found = marks_of(grid)
-    chosen = [i for i, mark in enumerate(found) if marks is None or mark in marks]
-    numbers = np.array(chosen, np.int64)
-    corners = file_grid(grid).corners(numbers).reshape(-1, 3)
+    """Return (n,) numbers and (n, 4, 3) World corners of the cells that have one of the marks."""
+    cell_marks = marks_of(grid)
+    selected = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
+    numbers = np.array(selected, np.int64)
+    corners = grid_in_file_frame(grid).corners(numbers).reshape(-1, 3)
     rows = rows_of(get(records, grid.model_id, Model))
     return numbers, transform.apply(rows, corners).reshape(-1, 4, 3)
 
@@ -46,7 +45,7 @@ def cells_in_world(
 def grid_cells(
     records: Mapping[str, Record],
 ) -> tuple[list[FloatArray], dict[str, ObjectArray], list[str]]:
-    """Rings, columns and colours of all cells of the project's grids."""
+    """Return rings, columns and colours of all cells of the project's grids."""
     shapes: list[FloatArray] = []
     rows: list[tuple[str, str, str, str, str, str]] = []
     colors: list[str] = []
@@ -55,14 +54,14 @@ def grid_cells(
             continue
         model = get(records, grid.model_id, Model)
         marks = marks_of(grid)
-        numbers, corners = cells_in_world(grid, records)
+        numbers, corners = world_cells(grid, records)
         shapes += list(corners)
         for number in numbers.tolist():
             row, column = divmod(number, grid.columns)
             place = f"{column + 1}, {row + 1}"
-            found, colour = TITLES[marks[number]], COLORS[marks[number]]
-            of = "" if model is None else model.name
-            rows.append((grid.id, grid.name, place, found, of, grid.notes))
+            mark_title, colour = TITLES[marks[number]], COLORS[marks[number]]
+            model_name = "" if model is None else model.name
+            rows.append((grid.id, grid.name, place, mark_title, model_name, grid.notes))
             colors.append(colour)
     names = ("id", "name", "cell", "found", "model", "notes")
     columns = zip(*rows, strict=True) if rows else ((),) * len(names)

@@ -1,4 +1,4 @@
-"""Lines on a surface as a table: a row for each vertex."""
+"""Lines on a surface as a table with one row per vertex."""
 
 from __future__ import annotations
 
@@ -24,8 +24,18 @@ def write_line_table(
     source: str = "",
     force: bool = False,
 ) -> None:
-    """CSV with `line, x, y, z` in World, metres. lines : names and (n, 3) points. Raises
-    TargetError."""
+    """Write lines as CSV with `line, x, y, z` in World, metres.
+
+    Parameters
+    ----------
+    lines : sequence of tuple of str and (n, 3) float64
+        Names and points.
+
+    Raises
+    ------
+    TargetError
+        If the file cannot be written.
+    """
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, lines of {source}"))
     axes = "x East, y North, z Up" if north_known else "x, y, z of a frame without north"

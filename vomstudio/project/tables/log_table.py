@@ -1,4 +1,4 @@
-"""A log as a table: a row for each interval, from the oldest up."""
+"""A log as a table with one row per interval, from the oldest up."""
 
 from __future__ import annotations
 
@@ -33,25 +33,41 @@ COLUMNS = (
 def write_log(
     path: str | Path, log: BedLog, *, about: str = "", metric: bool = True, force: bool = False
 ) -> None:
-    """CSV. about : for the head, on what the thicknesses rest; metric : lengths are in metres, else
-    in units of a model whose scale is not known. Raises TargetError."""
+    """Write a log as CSV.
+
+    Parameters
+    ----------
+    about : str
+        Inputs of the thicknesses, for the header.
+    metric : bool
+        Lengths are in metres; False for units of a model of unknown scale.
+
+    Raises
+    ------
+    TargetError
+        If the file cannot be written.
+    """
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, log; {about}"))
     unit = Axes(metric=metric).unit
     file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
     out.writerow(columns_of(COLUMNS, metric=metric))
-    for each in log.intervals:
-        error = each.thickness_m.error95
-        words = [each.lithology, *(each.strabospot.get(f, "") for f in FIELDS), each.notes]
+    for interval in log.intervals:
+        error = interval.thickness_m.error95
+        words = [
+            interval.lithology,
+            *(interval.strabospot.get(f, "") for f in FIELDS),
+            interval.notes,
+        ]
         out.writerow(
             [
-                each.number,
-                escape_formula(each.base),
-                escape_formula(each.top),
-                f"{each.base_m:.4f}",
-                f"{each.top_m:.4f}",
-                f"{each.thickness_m.value:.4f}",
+                interval.number,
+                escape_formula(interval.base),
+                escape_formula(interval.top),
+                f"{interval.base_m:.4f}",
+                f"{interval.top_m:.4f}",
+                f"{interval.thickness_m.value:.4f}",
                 "" if error is None else f"{error:.4f}",
                 *map(escape_formula, words),
             ]
@@ -60,7 +76,7 @@ def write_log(
 
 
 def about_log(bed: Plane, error95_deg: float) -> str:
-    """On what the thicknesses of a log rest, for its head."""
+    """Return the inputs of a log's thicknesses, for its header."""
     if not error95_deg:
         return tr("bedding {bed}, its error not known", bed=format_plane(bed, decimals=1))
     return tr("bedding {bed} (95 %)", bed=format_attitude(bed, error95_deg))

@@ -1,4 +1,4 @@
-"""Numbers with their usual digits."""
+"""Numbers as text with their usual digits."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import Any
 
 
 def number(value: Any, decimals: int) -> str:
-    """A number with its decimals, `-` where it is undefined."""
+    """Return a number with fixed decimals, `-` if it is undefined."""
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
 def figures(value: Any, digits: int = 4) -> str:
-    """A number of any size with its significant digits."""
+    """Return a number of any size with significant digits."""
     if value is None:
         return "-"
     return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e6 or value == 0 else f"{value:.3e}"
 
 
 def azimuth(value: Any, decimals: int = 1) -> str:
-    """Three digits before the point, as geologists write a direction."""
+    """Return an azimuth with three digits before the decimal point."""
     if value is None:
         return "-"
-    turned = round(value, decimals) % 360.0
-    return f"{turned:0{4 + decimals if decimals else 3}.{decimals}f}"
+    wrapped = round(value, decimals) % 360.0
+    return f"{wrapped:0{4 + decimals if decimals else 3}.{decimals}f}"

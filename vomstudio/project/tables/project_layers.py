@@ -1,5 +1,7 @@
-"""A project's features as layers of points, lines and rings with attributes, in World: what a GIS
-or CAD file holds of them, whatever its format."""
+"""A project's features as layers of points, lines and rings with attributes, in World.
+
+They are the content of a GIS or CAD file, whatever its format.
+"""
 
 from __future__ import annotations
 
@@ -16,44 +18,48 @@ from vomstudio.project.kind import GisLayer, Kind, color_of
 from vomstudio.project.kinds import KINDS, kind_of
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
-from vomstudio.project.repeated_features import firsts
+from vomstudio.project.repeated_features import first_picks
 from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 from vomstudio.project.tables.grid_layer import grid_cells
 from vomstudio.project.tables.orientation_table import plain
 from vomstudio.project.tables.project_table import ProjectTable
 
-_POINTS = {"plane": "planes", "line": "lines"}
-"""The layers of points, one for each nature of an orientation."""
+_POINT_LAYERS = {"plane": "planes", "line": "lines"}
+"""Layers of points, one for each type of orientation."""
 
 
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """The layers of the kinds, without repeats, each after the points of its orientations, and the
-    cells of grids. Those that would be empty are left out, but for `planes` and `traces`. A compass
-    reading without a place is in the table only."""
-    features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
+    """Return the layers of the kinds, without repeats, and the cells of grids.
+
+    Each layer follows the points of its orientations. Empty layers are left out, except `planes`
+    and `traces`. A compass reading without a position is in the table only.
+    """
+    features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])
-    own: dict[Kind, list[Subject]] = {}
+    subjects_by_kind: dict[Kind, list[Subject]] = {}
     for f in features:
-        own.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+        subjects_by_kind.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
     layers: dict[str, Layer] = {}
     for kind in KINDS:
         for nature in kind.orientations:
-            if (name := _POINTS[nature]) not in layers:
+            if (name := _POINT_LAYERS[nature]) not in layers:
                 layers[name] = _points(name, nature, table)
         if kind.layer is not None:
-            layers[kind.layer.name] = _layer(kind.layer, own.get(kind, []))
+            layers[kind.layer.name] = _layer(kind.layer, subjects_by_kind.get(kind, []))
     shapes, columns, colors = grid_cells(records)
     layers[GRIDS] = Layer(GRIDS, "ring", shapes, columns, by="found", colors=colors)
-    return [la for la in layers.values() if la.shapes or la.main or la.name == _POINTS["plane"]]
+    return [
+        la for la in layers.values() if la.shapes or la.main or la.name == _POINT_LAYERS["plane"]
+    ]
 
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
     table = table.without_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
-    # The layer's own key is `fid`, so `id` stays the record's.
+    # The key of the layer is `fid`, so `id` stays that of the record.
     columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
     return Layer(name, "point", places, columns)
 
@@ -72,7 +78,7 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
 
 
 def _column(values: list[Any], figure: Figure) -> AnyArray:
-    """No text is an empty one here, and counts are whole numbers."""
+    """Convert values to an array; missing text is empty here, and counts are integers."""
     if figure.form == "text":
         return _array([value or "" for value in values], "text")
     if figure.form == "count":

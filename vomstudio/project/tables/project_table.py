@@ -1,4 +1,4 @@
-"""A project's features as rows of the orientation table, for every way out and for the window."""
+"""A project's features as rows of the orientation table, for exports and window."""
 
 from __future__ import annotations
 
@@ -21,62 +21,62 @@ from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.reading_comparison import nearest_picks
 from vomstudio.project.records import Feature, Model, OnAModel, Record, get, limits_of
 from vomstudio.project.repeated_features import COLUMNS as REPEAT_COLUMNS
-from vomstudio.project.repeated_features import told
+from vomstudio.project.repeated_features import repeat_columns
 from vomstudio.project.tables.orientation_table import Row, rows_of
 from vomstudio.project.tables.registration_comments import registrations_of
 
-__all__ = ["FURTHER", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
+__all__ = ["EXTRA_COLUMNS", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
 
-FURTHER = ("domain", *REPEAT_COLUMNS)
-"""Columns of the orientation table that stand behind the others where any feature has one."""
+EXTRA_COLUMNS = ("domain", *REPEAT_COLUMNS)
+"""Columns that follow those of the orientation table if any feature has a value."""
 
 
 @dataclass(frozen=True)
 class ProjectTable:
-    """Rows in the order of the records, and the features that have no orientation."""
+    """Rows in the order of the records, and the features without an orientation."""
 
     rows: list[Row]
     skipped: list[dict[str, Any]]
     """id, name and reason of each."""
     crs: str | None
-    """The one CRS of all rows, None where there is none, or more than one."""
+    """Common CRS of all rows; None without one or with several."""
     north: str
     files: tuple[Path, ...] = ()
-    """What an export has written."""
+    """Files that an export has written."""
     layers: Mapping[str, int] = field(default_factory=dict)
-    """How many features each layer has that was written."""
+    """Number of features of each written layer."""
     features: int | None = None
-    """How many features these are together, each once; None where only the rows were written."""
+    """Number of distinct features in the layers; None if only the rows were written."""
     unit_m: float = 1.0
-    """Metres in a unit of `crs`; the rows are in metres whatever it is."""
+    """Metres per unit of `crs`; the rows are always in metres."""
     axes: Axes = WORLD
-    """What is known of x, y, z and lengths of all rows."""
+    """Axes and units of x, y, z and lengths of all rows."""
     limits: Thresholds = DEFAULTS
-    """By which all rows were judged."""
+    """Thresholds by which all rows were judged."""
     registrations: tuple[dict[str, Any], ...] = ()
-    """As `registration_lines.registrations_of` tells them."""
+    """Result of `registration_comments.registrations_of`."""
 
     @property
-    def more(self) -> tuple[str, ...]:
-        """The columns behind the others: domains, who picked what, and what repeats another."""
-        return tuple(c for c in FURTHER if any(c in row for row in self.rows))
+    def extra_columns(self) -> tuple[str, ...]:
+        """Optional columns in use: domain, interpreter and repeated feature."""
+        return tuple(c for c in EXTRA_COLUMNS if any(c in row for row in self.rows))
 
     def without_repeats(self) -> ProjectTable:
-        """For programs that would take a second pick for a second structure."""
-        again = [row for row in self.rows if "repeat_of" in row]
-        if not again:
+        """Return the table without repeats, for programs that would count them as structures."""
+        repeats = [row for row in self.rows if "repeat_of" in row]
+        if not repeats:
             return self
         names = {row["id"]: row["name"] for row in self.rows}
-        left = [
+        repeats_skipped = [
             {
                 "id": row["id"],
                 "name": row["name"],
                 "reason": Finding("repeats.not-exported", first=names.get(row["repeat_of"])),
             }
-            for row in again
+            for row in repeats
         ]
         rows = [row for row in self.rows if "repeat_of" not in row]
-        return replace(self, rows=rows, skipped=[*self.skipped, *left])
+        return replace(self, rows=rows, skipped=[*self.skipped, *repeats_skipped])
 
 
 def project_table(
@@ -84,7 +84,7 @@ def project_table(
     measurements: Measurements | None = None,
     only: Collection[str] | None = None,
 ) -> ProjectTable:
-    """All planes and lines of a document as rows, in World. only : the ids of some of them"""
+    """Return all planes and lines of a project as rows, in World. `only` selects ids."""
     features = [
         r
         for r in records.values()
@@ -103,60 +103,73 @@ def project_table(
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    placed = [*features, *_listed(records, only)] or _on_models(records, only)
+    placed = [*features, *_listed_features(records, only)] or _features_on_models(records, only)
     crs, north, unit_m = _frame(records, placed)
     axes = _axes(records, placed)
-    limits = limits_of(records, measurements.otherwise)
-    told = tuple(registrations_of(records, features))
+    limits = limits_of(records, measurements.default_thresholds)
+    registrations = tuple(registrations_of(records, features))
     return ProjectTable(
-        rows, skipped, crs, north, unit_m=unit_m, axes=axes, limits=limits, registrations=told
+        rows,
+        skipped,
+        crs,
+        north,
+        unit_m=unit_m,
+        axes=axes,
+        limits=limits,
+        registrations=registrations,
     )
 
 
 def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
-    """The row of each feature, None where it has no orientation. What its kind remarks, for which
-    there is no column, stands in its notes."""
+    """Return the row of each feature, None without an orientation.
+
+    Remarks of the kind that have no column are appended to the notes.
+    """
     rows: list[Row | None] = [None] * len(subjects)
     kinds: dict[Kind, list[int]] = {}
     for i, subject in enumerate(subjects):
         if subject.measured.plane is not None or subject.measured.line is not None:
             kinds.setdefault(kind_of(subject.feature), []).append(i)
-    for kind, own in kinds.items():
-        made = rows_of([subjects[i] for i in own], kind.figures)
-        for i, row in zip(own, made, strict=True):
-            said = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
-            row["notes"] = "; ".join(filter(None, said)) or None
-            row |= _further(subjects[i])
+    for kind, indices in kinds.items():
+        kind_rows = rows_of([subjects[i] for i in indices], kind.figures)
+        for i, row in zip(indices, kind_rows, strict=True):
+            notes = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
+            row["notes"] = "; ".join(filter(None, notes)) or None
+            row |= _extra_values(subjects[i])
             rows[i] = row
     return rows
 
 
-def _further(subject: Subject) -> Row:
+def _extra_values(subject: Subject) -> Row:
     domain = DOMAIN.value(subject)
-    own = {} if domain is None else {DOMAIN.name: domain}
-    return own | told(subject.feature, subject.records)
+    values = {} if domain is None else {DOMAIN.name: domain}
+    return values | repeat_columns(subject.feature, subject.records)
 
 
-def _listed(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
-    """What is interpreted without an orientation: layers have it beside the rows."""
-    return [f for f in _on_models(records, only) if kind_of(f).listed]
+def _listed_features(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+    """Return features that are interpreted without an orientation; layers contain them."""
+    return [f for f in _features_on_models(records, only) if kind_of(f).listed]
 
 
-def _on_models(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
-    wanted = (r for r in records.values() if isinstance(r, OnAModel))
-    return [r for r in wanted if only is None or r.id in only]
+def _features_on_models(
+    records: Mapping[str, Record], only: Collection[str] | None
+) -> list[Feature]:
+    features = (r for r in records.values() if isinstance(r, OnAModel))
+    return [r for r in features if only is None or r.id in only]
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
-    """What is known of the axes of every model that was measured on."""
+    """Return the common properties of the axes of all models of features."""
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     axes = [model.frame.axes for model in models if model is not None]
     return Axes(all(a.metric for a in axes), all(a.north for a in axes))
 
 
 def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:
-    """CRS, north, and metres in a unit of the CRS, of all rows together; compass readings and
-    intersections go by the others."""
+    """Return CRS, north, and metres per unit of the CRS for all rows together.
+
+    Compass readings and intersections use those of the others.
+    """
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     frames = {None if model is None else model.frame for model in models}
     if not models and features:

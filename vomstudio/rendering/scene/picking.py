@@ -178,9 +178,9 @@ def _locate(
     enter, leave = box_range(low, high, start, heading)
     slack = 1e-3 * (leave - enter) + 1e-6
     # The chunk's section of the ray is slightly extended, within the permitted depths.
-    firsts = np.maximum(enter - slack, between[0])
+    first_picks = np.maximum(enter - slack, between[0])
     lasts = np.minimum(leave + slack, between[1])
-    met = ((leave >= enter) & (lasts >= firsts)).nonzero()[0]
+    met = ((leave >= enter) & (lasts >= first_picks)).nonzero()[0]
     best, face = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
@@ -189,7 +189,7 @@ def _locate(
     for i in met[np.argsort(enter[met])]:
         if enter[i] > best:
             break
-        first_depth, last_depth = float(firsts[i]), float(lasts[i])
+        first_depth, last_depth = float(first_picks[i]), float(lasts[i])
         hit = model.locators[i].IntersectWithLine(
             (start + heading * first_depth).tolist(),
             (start + heading * last_depth).tolist(),

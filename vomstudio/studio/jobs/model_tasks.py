@@ -96,7 +96,7 @@ def _load_model(request: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models.opening import resolution
 
     cached_folder = model_cache.folder_of(request.path, request.cache)
-    loaded, folder = model_cache.load_into(request.path, cached_folder, progress)
+    loaded, folder = model_cache.load_for_transfer(request.path, cached_folder, progress)
     spacing = loaded.resolution
     if spacing is None:
         spacing = resolution(loaded.data)

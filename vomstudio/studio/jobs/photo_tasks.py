@@ -16,7 +16,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
-from vomstudio.project.imports.sidecar_import import Beside
+from vomstudio.project.imports.sidecar_import import SidecarData
 from vomstudio.studio.jobs.job import Job, Lane
 
 
@@ -152,7 +152,7 @@ def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.check import check_photos
 
-    return check_photos(read_photos(request.photos).with_masks(request.masks), progress=progress)
+    return check_photos(read_photos(request.photos).replace_masks(request.masks), progress=progress)
 
 
 CHECK_PHOTOS = Job(
@@ -182,17 +182,17 @@ class SidecarImport:
     names: tuple[str, ...]
 
 
-def _import_sidecars(request: SidecarImport, progress: Progress) -> Beside:
-    from vomstudio.project.imports.sidecar_import import read_beside
+def _import_sidecars(request: SidecarImport, progress: Progress) -> SidecarData:
+    from vomstudio.project.imports.sidecar_import import read_sidecars
 
     progress.stage(tr("Importing points and masks"), len(request.masks))
-    return read_beside(
+    return read_sidecars(
         request.project, request.control, request.marks, request.masks, request.names, progress
     )
 
 
 IMPORT_SIDECARS = Job(
-    "take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars, MEMORY_ADVICE
+    "take_in_photos", Lane.PHOTOS, SidecarImport, SidecarData, _import_sidecars, MEMORY_ADVICE
 )
 """Read companion files of photos as records."""
 

@@ -16,7 +16,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import Model
 from vomstudio.registration.compass_evidence import Segment
@@ -41,7 +41,7 @@ class LineResidual:
 
 def placement_lines(lines: Sequence[KnownLine]) -> list[KnownLine]:
     """Return the complete lines with known values that are not only checks."""
-    return [line for line in lines if line.complete and not line.check and not line.by_compass]
+    return [line for line in lines if line.is_complete and not line.check and not line.is_read]
 
 
 def build_evidence(
@@ -151,7 +151,7 @@ def photo_up(path: Path) -> FloatArray | None:
     None if the model was made elsewhere, or registered. Such a model is rotated so that z is up
     as the photos were held (`photogrammetry.georeferencing.local_frame`).
     """
-    return np.array([0.0, 0.0, 1.0]) if scale_known(path) is False else None
+    return np.array([0.0, 0.0, 1.0]) if has_known_scale(path) is False else None
 
 
 def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
@@ -210,9 +210,9 @@ def line_residuals(
     """
     evidence_found = []
     for line in lines:
-        if not line.complete:
+        if not line.is_complete:
             continue
-        if line.by_compass:
+        if line.is_read:
             if line.id in seen:
                 off = residual_deg(line, seen[line.id], placed, turned_deg)
                 evidence_found.append(LineResidual(line.id, off))

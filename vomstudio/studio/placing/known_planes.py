@@ -18,7 +18,7 @@ from vomstudio.geology.quality import wider_of
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.project.kinds import kind_of
-from vomstudio.project.kinds.known_line import KnownLine, ReadKind, as_read
+from vomstudio.project.kinds.known_line import KnownLine, ReadKind, format_reading
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, OnAModel, Record, get_feature
 from vomstudio.registration.results import Placed
@@ -63,7 +63,7 @@ def measure_directions(
     directions = {}
     for line in lines:
         measurement = measured.get(line.feature_id)
-        if not line.by_compass or measurement is None:
+        if not line.is_read or measurement is None:
             continue
         world = _direction(measurement, line.kind == "plane")
         if world is not None:
@@ -102,7 +102,7 @@ def placement_readings(
     lines: Iterable[KnownLine], seen: Mapping[str, ModelDirection]
 ) -> list[KnownLine]:
     """Return the readings that place a model: visible on it, and not only checks."""
-    return [line for line in lines if line.complete and not line.check and line.id in seen]
+    return [line for line in lines if line.is_complete and not line.check and line.id in seen]
 
 
 def compass_table(
@@ -211,7 +211,7 @@ def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notatio
     else:
         return ""
     azimuth = round((azimuth - turned_deg) % 360.0, 2) % 360.0
-    return as_read(
+    return format_reading(
         KnownLine("", "", kind, "", "", (), azimuth, inclination_deg=inclination), notation
     )
 

@@ -67,5 +67,5 @@ def marked_pairs(
         covariance=np.array([places[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
     )
     if evidence.pairs is not None:
-        pairs = evidence.pairs.with_more(pairs)
+        pairs = evidence.pairs.joined_with(pairs)
     return pairs, crs

@@ -15,7 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
 from vomstudio.registration.by_model.stable import POLYGONS, find_inside_polygons, near_cloud
 from vomstudio.registration.by_model.starting import (
@@ -72,7 +72,7 @@ def _stated_placement(loaded: LoadedModel) -> InitialPlacement:
         )
     has_known_unit = loaded.unit_m is not None or frame.crs is not None
     return InitialPlacement(
-        frame.to_world(), frame.crs, has_known_unit or scale_known(loaded.path) is True
+        frame.to_world(), frame.crs, has_known_unit or has_known_scale(loaded.path) is True
     )
 
 

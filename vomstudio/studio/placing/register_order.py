@@ -416,9 +416,9 @@ def _turn_to_grid(
 
 def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
     """Find the photos of the cameras, in the given folder or beside the model."""
-    from vomstudio.io.photos.own_cameras.photos import find_photos_of
+    from vomstudio.io.photos.own_cameras.photos import find_camera_photos
 
-    photos = find_photos_of(cameras, None if source == BESIDE else Path(source))
+    photos = find_camera_photos(cameras, None if source == BESIDE else Path(source))
     if not photos:
         raise UsageError(
             Finding("photo.none-of-cameras", name=next(iter(cameras.centres))),

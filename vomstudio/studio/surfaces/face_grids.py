@@ -22,7 +22,7 @@ from vomstudio.project.kinds import kind_of
 from vomstudio.project.measurement import Measurement, rows_of
 from vomstudio.project.records import FaceGrid, Model, OnAModel, Record, Typed, get
 from vomstudio.project.repeated_features import is_repeat
-from vomstudio.project.tables.grid_layer import file_grid
+from vomstudio.project.tables.grid_layer import grid_in_file_frame
 from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
 from vomstudio.studio.projects import Projects
@@ -45,9 +45,9 @@ def compute_exposed(
 ) -> Exposed:
     """Measure the exposed surface in the cells; areas in the square of the file's unit."""
     if isinstance(data, Mesh) and len(data.faces):
-        return exposed_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
+        return exposed_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
-    return exposed_points(file_grid(grid), points, resolution or 0.0)
+    return exposed_points(grid_in_file_frame(grid), points, resolution or 0.0)
 
 
 def picked_lines(

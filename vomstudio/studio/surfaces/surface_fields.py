@@ -262,7 +262,7 @@ class SurfaceFields(ModelWork):
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
-        tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+        tilt = ToWorld.from_model(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
         def read() -> Arrays:

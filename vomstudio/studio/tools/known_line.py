@@ -73,7 +73,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
     def continue_feature(self, feature_id: str) -> None:
         """Continue a feature, unless it is a reading, which has no vertices."""
         line = get(self._context.session.records, feature_id, KnownLine)
-        if line is not None and line.by_compass:
+        if line is not None and line.is_read:
             raise DocumentError(Finding("line.from-compass", name=line.name))
         super().continue_feature(feature_id)
 

@@ -13,7 +13,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds.station import KIND, WHATS, Station, What
+from vomstudio.project.kinds.station import KIND, STATION_KINDS, Station, StationKind
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Hit
 from vomstudio.studio.tools.polyline import PolylineTool
@@ -24,7 +24,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 class NextStation:
     """Attributes of the next station; fields as in Station."""
 
-    what: What = "station"
+    what: StationKind = "station"
     number: str = ""
     photo: str = ""
 
@@ -96,7 +96,7 @@ class StationTool(PolylineTool[Station]):
         self.next = NextStation()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
-        what = {known: known for known, _ in WHATS}[state["what"]]
+        what = {known: known for known, _ in STATION_KINDS}[state["what"]]
         return Station(
             str(state["station_id"]),
             "",

@@ -22,7 +22,7 @@ from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.regular import is_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
+from vomstudio.io.photos.pixels import orientation_of, pixels_upright, read_stored, rotate_upright
 from vomstudio.studio.jobs import job as jobs
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.inspection_tasks import (
@@ -66,11 +66,11 @@ class ShownPhoto:
 
     def upright_points(self, pixels: npt.ArrayLike) -> FloatArray:
         """Pixels (n, 2) of the upright picture, from pixels (n, 2) as stored."""
-        return upright_pixels(pixels, self.orientation, self.width, self.height)
+        return pixels_upright(pixels, self.orientation, self.width, self.height)
 
     def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
         """Vectors (n, 2) as stored, turned with the picture."""
-        zero = upright_pixels([[0.0, 0.0]], self.orientation, self.width, self.height)
+        zero = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
         return self.upright_points(vectors) - zero
 
     @property
@@ -267,7 +267,7 @@ def _turn(arrays: Arrays, photo: Path) -> Arrays:
         turn = orientation_of(photo)
     except VomError:
         return arrays
-    return {name: turned_upright(values, turn) for name, values in arrays.items()}
+    return {name: rotate_upright(values, turn) for name, values in arrays.items()}
 
 
 def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
@@ -284,7 +284,7 @@ def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
 
 def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
     try:
-        pixels, size, orientation = stored(path, LONG_SIDE)
+        pixels, size, orientation = read_stored(path, LONG_SIDE)
     except VomError as error:
         return ShownPhoto(name, None, width, height, 1, str(error))
     if size != (width, height):
@@ -295,5 +295,5 @@ def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
         )
         return ShownPhoto(name, None, width, height, 1, problem)
     return ShownPhoto(
-        name, to_image(turned_upright(pixels, orientation)), width, height, orientation
+        name, to_image(rotate_upright(pixels, orientation)), width, height, orientation
     )

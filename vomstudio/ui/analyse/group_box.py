@@ -6,7 +6,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.text.repeated_rows import repeats_finding
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.records import FeatureType, Record, Typed
-from vomstudio.project.repeated_features import firsts
+from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -65,12 +65,12 @@ class GroupBox(ComboBox):
     def features(self) -> list[Typed]:
         """Those of the choice that stand on a net, without repeats: these are no further
         structures."""
-        return firsts(self._chosen(), self._studio.records)
+        return first_picks(self._chosen(), self._studio.records)
 
     def left_out(self) -> list[str]:
         """What is said of repeats in the choice."""
         chosen = self._chosen()
-        count = len(chosen) - len(firsts(chosen, self._studio.records))
+        count = len(chosen) - len(first_picks(chosen, self._studio.records))
         return [repeats_finding(count).message] if count else []
 
     def _chosen(self) -> list[Typed]:

@@ -10,7 +10,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
-from vomstudio.project.kind import NetLook
+from vomstudio.project.kind import NetAppearance
 from vomstudio.project.kinds import KINDS, kind_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
@@ -23,12 +23,12 @@ Groups = tuple[tuple[str, tuple[str, ...]], ...]
 _IN_NONE = "#8c8c8c"
 
 
-def alike(features: Sequence[Typed]) -> list[tuple[NetLook, list[Typed]]]:
+def alike(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
     """Features by how their kinds stand on the net, in the order of the kinds."""
     of_class: dict[type[Typed], list[Typed]] = {}
     for feature in features:
         of_class.setdefault(type(feature), []).append(feature)
-    result: dict[NetLook, list[Typed]] = {}
+    result: dict[NetAppearance, list[Typed]] = {}
     for kind in KINDS:
         if kind.net is not None and kind.record in of_class:
             result.setdefault(kind.net, []).extend(of_class[kind.record])

@@ -35,7 +35,7 @@ from vomstudio.project.imports.readings import (
     FieldReadings,
     make_readings,
     missing_choice,
-    understand,
+    read_readings,
 )
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.records import FeatureType, Record
@@ -259,7 +259,7 @@ class ReadingsDialog(QDialog):
         self._understood = (
             FieldReadings((), (), ())
             if self._missing
-            else understand(
+            else read_readings(
                 self._table, self.columns(), notation, self._to_grid, ModelFrame(self._place.crs)
             )
         )

@@ -14,7 +14,7 @@ from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.records import FeatureType, Model, Typed
 from vomstudio.project.registration_errors import model_of, models_of, turns_of
-from vomstudio.project.repeated_features import firsts
+from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def with_set(studio: Studio, choice: Choice) -> list[Typed]:
         found = [f for f in found if f.type_id == type_id]
     elif of == "picked":
         found = [f for f in found if kind_of(f).evidence == "picked"]
-    found = firsts(found, studio.records)
+    found = first_picks(found, studio.records)
     return [f for f in found if "plane" in kind_of(f).orientations and _has_set(f)]
 
 

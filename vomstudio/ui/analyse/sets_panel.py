@@ -234,7 +234,7 @@ class SetsPanel(QWidget):
         put = made.assignment(names)
         # Its own edit is no reason to forget what it was.
         self.proposed = None
-        if not self._studio.attempt(edits.put_in_sets, put):
+        if not self._studio.attempt(edits.assign_sets, put):
             self.proposed = made
             return
         told = [tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in made.groups(names) if s]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.findings import Finding
-from vomstudio.project.domains import part_by_plane
+from vomstudio.project.domains import split_by_plane
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Typed, get
 from vomstudio.ui.common.studio import Studio
@@ -29,7 +29,7 @@ def part(studio: Studio) -> None:
 
     def made(records: object) -> Edit:
         nonlocal crossing
-        edit, crossing = part_by_plane(studio.records, current, studio.measured)
+        edit, crossing = split_by_plane(studio.records, current, studio.measured)
         return edit
 
     if studio.attempt(made) and crossing:

@@ -24,7 +24,7 @@ CLASS = Figure(
         "Trace, patch, lineation, reading, intersection, contact, lithology, station, sample, or "
         "the kind of a dimension"
     ),
-    lambda s: kind_of(s.feature).called(s.feature),
+    lambda s: kind_of(s.feature).noun(s.feature),
     "text",
     words=("kind", "class"),
 )
@@ -44,7 +44,7 @@ class Row(Subject):
     @property
     def class_name(self) -> str:
         """Name of the feature's kind, such as trace."""
-        return kind_of(self.feature).called(self.feature)
+        return kind_of(self.feature).noun(self.feature)
 
     @property
     def oriented(self) -> bool:

@@ -53,9 +53,9 @@ class ListedImport(QObject):
 
         def work() -> ImportedFeatures:
             from vomstudio.io.gis.crs import world_crs
-            from vomstudio.project.imports.feature_lists import read_listed
+            from vomstudio.project.imports.feature_lists import read_listed_features
 
-            return read_listed(
+            return read_listed_features(
                 path,
                 shown,
                 records,

@@ -174,7 +174,7 @@ class IntersectionDialog(QDialog):
 def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
     """Text, colour and group of every feature type with planes, and of each of its sets."""
     counts: Counter[tuple[str, str]] = Counter()
-    every = studio.session.records.counted(group_and_set)
+    every = studio.session.records.count_by(group_and_set)
     for (type_id, set_name, is_plane), count in every.items():
         # "" stands for all sets.
         for name in {"", set_name} if is_plane else ():

@@ -153,7 +153,7 @@ class ProjectTree(QWidget):
             self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
             for record in self._studio.session.of(Model):
                 self._put_model(record)
-            for id_, _, _ in self._studio.session.records.counted(group_and_set):
+            for id_, _, _ in self._studio.session.records.count_by(group_and_set):
                 # A damaged journal may have lost the type; its features are here all the same.
                 if id_ not in self._items:
                     self._group(id_, id_.capitalize(), "1")
@@ -243,7 +243,11 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsSelectable
             | Qt.ItemFlag.ItemIsUserCheckable
             | Qt.ItemFlag.ItemIsEditable
-            | (Qt.ItemFlag.ItemIsDragEnabled if kind_of(feature).typed else Qt.ItemFlag.NoItemFlags)
+            | (
+                Qt.ItemFlag.ItemIsDragEnabled
+                if kind_of(feature).has_feature_type
+                else Qt.ItemFlag.NoItemFlags
+            )
         )
         row = row_of(self._studio, feature, measured)
         item.setIcon(NAME, self._icons[kind_of(feature).name])
@@ -273,7 +277,7 @@ class ProjectTree(QWidget):
         features = studio.session.features()
         total: Counter[str] = Counter()
         sets = False
-        for (group, set_name, _), count in studio.session.records.counted(group_and_set).items():
+        for (group, set_name, _), count in studio.session.records.count_by(group_and_set).items():
             total[group] += count
             sets = sets or bool(set_name)
         hidden, shown = self._failing(features, total)

@@ -175,9 +175,9 @@ class PhotoDocument(QObject):
 
         return self._apply(make, join)
 
-    def keep_mask(self, png: bytes) -> Asset:
+    def store_mask(self, png: bytes) -> Asset:
         """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
-        return self._studio.project.assets.keep(png, ".png")
+        return self._studio.project.assets.store(png, ".png")
 
     def set_masks(self, words: str, masks: Mapping[str, Asset | None]) -> bool:
         return self._apply(lambda records, set_id: set_masks(records, set_id, masks, words), None)

@@ -19,9 +19,9 @@ from vomstudio.core.files.disk_errors import write_error
 from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
+from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask
 from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
-from vomstudio.project.imports.sidecar_import import Beside, read_beside, spare_folder
+from vomstudio.project.imports.sidecar_import import SidecarData, fallback_folder, read_sidecars
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
@@ -66,14 +66,14 @@ class PhotoExports(QObject):
         self._soon.timeout.connect(self._next_mask)
 
     def begin(
-        self, rows: Sequence[PhotoRow], *, given: bool, just_read: Beside | None = None
+        self, rows: Sequence[PhotoRow], *, given: bool, just_read: SidecarData | None = None
     ) -> None:
         """The photos are taken in: from now on their files follow the records. given: the points
         came from files elsewhere, which are never written; with the first change all are written.
         just_read: what lies beside the photos, where it has been taken in now"""
         self._rows = {row.name: row for row in rows}
         paths = [Path(row.path) for row in rows]
-        self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
+        self._places = {row.name: mask_path(Path(row.path), paths) for row in rows}
         self._found = {row.name: Path(row.found_mask) for row in rows if row.found_mask}
         self._waiting.clear()
         self.problem = None
@@ -112,7 +112,7 @@ class PhotoExports(QObject):
         if not others:
             return []
         home, photos = self._document.project_folder, list(self._rows)
-        there = read_beside(home, tables[CONTROL], tables[MARKS], {}, photos)
+        there = read_sidecars(home, tables[CONTROL], tables[MARKS], {}, photos)
         points, marks = self._document.states()
         own = self._document.photo_set
         same = {
@@ -146,7 +146,7 @@ class PhotoExports(QObject):
         folder = self._document.folder
         if folder is None:
             return ()
-        return folder, spare_folder(self._document.project_folder, folder.resolve())
+        return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
         """Where a table is: beside the photos, or in the project where that cannot be written."""
@@ -253,7 +253,7 @@ class PhotoExports(QObject):
                         if mask is None
                         else load_mask(mask, row.width, row.height)
                     )
-                    return keep_mask(place, used, found)
+                    return store_mask(place, used, found)
                 except VomError as error:
                     return error
 

@@ -11,8 +11,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.control_files import marks_beside
-from vomstudio.project.imports.sidecar_import import Beside, stored_path, tables_of
-from vomstudio.project.photo_edits import PointState, add_photo_set, locate_photos, take_in
+from vomstudio.project.imports.sidecar_import import SidecarData, sidecar_tables, stored_path
+from vomstudio.project.photo_edits import (
+    PointState,
+    add_photo_set,
+    import_sidecar_data,
+    locate_photos,
+)
 from vomstudio.project.records import PhotoSet
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.running_jobs import RunningJob
@@ -56,7 +61,7 @@ class PhotoImport:
             self._taken_in(rows)
             then(None)
             return None
-        control, marks = tables_of(project.folder, folder)
+        control, marks = sidecar_tables(project.folder, folder)
         named = None
         if control is None and marks is None:
             control, marks = _with_marks(given)
@@ -71,7 +76,7 @@ class PhotoImport:
             tuple(row.name for row in rows),
         )
 
-        def done(beside: Beside) -> None:
+        def done(beside: SidecarData) -> None:
             if self._studio.project is project and self._document.folder == folder:
                 self._keep(folder, beside, rows, has_tables=(control, marks) != (None, None))
                 self.given_from = named
@@ -83,7 +88,7 @@ class PhotoImport:
         )
 
     def _keep(
-        self, folder: Path, beside: Beside, rows: Sequence[PhotoRow], *, has_tables: bool
+        self, folder: Path, beside: SidecarData, rows: Sequence[PhotoRow], *, has_tables: bool
     ) -> None:
         """As one edit."""
         for problem in beside.problems:
@@ -100,9 +105,11 @@ class PhotoImport:
             return
         if not has_tables:
             points, marks = self._document.states()
-        self._studio.attempt(take_in, known.id, points, marks, beside.masks, beside.crs or None)
+        self._studio.attempt(
+            import_sidecar_data, known.id, points, marks, beside.masks, beside.crs or None
+        )
 
-    def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: Beside | None = None) -> None:
+    def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: SidecarData | None = None) -> None:
         """The records are what is shown."""
         self._document.look_at(self._document.folder)
         self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)

@@ -190,7 +190,7 @@ class PhotoMasks(QObject):
     def _kept(self, used: BoolArray) -> Asset | None:
         if used.all():
             return None
-        file = self._document.keep_mask(mask_png(used))
+        file = self._document.store_mask(mask_png(used))
         self._states.keep(file, used)
         return file
 

@@ -24,7 +24,13 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.field_style import FieldStyle
-from vomstudio.project.comparisons import KeptComparison, file_for, keep, kept_of, now
+from vomstudio.project.comparisons import (
+    StoredComparison,
+    distances_file,
+    now,
+    store_comparison,
+    stored_comparisons,
+)
 from vomstudio.project.records import Model
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.studio.jobs.events import Failed
@@ -167,10 +173,10 @@ class ComparePanel(QWidget):
         if self._sought == place or (self.held is not None and self._held_id == model.id):
             return
         self._sought = place
-        kept = next(iter(kept_of(*place)), None)
+        kept = next(iter(stored_comparisons(*place)), None)
         if kept is None:
             return
-        if not kept.stands(model):
+        if not kept.is_current(model):
             self.said.setText(
                 Finding("comparison.outdated", benchmark=kept.benchmark, day=kept.made[:10]).message
             )
@@ -273,7 +279,7 @@ class ComparePanel(QWidget):
         if own is None or model is None or other is None:
             return
         cache = studio.project.cache
-        out = file_for(studio.project.folder, new_id("comparison"))
+        out = distances_file(studio.project.folder, new_id("comparison"))
         order = ComparisonRequest(
             own.standing(cache), other.standing(cache), self._options(model), out
         )
@@ -303,7 +309,7 @@ class ComparePanel(QWidget):
 
         def read() -> tuple[dict[str, Any], float, Any]:
             if kept is not None:
-                keep(kept)
+                store_comparison(kept)
             # Seconds, of many millions of points.
             return _read(made.out)
 
@@ -351,7 +357,7 @@ class ComparePanel(QWidget):
             return
         held, studio = self.held, self._studio
         # A project that was saved elsewhere since has taken its files along.
-        fields = file_for(studio.project.folder, held.fields.stem)
+        fields = distances_file(studio.project.folder, held.fields.stem)
 
         def done(made: ExportedModel) -> None:
             for finding in (Finding("export.written", file=path), *made.warnings):
@@ -374,8 +380,8 @@ class ComparePanel(QWidget):
         self.other.close_reading()
 
 
-def _as_kept(model: Model, order: ComparisonRequest, made: ComparedModels) -> KeptComparison:
-    return KeptComparison(
+def _as_kept(model: Model, order: ComparisonRequest, made: ComparedModels) -> StoredComparison:
+    return StoredComparison(
         model.id,
         model.name,
         model.content_hash,

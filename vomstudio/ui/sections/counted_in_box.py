@@ -6,7 +6,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY
 from vomstudio.project.records import FaceGrid, get
-from vomstudio.project.tables.grid_layer import cells_in_world
+from vomstudio.project.tables.grid_layer import world_cells
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.sections.fracture_answer import (
@@ -67,6 +67,6 @@ class CountedInBox(ComboBox):
         if self.kind() != GRID or grid is None:
             return None
         corners: FloatArray
-        _, corners = cells_in_world(grid, self._studio.records, DONE + EMPTY)
-        _, whole = cells_in_world(grid, self._studio.records)
+        _, corners = world_cells(grid, self._studio.records, DONE + EMPTY)
+        _, whole = world_cells(grid, self._studio.records)
         return GridCells(grid.name, corners, whole[0])

@@ -32,7 +32,7 @@ from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
-from vomstudio.project.measurement import Measurement, common_error_deg, scatter_of
+from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
 from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
@@ -225,7 +225,7 @@ class DisplacementPanel(LazyPanel):
             bed_error_deg=bed95 or 0.0,
         )
         if options.sigma_m is None:
-            scatter = scatter_of([measured[i] for pair in self.pairs for i in pair])
+            scatter = pick_scatter_m([measured[i] for pair in self.pairs for i in pair])
             options = replace(options, sigma_m=scatter)
         found = displacements(
             names,

@@ -34,7 +34,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement import scatter_of
+from vomstudio.project.measurement import pick_scatter_m
 from vomstudio.project.records import Feature, Picked, get, get_feature
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
@@ -192,7 +192,7 @@ class ThreePointsPanel(LazyPanel):
         measured = self._studio.measured([feature.id])[feature.id]
         self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
         self.of_id = feature.id
-        scatter, misfit = scatter_of([measured]), measured.fit and measured.fit.rms
+        scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
         if len(measured.points) > _LEAST and misfit and misfit >= scatter:
             # A misfit is known only as well as so few points tell it: not typed as if it were sure.
             scatter = 0.0

@@ -90,7 +90,7 @@ def compaction_text(plan: Plan) -> str:
 
 def _take_back(studio: Studio) -> None:
     try:
-        studio.project.take_back_compaction()
+        studio.project.undo_compaction()
     except VomError as error:
         studio.fail(error)
         return

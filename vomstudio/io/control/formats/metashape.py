@@ -1,4 +1,4 @@
-"""Markers with their places and their marks in the photos, in the XML that Metashape exports."""
+"""Markers with their coordinates and marks in photos, in the XML exported by Metashape."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.control.projection import in_metres
+from vomstudio.io.control.projection import project_points
 from vomstudio.io.text.xml_tree import (
     Element,
     UniqueKeys,
@@ -20,45 +20,47 @@ from vomstudio.io.text.xml_tree import (
     read_xml,
 )
 
-TOP = "document"
+ROOT_TAG = "document"
 
 
 def matches(path: Path) -> bool:
-    """By its root. Raises InputError for XML that is damaged."""
-    return is_xml(path) and read_xml(path).tag == TOP
+    """Return whether the root element matches. Raises InputError for damaged XML."""
+    return is_xml(path) and read_xml(path).tag == ROOT_TAG
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Raises InputError with line and element."""
-    return _placed(path)[0]
+    """Return the points. Raises InputError with line and element."""
+    return _projected_points(path)[0]
 
 
 def crs_of(path: Path) -> str | None:
-    """Raises InputError with line and element."""
-    return _placed(path)[1]
+    """Return the CRS. Raises InputError with line and element."""
+    return _projected_points(path)[1]
 
 
-def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+def _projected_points(path: Path) -> tuple[list[ControlPoint], str | None]:
     root = read_xml(path)
-    return in_metres(path, _points(path, root), _stated_crs(path, root))
+    return project_points(path, _points(path, root), _stated_crs(path, root))
 
 
 def _chunk(path: Path, root: Element) -> Element:
-    found = [each for each in root.iter("chunk") if each.find("markers") is not None]
-    if len(found) != 1:
+    chunks = [chunk for chunk in root.iter("chunk") if chunk.find("markers") is not None]
+    if len(chunks) != 1:
         raise InputError(
             Finding("control.no-chunk")
-            if not found
-            else Finding("control.several-chunks", count=len(found)),
+            if not chunks
+            else Finding("control.several-chunks", count=len(chunks)),
             file=path,
             field=root.tag,
         )
-    return found[0]
+    return chunks[0]
 
 
 def _points(path: Path, root: Element) -> list[ControlPoint]:
-    """Markers that have coordinates; those that are switched off in the reference pane are check
-    points. Raises InputError with line and element."""
+    """Return the markers with coordinates; those disabled in the reference pane are check points.
+
+    Raises InputError with line and element.
+    """
     points = []
     labels = UniqueKeys(path)
     for marker in _markers(_chunk(path, root)):
@@ -78,7 +80,10 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """What was placed or confirmed by hand ("pinned"). Raises InputError with line and element."""
+    """Return marks that were placed or confirmed by hand ("pinned").
+
+    Raises InputError with line and element.
+    """
     chunk = _chunk(path, read_xml(path))
     cameras = chunk.find("cameras")
     names = {
@@ -105,7 +110,7 @@ def marks_of(path: Path) -> list[Mark]:
 
 
 def _stated_crs(path: Path, root: Element) -> str | None:
-    """That of the chunk with the markers, as the file has it: WKT, or a code. Raises InputError."""
+    """Return the CRS of the chunk with the markers, as WKT or code. Raises InputError."""
     for place in _chunk(path, root).findall("reference"):
         if stated := (place.text or "").strip():
             return str(stated)
@@ -121,11 +126,11 @@ def _number(path: Path, element: Element, name: str) -> float:
     return number(path, element, attribute(path, element, name), name)
 
 
-def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
+def _known(path: Path, element: Element, name: str, values_by_key: dict[str, str]) -> str:
     key = attribute(path, element, name)
-    if key not in known:
+    if key not in values_by_key:
         raise element_error(path, element, Finding("control.unknown-key", name=name, key=key))
-    return known[key]
+    return values_by_key[key]
 
 
 CONTROL_FORMAT = ControlFormat(

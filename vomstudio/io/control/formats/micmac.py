@@ -1,5 +1,7 @@
-"""MicMac's XML files of ground points (DicoAppuisFlottant) and of their marks in the photos
-(SetOfMesureAppuisFlottants), as its tools GCPConvert and SaisieAppuis write them."""
+"""MicMac's XML files of ground points and marks, as written by GCPConvert and SaisieAppuis.
+
+Points are in DicoAppuisFlottant, marks in SetOfMesureAppuisFlottants.
+"""
 
 from __future__ import annotations
 
@@ -23,35 +25,38 @@ from vomstudio.io.text.xml_tree import (
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
-# What is written where nobody has stated an error: a weight, not a length.
-_UNSTATED = (1.0, 1.0, 1.0)
-_HEAD, _MOST_FILES = 4096, 200
+# Default of points without a stated error: a weight, not a length.
+_DEFAULT_WEIGHTS = (1.0, 1.0, 1.0)
+HEAD_BYTES, MAX_FILES = 4096, 200
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """The ground points of a file; their error is the root mean square of the three numbers of
-    `Incertitude`, metres, unless these are 1 1 1. Raises InputError with line and element."""
+    """Return the ground points of a file.
+
+    Their error is the root mean square of the three numbers of `Incertitude`, metres, unless these
+    are 1 1 1. Raises InputError with line and element.
+    """
     root = read_xml(path)
-    found = [each for top in root.iter(POINTS) for each in top.findall(_POINT)]
-    if not found:
-        said = (
+    elements = [element for top in root.iter(POINTS) for element in top.findall(_POINT)]
+    if not elements:
+        finding = (
             Finding("control.only-marks")
             if next(root.iter(MARKS), None) is not None
             else Finding("control.no-points")
         )
-        raise InputError(said, file=path, field=root.tag)
+        raise InputError(finding, file=path, field=root.tag)
     points = []
     labels = UniqueKeys(path)
-    for each in found:
-        label = words(path, each, "NamePt")
-        labels.add(label, each, "table.repeated-label", "NamePt", label=label)
-        x, y, z = numbers(path, each.find("Pt"), words(path, each, "Pt"), 3)
-        points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
+    for element in elements:
+        label = words(path, element, "NamePt")
+        labels.add(label, element, "table.repeated-label", "NamePt", label=label)
+        x, y, z = numbers(path, element.find("Pt"), words(path, element, "Pt"), 3)
+        points.append(ControlPoint(label, (x, y, z), _sigma(path, element)))
     return points
 
 
 def crs_of(path: Path) -> None:
-    """Such a file states none. Raises InputError for what is wrong in its points, all the same."""
+    """Return None, since such a file does not state a CRS. Raises InputError for invalid points."""
     points_of(path)
 
 
@@ -60,7 +65,7 @@ def _sigma(path: Path, point: Element) -> float | None:
     if element is None:
         return None
     stated = numbers(path, element, element.text or "", 3)
-    if stated == _UNSTATED:
+    if stated == _DEFAULT_WEIGHTS:
         return None
     if min(stated) <= 0:
         raise element_error(path, element, Finding("table.not-positive"))
@@ -68,44 +73,46 @@ def _sigma(path: Path, point: Element) -> float | None:
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """The marks of a file; pixels are taken as they stand. Raises InputError with line and
-    element."""
+    """Return the marks of a file, with pixels as written.
+
+    Raises InputError with line and element.
+    """
     root = read_xml(path)
-    photos = [each for top in root.iter(MARKS) for each in top.findall(_PHOTO)]
+    photos = [element for top in root.iter(MARKS) for element in top.findall(_PHOTO)]
     marks = []
-    seen = UniqueKeys(path)
+    labels = UniqueKeys(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
-        for each in photo.findall(_MARK):
-            label = words(path, each, "NamePt")
-            x, y = numbers(path, each.find("PtIm"), words(path, each, "PtIm"), 2)
-            seen.add(
-                (label, name), each, "control.mark-repeated", "NamePt", label=label, photo=name
+        for element in photo.findall(_MARK):
+            label = words(path, element, "NamePt")
+            x, y = numbers(path, element.find("PtIm"), words(path, element, "PtIm"), 2)
+            labels.add(
+                (label, name), element, "control.mark-repeated", "NamePt", label=label, photo=name
             )
             marks.append(Mark(label, name, x, y))
     if not marks:
-        said = Finding("control.no-marks")
+        finding = Finding("control.no-marks")
         if next(root.iter(POINTS), None) is not None:
-            said = Finding("control.only-points")
-        raise InputError(said, file=path, field=root.tag)
+            finding = Finding("control.only-points")
+        raise InputError(finding, file=path, field=root.tag)
     return marks
 
 
 def marks_beside(path: Path) -> Path | None:
-    """The one other XML file of the folder that has marks and no points."""
-    found = []
-    for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:_MOST_FILES]:
+    """Return the only other XML file of the folder that has marks and no points, or None."""
+    candidates = []
+    for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
         try:
             with open_regular(other) as file:
-                head = file.read(_HEAD)
+                head = file.read(HEAD_BYTES)
         except (InputError, OSError):
             continue
         if other != path and MARKS.encode() in head and POINTS.encode() not in head:
-            found.append(other)
-    return found[0] if len(found) == 1 else None
+            candidates.append(other)
+    return candidates[0] if len(candidates) == 1 else None
 
 
-# It takes whatever XML no other format knows, and says what it misses in it.
+# It accepts any XML that no other format recognises, and reports what is missing.
 CONTROL_FORMAT = ControlFormat(
     to_translate("ground points of MicMac (XML)"),
     matches=is_xml,

@@ -1,5 +1,8 @@
-"""OpenDroneMap's `gcp_list.txt`: a line that names the projection, then for every mark
-`x y z pixel_x pixel_y photo [label]`; without labels, marks at the same place are one point."""
+"""OpenDroneMap's `gcp_list.txt`.
+
+It has a line with the projection, then for every mark `x y z pixel_x pixel_y photo [label]`.
+Without labels, marks at the same position are one point.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +17,20 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.control.projection import in_metres
+from vomstudio.io.control.projection import project_points
 from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
-_LARGEST = 64 << 20
+MAX_BYTES = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
 _HEADER = re.compile(r"(EPSG:\s*\d+(?:\s*\+\s*\d+)?|WGS84\s+UTM\b.*|\+proj=.*)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class OdmControl:
-    """crs : as pyproj understands it; line : of the header"""
+    """Content of a `gcp_list.txt`.
+
+    `crs` is as understood by pyproj, `line` that of the header.
+    """
 
     crs: str
     line: int
@@ -33,27 +39,27 @@ class OdmControl:
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Raises InputError with line and column."""
-    return _placed(path)[0]
+    """Return the points. Raises InputError with line and column."""
+    return _projected_points(path)[0]
 
 
 def crs_of(path: Path) -> str | None:
-    """Raises InputError with line and column."""
-    return _placed(path)[1]
+    """Return the CRS. Raises InputError with line and column."""
+    return _projected_points(path)[1]
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Raises InputError with line and column."""
+    """Return the marks. Raises InputError with line and column."""
     return list(read_odm(path).marks)
 
 
-def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
+def _projected_points(path: Path) -> tuple[list[ControlPoint], str | None]:
     odm = read_odm(path)
-    return in_metres(path, odm.points, odm.crs, odm.line)
+    return project_points(path, odm.points, odm.crs, odm.line)
 
 
 def is_odm(path: str | Path) -> bool:
-    """By its first line with words; False for what cannot be read."""
+    """Return whether the first line is a projection; False for an unreadable file."""
     if not is_regular(path):
         return False
     try:
@@ -68,10 +74,10 @@ def is_odm(path: str | Path) -> bool:
 
 
 def read_odm(path: str | Path) -> OdmControl:
-    """Raises InputError with line and column."""
+    """Read the file. Raises InputError with line and column."""
     path = Path(path)
     try:
-        lines = decode_text(read_small(path, _LARGEST)).splitlines()
+        lines = decode_text(read_small(path, MAX_BYTES)).splitlines()
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:
@@ -90,7 +96,7 @@ def read_odm(path: str | Path) -> OdmControl:
         )
     first, header = rows[0]
     points: dict[str, tuple[int, ControlPoint]] = {}
-    unnamed: dict[tuple[float, float, float], str] = {}
+    labels_by_position: dict[tuple[float, float, float], str] = {}
     marks: dict[tuple[str, str], tuple[int, Mark]] = {}
     for line, text in rows[1:]:
         cells = [cell.strip() for cell in text.split("\t")] if "\t" in text else text.split()
@@ -108,20 +114,22 @@ def read_odm(path: str | Path) -> OdmControl:
             _number(path, line, name, cell)
             for name, cell in zip(("x", "y", "z", "pixel_x", "pixel_y"), cells, strict=False)
         )
-        place, photo = (x, y, z), cells[5].replace("\\", "/")
+        position, photo = (x, y, z), cells[5].replace("\\", "/")
         label = cells[6] if len(cells) > 6 and cells[6] else ""
-        label = label or unnamed.setdefault(place, f"GCP{len(unnamed) + 1}")
-        before, known = points.setdefault(label, (line, ControlPoint(label, place)))
-        if known.position != place:
+        label = label or labels_by_position.setdefault(
+            position, f"GCP{len(labels_by_position) + 1}"
+        )
+        first_line, first_point = points.setdefault(label, (line, ControlPoint(label, position)))
+        if first_point.position != position:
             raise InputError(
-                Finding("control.other-coordinates", label=label, first_line=before),
+                Finding("control.other-coordinates", label=label, first_line=first_line),
                 file=path,
                 line=line,
             )
-        before, _ = marks.setdefault((label, photo), (line, Mark(label, photo, u, v)))
-        if before != line:
+        first_line, _ = marks.setdefault((label, photo), (line, Mark(label, photo, u, v)))
+        if first_line != line:
             raise InputError(
-                Finding("control.mark-repeated", label=label, photo=photo, first_line=before),
+                Finding("control.mark-repeated", label=label, photo=photo, first_line=first_line),
                 file=path,
                 line=line,
             )
@@ -136,13 +144,15 @@ def read_odm(path: str | Path) -> OdmControl:
 
 
 def projection_of(path: Path, line: int, header: str) -> str:
-    """What the first line of a file of OpenDroneMap names, as pyproj understands it. Raises
-    InputError."""
+    """Return the projection of a file's first line, as understood by pyproj.
+
+    Raises InputError.
+    """
     if header.casefold().startswith("wgs84"):
-        found = _UTM.fullmatch(header)
-        if found is None or not 1 <= int(found[1]) <= 60:
+        match = _UTM.fullmatch(header)
+        if match is None or not 1 <= int(match[1]) <= 60:
             raise InputError(Finding("frame.unknown-crs", crs=header[:40]), file=path, line=line)
-        return f"EPSG:{(32600 if found[2].upper() == 'N' else 32700) + int(found[1])}"
+        return f"EPSG:{(32600 if match[2].upper() == 'N' else 32700) + int(match[1])}"
     return header.replace(" ", "") if header.casefold().startswith("epsg") else header
 
 

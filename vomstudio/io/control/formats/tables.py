@@ -1,11 +1,10 @@
-"""Tables of our own.
+"""Tables of control points and marks.
 
-Control points are a table `label, x, y, z` with, where wanted, `sigma` (metres) and `use` (control
-or check); marks are a table `label, photo, x, y`, in pixels of the photo as stored, from the outer
-corner of its top left pixel, x to the right and y down. A comment states the CRS
-(`# EPSG:32633`, or WKT in one line), or `NAME.prj` beside the table does. Coordinates are in
-metres. Columns may have the names that other programs give them, in a header that begins with `#`,
-as Metashape's do, or none at all.
+Control points are a table `label, x, y, z` with optional `sigma` (metres) and `use` (control or
+check). Marks are a table `label, photo, x, y`, in pixels of the stored photo, from the outer
+corner of its top left pixel, x to the right and y down. A comment states the CRS (`# EPSG:32633`,
+or WKT in one line), or `NAME.prj` beside the table does. Coordinates are in metres. Columns may
+have the names of other programs, in a header that begins with `#`, as in Metashape, or no names.
 """
 
 from __future__ import annotations
@@ -20,21 +19,21 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.control.projection import in_metres
+from vomstudio.io.control.projection import project_points
 from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
-"""The order of the columns where there is no header."""
-_IN_PHOTO = tuple(name for name in PHOTO if name not in LABEL)
-_ACROSS = ("x", "x px", "pixel x", "px", "u", "column", "col")
-_DOWN = ("y", "y px", "pixel y", "py", "v", "row", "line")
+"""Order of the columns without a header."""
+_PHOTO_COLUMN = tuple(name for name in PHOTO if name not in LABEL)
+_X_COLUMNS = ("x", "x px", "pixel x", "px", "u", "column", "col")
+_Y_COLUMNS = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 
 def points_of(path: Path) -> list[ControlPoint]:
-    """Raises InputError with file, line and column."""
+    """Return the points. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-points"), file=path)
     table = NamedTable(path, _POINTS)
@@ -44,31 +43,30 @@ def points_of(path: Path) -> list[ControlPoint]:
     points = []
     for label, place, sigma, check in zip(labels, places, table.sigma(), uses, strict=True):
         x, y, z = place.tolist()
-        points.append(ControlPoint(label, (x, y, z), _one_for_all(sigma), bool(check)))
+        points.append(ControlPoint(label, (x, y, z), _common_sigma(sigma), bool(check)))
     return points
 
 
-def _one_for_all(sigma: FloatArray) -> float | None:
-    """Of the coordinates (3,), NaN where not stated: the root mean square, as the formats of other
-    programs are read."""
-    known = sigma[np.isfinite(sigma)].tolist()
-    if len(set(known)) <= 1:
-        return known[0] if known else None
-    return float(np.sqrt(np.mean(np.square(known))))
+def _common_sigma(sigma: FloatArray) -> float | None:
+    """Return the root mean square of the errors of coordinates (3,), NaN if not stated."""
+    stated = sigma[np.isfinite(sigma)].tolist()
+    if len(set(stated)) <= 1:
+        return stated[0] if stated else None
+    return float(np.sqrt(np.mean(np.square(stated))))
 
 
 def marks_of(path: Path) -> list[Mark]:
-    """Raises InputError with file, line and column."""
+    """Return the marks. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-marks"), file=path)
     table = NamedTable(path, _MARKS)
     labels = table.words(LABEL, "label")
-    names = [name.replace("\\", "/") for name in table.words(_IN_PHOTO, "photo")]
-    pixels = table.columns((_ACROSS, _DOWN), ("x", "y"))
+    names = [name.replace("\\", "/") for name in table.words(_PHOTO_COLUMN, "photo")]
+    pixels = table.columns((_X_COLUMNS, _Y_COLUMNS), ("x", "y"))
     marks = []
-    seen: dict[tuple[str, str], int] = {}
+    first_rows: dict[tuple[str, str], int] = {}
     for row, (label, name, (x, y)) in enumerate(zip(labels, names, pixels.tolist(), strict=True)):
-        first = seen.setdefault((label, name), row)
+        first = first_rows.setdefault((label, name), row)
         if first != row:
             raise table.at(
                 row,
@@ -90,12 +88,12 @@ def crs_of(path: Path) -> str | None:
     Raises
     ------
     InputError
-        For a CRS in degrees, or one that is not known.
+        For a CRS in degrees, or an unknown one.
     """
     stated, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
     if findings and stated.text is None:
         raise InputError(findings[0], file=path, field="CRS")
-    return in_metres(path, (), stated.text)[1]
+    return project_points(path, (), stated.text)[1]
 
 
 CONTROL_FORMAT = ControlFormat(

@@ -1,4 +1,4 @@
-"""What the readers share: whole files, colours, and leaving out what is unsound."""
+"""Helpers of the readers: reading whole files, colours, and removal of invalid data."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, convert_to_utf8
 
 BLOCK_BYTES = 8 * 1024 * 1024
-READERS = 3
-ROWS_AT_FIRST = 2_000_000
-ROWS_AT_ONCE = 1 << 17
+READER_THREADS = 3
+INITIAL_ROWS = 2_000_000
+BLOCK_ROWS = 1 << 17
 
 
 def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
-    """All bytes of a file, then `tail`; read in steps, so that it can be stopped.
+    """Return all bytes of a file, then `tail`; read in blocks, so that it can be cancelled.
 
-    Not mapped: a file that shrinks under a map, or a network drive that drops out, kills a process.
+    Not mapped: a mapped file that shrinks, or a network drive that disconnects, ends the process.
     """
     try:
         size = os.stat(path).st_size
@@ -43,13 +43,13 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
             stop = min(start + BLOCK_BYTES, size)
             with open_unbuffered(path) as file:
                 file.seek(start)
-                at = start
-                while at < stop and (n := file.readinto(view[at:stop])):
-                    at += n
-            return at
+                position = start
+                while position < stop and (n := file.readinto(view[position:stop])):
+                    position += n
+            return position
 
         done = 0
-        for done in map_parallel(fill, range(0, size, BLOCK_BYTES), READERS):
+        for done in map_parallel(fill, range(0, size, BLOCK_BYTES), READER_THREADS):
             progress.step(done)
             if done % BLOCK_BYTES and done < size:
                 break  # the file has become shorter meanwhile
@@ -64,8 +64,8 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
     return data
 
 
-def in_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
-    """What `read_whole` gave, with the same tail: UTF-16 text, told by its mark, as UTF-8."""
+def to_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
+    """Return the result of `read_whole` with the same tail, UTF-16 text converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
     raw = data[: len(data) - len(tail)].tobytes()
@@ -76,37 +76,40 @@ _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,]
 
 
 def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> None:
-    """Of formats whose numbers are parted by blanks. text : the line or word that is no number.
+    """Refuse numbers with decimal commas in formats whose numbers are separated by spaces.
 
-    Raises InputError where it holds a number as a program with a comma locale writes it: left out,
-    most of the model would be lost, and the rest would be wrong.
+    `text` is the line or word that is not a number. Raises InputError if it contains such a number:
+    skipping it would lose most of the model and corrupt the rest.
     """
-    found = _DECIMAL_COMMA.search(text)
-    if found is not None:
+    match = _DECIMAL_COMMA.search(text)
+    if match is not None:
         raise InputError(
-            Finding("table.decimal-comma", cell=found.group().decode("ascii")), file=path, line=line
+            Finding("table.decimal-comma", cell=match.group().decode("ascii")), file=path, line=line
         )
 
 
-def points_missing(found: int, promised: int) -> Finding:
+def points_missing(count: int, promised: int) -> Finding:
     """Return the message about a truncated cloud."""
-    return Finding("model.incomplete", count=found, promised=promised, element=tr("points"))
+    return Finding("model.incomplete", count=count, promised=promised, element=tr("points"))
 
 
 def scale_colors(colors: AnyArray) -> ByteArray:
-    """(n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255. NaN becomes white."""
+    """Return (n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255.
+
+    NaN becomes white.
+    """
     if colors.dtype == np.uint8:
         return np.ascontiguousarray(colors, dtype=np.uint8)
     if colors.dtype == np.uint16:
         if colors.size and colors.max() > 255:
             return (colors >> 8).astype(np.uint8)
         return colors.astype(np.uint8)
-    scaled, top = np.empty(colors.shape, np.uint8), 0.0
-    blocks = [slice(at, at + ROWS_AT_ONCE) for at in range(0, len(colors), ROWS_AT_ONCE)]
+    scaled, maximum = np.empty(colors.shape, np.uint8), 0.0
+    blocks = [slice(at, at + BLOCK_ROWS) for at in range(0, len(colors), BLOCK_ROWS)]
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
-        top = max(top, float(values.max(initial=0.0, where=np.isfinite(values))))
-    scale = 255.0 if top <= 1.0 else 1.0 if top <= 255.0 else 255.0 / 65535.0
+        maximum = max(maximum, float(values.max(initial=0.0, where=np.isfinite(values))))
+    scale = 255.0 if maximum <= 1.0 else 1.0 if maximum <= 255.0 else 255.0 / 65535.0
     for block in blocks:
         values = np.asarray(colors[block], np.float32)
         finite = np.isfinite(values)
@@ -114,21 +117,22 @@ def scale_colors(colors: AnyArray) -> ByteArray:
     return scaled
 
 
-def drop_unsound(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
-    """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
+def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
+    """Remove non-finite vertices and the faces that use them; return a cloud if no face remains.
 
-    Faces must lie within the vertices. Appends to `messages`. Raises InputError if nothing is left.
+    Faces must refer to existing vertices. Appends to `messages`. Raises InputError if nothing
+    remains.
     """
     vertices, faces = mesh.vertices, mesh.faces
     finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad:
-        keep = finite[faces].all(axis=1)
-        n_faces = int(len(keep) - np.count_nonzero(keep))
+        is_valid_face = finite[faces].all(axis=1)
+        n_faces = int(len(is_valid_face) - np.count_nonzero(is_valid_face))
         rows = np.cumsum(finite, dtype=np.int64).astype(np.int32) - 1
-        faces = rows[faces[keep]]
-        offsets = np.concatenate([[0], np.cumsum(keep)])[offsets].astype(np.int64)
+        faces = rows[faces[is_valid_face]]
+        offsets = np.concatenate([[0], np.cumsum(is_valid_face)])[offsets].astype(np.int64)
         vertices = vertices[finite]
         uv = None if uv is None else uv[finite]
         colors = None if colors is None else colors[finite]
@@ -148,12 +152,12 @@ def drop_unsound(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | Poin
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
-def drop_unsound_points(cloud: PointCloud, messages: list[Finding], path: Path) -> PointCloud:
-    """Without points that are no numbers. Raises InputError if none is left."""
-    sound = np.isfinite(cloud.points)
-    if len(sound) and sound.all():
+def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) -> PointCloud:
+    """Remove points that are not finite. Raises InputError if none remains."""
+    is_finite = np.isfinite(cloud.points)
+    if len(is_finite) and is_finite.all():
         return cloud
-    finite = np.logical_and.reduce(sound, axis=1)
+    finite = np.logical_and.reduce(is_finite, axis=1)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
         raise InputError(Finding("model.no-points"), file=path)
@@ -178,41 +182,44 @@ def join_corners(
     """
     keys = place_keys(corners)
     order = np.argsort(keys, kind="stable")
-    fresh = np.append(True, np.diff(keys[order]) != 0)
+    is_new = np.append(True, np.diff(keys[order]) != 0)
     del keys
-    first = order[fresh]
+    first = order[is_new]
     rank = np.empty(len(first), np.int32)
-    by_place = np.argsort(first)
-    rank[by_place] = np.arange(len(first), dtype=np.int32)
+    occurrence_order = np.argsort(first)
+    rank[occurrence_order] = np.arange(len(first), dtype=np.int32)
     faces = np.empty(len(order), np.int32)
-    faces[order] = rank[np.cumsum(fresh) - 1]
-    # -0 and 0 are one place.
-    return corners[first[by_place]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
+    faces[order] = rank[np.cumsum(is_new) - 1]
+    # -0 and 0 are the same position.
+    return corners[first[occurrence_order]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 class Columns:
-    """Arrays that grow with what was really read, never with what a header promises, each as wide
-    as its widest piece needs, and of objects where one holds more than numbers."""
+    """Arrays that grow with the values read, never with what a header states.
 
-    def __init__(self, at_first: int = ROWS_AT_FIRST) -> None:
-        """at_first : rows to make room for at once; each time that an array grows it is copied."""
-        self._at_first = at_first
+    Each has the type that its widest part needs, and is of objects if a part contains more than
+    numbers.
+    """
+
+    def __init__(self, initial_rows: int = INITIAL_ROWS) -> None:
+        """Create the columns. An array is copied each time it grows beyond `initial_rows`."""
+        self._initial_rows = initial_rows
         self._arrays: dict[str, AnyArray] = {}
         self._filled: dict[str, int] = {}
 
     def add(self, name: str, values: AnyArray, limit: int | None = None) -> None:
-        """limit : rows that there can be at most, where that is known"""
+        """Append values. `limit` is the maximum number of rows, if known."""
         filled = self._filled.get(name, 0)
         needed = filled + len(values)
         array = self._arrays.get(name, values[:0])
-        wide = _wide_enough(array.dtype, values.dtype)
-        if len(array) < needed or wide != array.dtype:
-            # What is not filled yet takes no memory.
-            room = max(needed, 2 * filled, self._at_first)
-            room = room if limit is None else max(min(limit, room), needed)
-            wider = np.empty((room, *values.shape[1:]), wide)
-            wider[:filled] = array[:filled]
-            self._arrays[name] = array = wider
+        common_type = _common_type(array.dtype, values.dtype)
+        if len(array) < needed or common_type != array.dtype:
+            # Unfilled rows do not use memory.
+            capacity = max(needed, 2 * filled, self._initial_rows)
+            capacity = capacity if limit is None else max(min(limit, capacity), needed)
+            enlarged = np.empty((capacity, *values.shape[1:]), common_type)
+            enlarged[:filled] = array[:filled]
+            self._arrays[name] = array = enlarged
         array[filled:needed] = values
         self._filled[name] = needed
 
@@ -223,7 +230,11 @@ class Columns:
         return array if len(array) == n else array[:n].copy()
 
 
-def _wide_enough(one: np.dtype[Any], other: np.dtype[Any]) -> np.dtype[Any]:
-    if one == other:
-        return one
-    return np.result_type(one, other) if {one.kind, other.kind} <= set("iuf") else np.dtype(object)
+def _common_type(first: np.dtype[Any], second: np.dtype[Any]) -> np.dtype[Any]:
+    if first == second:
+        return first
+    return (
+        np.result_type(first, second)
+        if {first.kind, second.kind} <= set("iuf")
+        else np.dtype(object)
+    )

@@ -154,13 +154,16 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
 
 
 def python_number(token: bytes) -> float | None:
-    """What compiled code left over. None where it is no number (NaN by any spelling is one)."""
+    """Parse a number that compiled code could not; None if it is not a number.
+
+    NaN by any spelling is a number.
+    """
     try:
         text = token.decode("ascii").lower()
         return None if "_" in text else float(text)
     except ValueError:
-        bare = token.lower().lstrip(b"+-")
+        unsigned = token.lower().lstrip(b"+-")
         # Microsoft's C library writes 1.#IND, 1.#QNAN, 1.#INF, and nan(ind).
-        if bare.startswith((b"1.#", b"nan", b"inf")):
+        if unsigned.startswith((b"1.#", b"nan", b"inf")):
             return float("nan")
         return None

@@ -1,7 +1,7 @@
-"""What lies under a glTF scene: its JSON, its buffers and their typed views.
+"""Parts of a glTF file: its JSON, its buffers and their typed views.
 
-Every index, offset and length in such a file is somebody else's word and is checked against what
-is there before it is used.
+Every index, offset and length in such a file is untrusted and is checked against the existing data
+before it is used.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
-from vomstudio.io.models.mtl import find_beside
+from vomstudio.io.models.mtl import find_companion
 
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -38,7 +38,7 @@ COMPRESSED = {
     "EXT_meshopt_compression": "meshopt",
     "KHR_meshopt_compression": "meshopt",
 }
-UNDERSTOOD = (
+SUPPORTED_EXTENSIONS = (
     "KHR_materials_",
     "KHR_texture_transform",
     "KHR_mesh_quantization",
@@ -46,15 +46,17 @@ UNDERSTOOD = (
     "EXT_texture_webp",
     "EXT_mesh_gpu_instancing",
 )
-MOVING = ("CESIUM_RTC",)
-"""Extensions of the whole file that give the model another place."""
+POSITIONING_EXTENSIONS = ("CESIUM_RTC",)
+"""Extensions of the whole file that change the position of the model."""
 
 
-def files_beside(path: Path) -> list[Path]:
-    """The buffers and images that a .gltf or .glb names beside itself, as far as they are there.
-    Raises InputError where it is no glTF."""
+def companion_files(path: Path) -> list[Path]:
+    """Return the existing buffers and images that a .gltf or .glb names beside itself.
+
+    Raises InputError if it is not a glTF file.
+    """
     document = Document(path, Silent())
-    found: list[Path] = []
+    paths: list[Path] = []
     for kind in ("buffers", "images"):
         for index in range(document.count(kind)):
             uri = document.item(kind, index).get("uri")
@@ -62,14 +64,14 @@ def files_beside(path: Path) -> list[Path]:
                 with contextlib.suppress(InputError):
                     source = document.uri_bytes(uri, f"{kind}[{index}]")
                     assert isinstance(source, Path)
-                    found.append(source)
-    return found
+                    paths.append(source)
+    return paths
 
 
 class Document:
     """One .gltf or .glb file.
 
-    content_hash : of the file and the buffer files that belong to it; empty where there are none
+    `content_hash` is that of the file and its buffer files; empty without buffer files.
     """
 
     def __init__(self, path: Path, progress: Progress) -> None:
@@ -80,7 +82,7 @@ class Document:
         self._binary: AnyArray | None = None
         packed = data[:4].tobytes() == MAGIC
         text = self._split(data) if packed else data.tobytes()
-        self.json = self._parsed(text)
+        self.json = self._parse(text)
         self._buffers: dict[int, AnyArray] = {}
         self._hasher = hashlib.sha256(data.data)
         self._has_files = False
@@ -90,17 +92,17 @@ class Document:
     def content_hash(self) -> str:
         return self._hasher.hexdigest() if self._has_files else ""
 
-    def wrong(self, reason: str, field: str | None = None) -> InputError:
+    def error(self, reason: str, field: str | None = None) -> InputError:
         return InputError(
             Finding("file.damaged", reason=reason, format="glTF"), file=self.path, field=field
         )
 
     def _split(self, data: AnyArray) -> bytes:
         if len(data) < 20:
-            raise self.wrong(tr("the file ends within its header"))
+            raise self.error(tr("the file ends within its header"))
         version, length = struct.unpack_from("<II", data.data, 4)
         if version != 2:
-            raise self.wrong(
+            raise self.error(
                 tr("this is glTF version {version}; this program reads version 2", version=version)
             )
         if length > len(data):
@@ -112,7 +114,7 @@ class Document:
             size, kind = struct.unpack_from("<II", data.data, at)
             at += 8
             if size > length - at:
-                raise self.wrong(
+                raise self.error(
                     tr("a part of the file is longer than the file"), tr("byte {at}", at=at - 8)
                 )
             if kind == JSON_CHUNK and not text:
@@ -122,13 +124,13 @@ class Document:
             at += size
         return text
 
-    def _parsed(self, text: bytes) -> dict[str, Any]:
+    def _parse(self, text: bytes) -> dict[str, Any]:
         if len(text) > MAX_JSON_BYTES or sum(map(text.count, (b",", b"{", b"["))) > MAX_JSON_VALUES:
-            raise self.wrong(tr("the JSON part is too large"))
+            raise self.error(tr("the JSON part is too large"))
         try:
-            found = json.loads(text.decode("utf-8-sig"))
+            content = json.loads(text.decode("utf-8-sig"))
         except UnicodeDecodeError:
-            raise self.wrong(tr("the JSON part is not in UTF-8")) from None
+            raise self.error(tr("the JSON part is not in UTF-8")) from None
         except (ValueError, RecursionError) as error:
             reason = str(error).split(": line")[0][:80]
             raise InputError(
@@ -136,14 +138,14 @@ class Document:
                 file=self.path,
                 line=getattr(error, "lineno", None),
             ) from None
-        if not isinstance(found, dict):
-            raise self.wrong(tr("the JSON part holds no scene"))
-        return found
+        if not isinstance(content, dict):
+            raise self.error(tr("the JSON part holds no scene"))
+        return content
 
     def _check_version(self) -> None:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
-            raise self.wrong(tr("the version 2 of glTF is not stated"), "asset.version")
+            raise self.error(tr("the version 2 of glTF is not stated"), "asset.version")
         required = self.json.get("extensionsRequired")
         for name in required if isinstance(required, list) else ():
             if name in COMPRESSED:
@@ -157,49 +159,53 @@ class Document:
         """Return the required extensions that are not supported."""
         required = self.json.get("extensionsRequired")
         names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
-        return [n for n in names if not n.startswith(UNDERSTOOD)]
+        return [n for n in names if not n.startswith(SUPPORTED_EXTENSIONS)]
 
     def extensions_to_report(self) -> list[str]:
         """Return the extensions that change the model and are not supported."""
         required = self.unknown_extensions()
-        moving = [n for n in MOVING if n in self.section("extensions") and n not in required]
+        moving = [
+            n
+            for n in POSITIONING_EXTENSIONS
+            if n in self.section("extensions") and n not in required
+        ]
         return [*required, *moving]
 
     def is_understood(self, extension: str) -> bool:
         """Return whether an extension is supported, or already reported as unsupported."""
-        return extension.startswith(UNDERSTOOD) or extension in self.unknown_extensions()
+        return extension.startswith(SUPPORTED_EXTENSIONS) or extension in self.unknown_extensions()
 
-    def section(self, name: str, of: dict[str, Any] | None = None) -> dict[str, Any]:
-        """The object `name`; empty where there is none or it is something else."""
-        found = (self.json if of is None else of).get(name)
-        return found if isinstance(found, dict) else {}
+    def section(self, name: str, parent: dict[str, Any] | None = None) -> dict[str, Any]:
+        """Return the object `name`; empty if it is missing or something else."""
+        value = (self.json if parent is None else parent).get(name)
+        return value if isinstance(value, dict) else {}
 
     def count(self, kind: str) -> int:
-        found = self.json.get(kind)
-        return len(found) if isinstance(found, list) else 0
+        entries = self.json.get(kind)
+        return len(entries) if isinstance(entries, list) else 0
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Entry `index` of the list `kind`. Raises InputError."""
+        """Return entry `index` of the list `kind`. Raises InputError."""
         if isinstance(index, bool) or not isinstance(index, int):
-            raise self.wrong(tr("'{index}' is not an index", index=index), kind)
+            raise self.error(tr("'{index}' is not an index", index=index), kind)
         if not 0 <= index < self.count(kind):
-            raise self.wrong(tr("there is no entry {index}", index=index), kind)
-        found = self.json[kind][index]
-        if not isinstance(found, dict):
-            raise self.wrong(tr("it has the wrong type"), f"{kind}[{index}]")
-        return found
+            raise self.error(tr("there is no entry {index}", index=index), kind)
+        entry = self.json[kind][index]
+        if not isinstance(entry, dict):
+            raise self.error(tr("it has the wrong type"), f"{kind}[{index}]")
+        return entry
 
-    def whole(self, of: dict[str, Any], key: str, default: int, field: str) -> int:
-        """A count or offset. Raises InputError where it is no whole number from 0."""
-        value = of.get(key, default)
+    def whole(self, parent: dict[str, Any], key: str, default: int, field: str) -> int:
+        """Return a count or offset. Raises InputError if it is not a non-negative integer."""
+        value = parent.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**62:
-            raise self.wrong(tr("'{key}' is not a whole number", key=key), field)
+            raise self.error(tr("'{key}' is not a whole number", key=key), field)
         return value
 
     def uri_bytes(self, uri: object, field: str) -> bytes | Path:
-        """The bytes of a data URI, or the path of the file beside that it names."""
+        """Return the bytes of a data URI, or the path of the file that it names."""
         if not isinstance(uri, str):
-            raise self.wrong(tr("'uri' is not a text"), field)
+            raise self.error(tr("'uri' is not a text"), field)
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
             try:
@@ -207,14 +213,14 @@ class Document:
                     return base64.b64decode(unquote_to_bytes(body), validate=True)
                 return unquote_to_bytes(body)
             except (binascii.Error, ValueError):
-                raise self.wrong(tr("the embedded data are damaged"), field) from None
+                raise self.error(tr("the embedded data are damaged"), field) from None
         name = unquote_to_bytes(uri).decode("utf-8", "replace")
-        found, problem = find_beside(self.path.parent, name)
-        if found is None:
+        path, problem = find_companion(self.path.parent, name)
+        if path is None:
             raise InputError(
                 Finding("model.part-missing", reason=problem), file=self.path, field=field
             )
-        return found
+        return path
 
     def _buffer(self, index: object) -> AnyArray:
         buffer = self.item("buffers", index)
@@ -234,7 +240,7 @@ class Document:
         elif index == 0 and self._binary is not None:
             data = self._binary
         else:
-            raise self.wrong(tr("the data are missing"), field)
+            raise self.error(tr("the data are missing"), field)
         length = self.whole(buffer, "byteLength", len(data), field)
         if length > len(data):
             raise InputError(
@@ -246,56 +252,60 @@ class Document:
         return data
 
     def view(self, index: object) -> tuple[AnyArray, int]:
-        """The bytes of a buffer view, and its stride (0 if not stated)."""
+        """Return the bytes of a buffer view, and its stride (0 if not stated)."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
-        packed = any(name in self.section("extensions", view) for name in COMPRESSED)
+        is_compressed = any(name in self.section("extensions", view) for name in COMPRESSED)
         buffer = self.item("buffers", view.get("buffer"))
-        # Beside compressed data there may be the same without compression.
-        absent = any(
+        # Uncompressed data may exist as a fallback beside compressed data.
+        has_fallback = any(
             self.section(name, self.section("extensions", buffer)).get("fallback") is True
             for name in COMPRESSED
         )
-        if packed and absent and "uri" not in buffer:
-            raise self.wrong(tr("the data are compressed"), field)
+        if is_compressed and has_fallback and "uri" not in buffer:
+            raise self.error(tr("the data are compressed"), field)
         data = self._buffer(view.get("buffer"))
         start = self.whole(view, "byteOffset", 0, field)
         length = self.whole(view, "byteLength", 0, field)
         if start + length > len(data):
-            raise self.wrong(tr("it reaches beyond its buffer"), field)
+            raise self.error(tr("it reaches beyond its buffer"), field)
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> AnyArray:
-        """(n, width) values as they are stored, normalised ones as floats. Raises InputError where
-        they do not lie in the file, or have a width that is not in `widths`."""
+        """Return (n, width) values as stored, normalised ones as floats.
+
+        Raises InputError if they are not in the file, or have a width that is not in `widths`.
+        """
         accessor = self.item("accessors", index)
         field = f"accessors[{index}]"
         kind = accessor.get("componentType")
         width = WIDTHS.get(str(accessor.get("type")))
         if not isinstance(kind, int) or kind not in COMPONENTS or width is None:
-            raise self.wrong(tr("the type is unknown"), field)
+            raise self.error(tr("the type is unknown"), field)
         if width not in widths:
-            raise self.wrong(
+            raise self.error(
                 tr("the number of {width} values per row is wrong", width=width), field
             )
         dtype = np.dtype(COMPONENTS[kind])
         count = self.whole(accessor, "count", 0, field)
         sparse = accessor.get("sparse")
         if "bufferView" in accessor:
-            values = self._typed(accessor, accessor["bufferView"], dtype, count, width, field)
+            values = self._typed_values(
+                accessor, accessor["bufferView"], dtype, count, width, field
+            )
         elif isinstance(sparse, dict):
             self.budget.take(count * width * dtype.itemsize, field)
             values = np.zeros((count, width), dtype)
         else:
-            raise self.wrong(tr("it has no data"), field)
+            raise self.error(tr("it has no data"), field)
         if isinstance(sparse, dict):
-            values = self._with_sparse(values, sparse, field)
+            values = self._apply_sparse(values, sparse, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
-            top = np.float32(np.iinfo(dtype).max)
-            return np.asarray(np.maximum(values.astype(np.float32) / top, np.float32(-1.0)))
+            maximum = np.float32(np.iinfo(dtype).max)
+            return np.asarray(np.maximum(values.astype(np.float32) / maximum, np.float32(-1.0)))
         return values
 
-    def _typed(
+    def _typed_values(
         self,
         owner: dict[str, Any],
         view: object,
@@ -309,21 +319,30 @@ class Document:
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
-            raise self.wrong(tr("it reaches beyond its data"), field)
+            raise self.error(tr("it reaches beyond its data"), field)
         if count == 0:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 
-    def _with_sparse(self, values: AnyArray, sparse: dict[str, Any], field: str) -> AnyArray:
+    def _apply_sparse(self, values: AnyArray, sparse: dict[str, Any], field: str) -> AnyArray:
         count = self.whole(sparse, "count", 0, f"{field}.sparse")
-        where, what = self.section("indices", sparse), self.section("values", sparse)
-        kind = COMPONENTS.get(where.get("componentType", 0), "")
+        indices, replacements = self.section("indices", sparse), self.section("values", sparse)
+        kind = COMPONENTS.get(indices.get("componentType", 0), "")
         if "u" not in kind:
-            raise self.wrong(tr("the indices have an unknown type"), f"{field}.sparse")
-        rows = self._typed(where, where.get("bufferView"), np.dtype(kind), count, 1, field)[:, 0]
-        new = self._typed(what, what.get("bufferView"), values.dtype, count, values.shape[1], field)
+            raise self.error(tr("the indices have an unknown type"), f"{field}.sparse")
+        rows = self._typed_values(
+            indices, indices.get("bufferView"), np.dtype(kind), count, 1, field
+        )[:, 0]
+        new = self._typed_values(
+            replacements,
+            replacements.get("bufferView"),
+            values.dtype,
+            count,
+            values.shape[1],
+            field,
+        )
         if len(rows) and int(rows.max()) >= len(values):
-            raise self.wrong(tr("it refers to rows that do not exist"), f"{field}.sparse")
+            raise self.error(tr("it refers to rows that do not exist"), f"{field}.sparse")
         values = values.copy()
         values[rows] = new
         return values
@@ -332,9 +351,9 @@ class Document:
 def numbers(document: Document, values: object, n: int, place: str) -> FloatArray:
     if isinstance(values, list) and len(values) == n:
         try:
-            found = np.array(values, np.float64)
+            array = np.array(values, np.float64)
         except (TypeError, ValueError, OverflowError):
-            found = np.full(n, np.nan)
-        if found.shape == (n,) and np.isfinite(found).all():
-            return found
-    raise document.wrong(tr("it must have {count} numbers", count=n), place)
+            array = np.full(n, np.nan)
+        if array.shape == (n,) and np.isfinite(array).all():
+            return array
+    raise document.error(tr("it must have {count} numbers", count=n), place)

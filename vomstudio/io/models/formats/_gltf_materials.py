@@ -1,4 +1,4 @@
-"""Materials of a glTF, and where their images are."""
+"""Materials of a glTF, and the locations of their images."""
 
 from __future__ import annotations
 
@@ -16,21 +16,23 @@ from vomstudio.io.models import image_store
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.mtl import check_image, texture_finding
 
-MAPS_NOT_USED = ("normalTexture", "occlusionTexture", "emissiveTexture")
+UNUSED_MAPS = ("normalTexture", "occlusionTexture", "emissiveTexture")
 
 
 def color_map(document: Document, material: object) -> dict[str, Any]:
-    """The textureInfo of a material's colour; empty where it has none."""
+    """Return the textureInfo of a material's colour; empty without one."""
     if material == -1:
         return {}
     entry = document.item("materials", material)
-    found = document.section("baseColorTexture", document.section("pbrMetallicRoughness", entry))
-    if found:
-        return found
-    older = document.section(
+    texture_info = document.section(
+        "baseColorTexture", document.section("pbrMetallicRoughness", entry)
+    )
+    if texture_info:
+        return texture_info
+    extension = document.section(
         "KHR_materials_pbrSpecularGlossiness", document.section("extensions", entry)
     )
-    return document.section("diffuseTexture", older)
+    return document.section("diffuseTexture", extension)
 
 
 def _transform(document: Document, texture: dict[str, Any]) -> dict[str, Any]:
@@ -38,21 +40,21 @@ def _transform(document: Document, texture: dict[str, Any]) -> dict[str, Any]:
 
 
 def uv_set(document: Document, texture: dict[str, Any]) -> int:
-    wanted = _transform(document, texture).get("texCoord", texture.get("texCoord", 0))
-    return wanted if isinstance(wanted, int) and 0 <= wanted < 100 else 0
+    uv_set_number = _transform(document, texture).get("texCoord", texture.get("texCoord", 0))
+    return uv_set_number if isinstance(uv_set_number, int) and 0 <= uv_set_number < 100 else 0
 
 
-def moved(document: Document, uv: FloatArray, texture: dict[str, Any]) -> AnyArray:
-    """Texture coordinates as the mesh has them: origin at the lower left, nothing left to apply."""
-    move = _transform(document, texture)
-    if "scale" in move:
-        uv = uv * numbers(document, move["scale"], 2, "KHR_texture_transform")
-    if "rotation" in move:
-        (angle,) = numbers(document, [move["rotation"]], 1, "KHR_texture_transform")
+def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) -> AnyArray:
+    """Return texture coordinates as in a mesh: origin at the lower left, transform applied."""
+    transform = _transform(document, texture)
+    if "scale" in transform:
+        uv = uv * numbers(document, transform["scale"], 2, "KHR_texture_transform")
+    if "rotation" in transform:
+        (angle,) = numbers(document, [transform["rotation"]], 1, "KHR_texture_transform")
         c, s = np.cos(angle), np.sin(angle)
         uv = uv @ np.array([[c, -s], [s, c]])
-    if "offset" in move:
-        uv = uv + numbers(document, move["offset"], 2, "KHR_texture_transform")
+    if "offset" in transform:
+        uv = uv + numbers(document, transform["offset"], 2, "KHR_texture_transform")
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)
 
 
@@ -68,7 +70,7 @@ def materials_of(
             continue
         entry = document.item("materials", index)
         name = str(entry.get("name") or f"material_{index}")
-        extra = extra or any(key in entry for key in MAPS_NOT_USED)
+        extra = extra or any(key in entry for key in UNUSED_MAPS)
         info = color_map(document, index)
         texture: Path | None = None
         if info:
@@ -85,11 +87,11 @@ def materials_of(
 
 
 def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, float] | None:
-    rough = document.section("pbrMetallicRoughness", entry)
-    older = document.section(
+    metallic_roughness = document.section("pbrMetallicRoughness", entry)
+    extension = document.section(
         "KHR_materials_pbrSpecularGlossiness", document.section("extensions", entry)
     )
-    factor = rough.get("baseColorFactor", older.get("diffuseFactor"))
+    factor = metallic_roughness.get("baseColorFactor", extension.get("diffuseFactor"))
     if factor is None:
         return None
     r, g, b, _ = srgb(np.clip(numbers(document, factor, 4, "baseColorFactor"), 0.0, 1.0)).tolist()
@@ -97,8 +99,7 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
 
 
 def srgb(linear: AnyArray) -> AnyArray:
-    """From the linear light of glTF's factors to the values that images and MTL files hold
-    (IEC 61966-2-1)."""
+    """Convert the linear light of glTF factors to sRGB values (IEC 61966-2-1)."""
     low = linear <= 0.0031308
     return np.where(low, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1 / 2.4) - 0.055)
 
@@ -110,36 +111,36 @@ def _image_of(document: Document, info: dict[str, Any]) -> object:
 
 
 def _image(document: Document, index: object, material: str) -> tuple[Path | None, str | None]:
-    """The file of an image, or what is wrong with it."""
+    """Return the file of an image, or why it cannot be used."""
     if index is None:
         return None, tr("it has no image in a format that can be read")
     entry = document.item("images", index)
-    where = f"images[{index}]"
+    field = f"images[{index}]"
     name = entry.get("name")
     label = name if isinstance(name, str) and name else material
     try:
         if "bufferView" in entry:
             packed = document.view(entry["bufferView"])[0]
-            # Kept under its hash: many images may be of the same bytes.
-            document.budget.take(len(packed), where)
+            # Stored under its hash: many images may consist of the same bytes.
+            document.budget.take(len(packed), field)
             content = packed.tobytes()
         else:
-            source = document.uri_bytes(entry.get("uri"), where)
+            source = document.uri_bytes(entry.get("uri"), field)
             if isinstance(source, Path):
-                wrong = check_image(source)
-                return (None, wrong) if wrong else (source, None)
+                reason = check_image(source)
+                return (None, reason) if reason else (source, None)
             content = source
     except InputError as error:
         return None, error.message.rstrip(".")
-    if image_store.ending_of(content) == ".img":
+    if image_store.suffix_of(content) == ".img":
         return None, tr("'{image}' is not an image that can be read", image=label)
     try:
-        kept = image_store.keep(content, Path(label).stem if "." in label else label)
+        stored = image_store.store_image(content, Path(label).stem if "." in label else label)
     except OSError as error:
         return None, tr(
             "it cannot be written to {folder} ({reason})",
             folder=image_store.folder(),
             reason=error.strerror,
         )
-    wrong = check_image(kept)
-    return (None, wrong) if wrong else (kept, None)
+    reason = check_image(stored)
+    return (None, reason) if reason else (stored, None)

@@ -1,4 +1,4 @@
-"""The primitives of a glTF's scene, each in its place."""
+"""The primitives of a glTF's scene, each in its position."""
 
 from __future__ import annotations
 
@@ -14,18 +14,29 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
-from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
+from vomstudio.io.models.formats._gltf_materials import color_map, transform_uv, uv_set
 
 MAX_VERTICES = 200_000_000
-# What Python itself keeps for each.
-_PLACE_BYTES, _PRIMITIVE_BYTES = 400, 1000
+# Overhead of Python for each.
+BYTES_PER_INSTANCE, BYTES_PER_PRIMITIVE = 400, 1000
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 
 @dataclass
 class Piece:
-    """One primitive in its place: positions (n, 3) float64, still Y-up; faces (m, 3) of whole
-    numbers, as wide as the file has them, or None of points; the rest per vertex."""
+    """One primitive in its position.
+
+    Attributes
+    ----------
+    positions : (n, 3) float64
+        Still Y-up.
+    faces : (m, 3) array of int or None
+        As wide as in the file; None for points.
+
+    Notes
+    -----
+    The other arrays are per vertex.
+    """
 
     positions: FloatArray
     faces: AnyArray | None
@@ -37,29 +48,29 @@ class Piece:
 
 
 def pieces_of(document: Document, messages: list[Finding]) -> Iterator[Piece]:
-    placed = []
-    for place in _placed_meshes(document, messages):
-        document.budget.take(_PLACE_BYTES, "nodes")
-        placed.append(place)
+    instances = []
+    for instance in _placed_meshes(document, messages):
+        document.budget.take(BYTES_PER_INSTANCE, "nodes")
+        instances.append(instance)
     uses: dict[object, int] = {}
     steps = 0
-    for index, _, _ in placed:
+    for index, _, _ in instances:
         primitives = _primitives(document, index)
         steps += len(primitives)
-        document.budget.take(_PRIMITIVE_BYTES * len(primitives), "meshes")
+        document.budget.take(BYTES_PER_PRIMITIVE * len(primitives), "meshes")
         for primitive in primitives:
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
-    total = lines = done = 0
+    total = line_count = done = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), steps)
-    for index, matrix, weights in placed:
+    for index, matrix, weights in instances:
         for primitive in _primitives(document, index):
             progress.step(done)
             done += 1
             mode = primitive.get("mode", TRIANGLES)
             if mode in (1, 2, 3):
-                lines += 1
+                line_count += 1
                 continue
             key = document.section("attributes", primitive).get("POSITION")
             shared = uses[_key(key)] > 1
@@ -72,8 +83,8 @@ def pieces_of(document: Document, messages: list[Finding]) -> Iterator[Piece]:
             if len(piece.positions):
                 yield piece
     progress.step(steps)
-    if lines:
-        messages.append(Finding("model.lines-left-out", count=lines))
+    if line_count:
+        messages.append(Finding("model.lines-left-out", count=line_count))
 
 
 def _key(index: object) -> object:
@@ -81,14 +92,14 @@ def _key(index: object) -> object:
 
 
 def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
-    found = document.item("meshes", mesh).get("primitives")
-    return [p for p in found if isinstance(p, dict)] if isinstance(found, list) else []
+    primitives = document.item("meshes", mesh).get("primitives")
+    return [p for p in primitives if isinstance(p, dict)] if isinstance(primitives, list) else []
 
 
 def _placed_meshes(
     document: Document, messages: list[Finding]
 ) -> Iterator[tuple[object, AnyArray, object]]:
-    """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
+    """Yield each mesh of the scene with its 4x4 matrix and its morph weights."""
     n = document.count("nodes")
     if n == 0:
         for mesh in range(document.count("meshes")):
@@ -98,20 +109,20 @@ def _placed_meshes(
         scene = document.item("scenes", document.json.get("scene", 0))
         roots = scene.get("nodes", [])
     else:
-        below = {c for i in range(n) for c in _children(document, i) if isinstance(c, int)}
-        roots = [i for i in range(n) if i not in below]
+        child_nodes = {c for i in range(n) for c in _children(document, i) if isinstance(c, int)}
+        roots = [i for i in range(n) if i not in child_nodes]
     if not isinstance(roots, list):
-        raise document.wrong(tr("'nodes' is not a list"), "scenes")
-    seen: set[int] = set()
-    waiting: list[tuple[object, AnyArray]] = [(node, np.eye(4)) for node in reversed(roots)]
-    while waiting:
-        index, above = waiting.pop()
+        raise document.error(tr("'nodes' is not a list"), "scenes")
+    visited: set[int] = set()
+    pending: list[tuple[object, AnyArray]] = [(node, np.eye(4)) for node in reversed(roots)]
+    while pending:
+        index, parent_matrix = pending.pop()
         node = document.item("nodes", index)
         assert isinstance(index, int)
-        if index in seen:
-            raise document.wrong(tr("a node has two parents or contains itself"), f"nodes[{index}]")
-        seen.add(index)
-        matrix = above @ _local_matrix(document, node, index)
+        if index in visited:
+            raise document.error(tr("a node has two parents or contains itself"), f"nodes[{index}]")
+        visited.add(index)
+        matrix = parent_matrix @ _local_matrix(document, node, index)
         if "skin" in node:
             messages.append(Finding("model.pose-unused"))
         for name in document.section("extensions", node):
@@ -122,40 +133,42 @@ def _placed_meshes(
             weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
             for place in _instances(document, node, index):
                 yield node["mesh"], matrix @ place, weights
-        waiting.extend((child, matrix) for child in reversed(_children(document, index)))
+        pending.extend((child, matrix) for child in reversed(_children(document, index)))
 
 
 def _children(document: Document, index: int) -> list[Any]:
-    found = document.item("nodes", index).get("children", [])
-    return found if isinstance(found, list) else []
+    children = document.item("nodes", index).get("children", [])
+    return children if isinstance(children, list) else []
 
 
 def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[AnyArray]:
-    """The 4x4 places of a node's mesh within the node (EXT_mesh_gpu_instancing); one, the node's
-    own, where it is not repeated."""
-    repeated = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
-    if not isinstance(repeated, dict):
+    """Yield the 4x4 matrices of a node's mesh within the node (EXT_mesh_gpu_instancing).
+
+    A single identity matrix without instancing.
+    """
+    instancing = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
+    if not isinstance(instancing, dict):
         yield np.eye(4)
         return
-    attributes = document.section("attributes", repeated)
+    attributes = document.section("attributes", instancing)
     widths = {"translation": 3, "rotation": 4, "scale": 3}
-    found = {
+    attribute_values = {
         name: document.accessor(attributes[name.upper()], width).astype(np.float64)
         for name, width in widths.items()
         if name.upper() in attributes
     }
-    counts = {len(values) for values in found.values()}
+    counts = {len(values) for values in attribute_values.values()}
     if len(counts) > 1:
-        raise document.wrong(tr("the instances have different counts"), f"nodes[{index}]")
+        raise document.error(tr("the instances have different counts"), f"nodes[{index}]")
     for row in range(counts.pop() if counts else 0):
-        place = {name: values[row].tolist() for name, values in found.items()}
-        yield _local_matrix(document, place, index)
+        transform = {name: values[row].tolist() for name, values in attribute_values.items()}
+        yield _local_matrix(document, transform, index)
 
 
-def _rows_used(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
-    """Which of n vertices faces use, and the faces by their places among these."""
+def _used_rows(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
+    """Return the vertices that faces use, and the faces by their positions among these."""
     if 8 * faces.size < n:
-        # Thousands of small pieces may be cut out of one large buffer.
+        # Thousands of small pieces may share one large buffer.
         rows, inverse = np.unique(faces, return_inverse=True)
         return rows, inverse.reshape(faces.shape)
     used = np.zeros(n, bool)
@@ -163,29 +176,28 @@ def _rows_used(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
 
 
-def _shaped(
+def _morphed_positions(
     document: Document, primitive: dict[str, Any], stored: AnyArray, rows: Any, weights: object
 ) -> FloatArray:
-    """Positions with the shapes of the mesh (morph targets) at their weights; without weights they
-    are as they stand (glTF 2.0, 3.7.2.2)."""
+    """Return positions with the morph targets at their weights (glTF 2.0, 3.7.2.2)."""
     positions: FloatArray = stored[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
-    shares = numbers(document, weights, len(targets), "weights")
-    for share, target in zip(shares.tolist(), targets, strict=True):
-        if share and isinstance(target, dict) and "POSITION" in target:
-            moves = document.accessor(target["POSITION"], 3)
-            if len(moves) != len(stored):
-                raise document.wrong(
+    target_weights = numbers(document, weights, len(targets), "weights")
+    for target_weight, target in zip(target_weights.tolist(), targets, strict=True):
+        if target_weight and isinstance(target, dict) and "POSITION" in target:
+            displacements = document.accessor(target["POSITION"], 3)
+            if len(displacements) != len(stored):
+                raise document.error(
                     tr(
                         "it has {count:,} rows for {vertices:,} vertices",
-                        count=len(moves),
+                        count=len(displacements),
                         vertices=len(stored),
                     ),
                     "targets",
                 )
-            positions += share * moves[rows].astype(np.float64)
+            positions += target_weight * displacements[rows].astype(np.float64)
     return positions
 
 
@@ -198,7 +210,7 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> AnyAr
         x, y, z, w = numbers(document, node["rotation"], 4, place)
         length = np.sqrt(x * x + y * y + z * z + w * w)
         if not length > 0:
-            raise document.wrong(tr("the rotation is not valid"), place)
+            raise document.error(tr("the rotation is not valid"), place)
         x, y, z, w = np.array([x, y, z, w]) / length
         matrix[:3, :3] = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -233,10 +245,10 @@ def _piece(
         document.item("materials", material)
     rows: Any = slice(None)
     if faces is not None and shared:
-        # One large buffer cut into many primitives: each takes only what it needs.
-        rows, faces = _rows_used(faces, len(stored))
+        # Many primitives share one large buffer: each takes only what it needs.
+        rows, faces = _used_rows(faces, len(stored))
     document.budget.take(24 * (len(stored) if isinstance(rows, slice) else len(rows)), "meshes")
-    positions = _shaped(document, primitive, stored, rows, weights)
+    positions = _morphed_positions(document, primitive, stored, rows, weights)
     if not np.array_equal(matrix, np.eye(4)):
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:
@@ -247,36 +259,40 @@ def _piece(
     def values(name: str, *widths: int) -> AnyArray | None:
         if name not in attributes:
             return None
-        found = document.accessor(attributes[name], *widths)
-        if len(found) != n:
-            raise document.wrong(
-                tr("it has {count:,} rows for {vertices:,} vertices", count=len(found), vertices=n),
+        columns = document.accessor(attributes[name], *widths)
+        if len(columns) != n:
+            raise document.error(
+                tr(
+                    "it has {count:,} rows for {vertices:,} vertices",
+                    count=len(columns),
+                    vertices=n,
+                ),
                 name,
             )
-        taken = np.asarray(found[rows])
-        document.budget.take(taken.nbytes, name)
-        return taken
+        used_values = np.asarray(columns[rows])
+        document.budget.take(used_values.nbytes, name)
+        return used_values
 
     texture = color_map(document, material)
     piece.uv = values(f"TEXCOORD_{uv_set(document, texture)}", 2)
     if piece.uv is not None:
-        piece.uv = moved(document, piece.uv.astype(np.float64), texture)
+        piece.uv = transform_uv(document, piece.uv.astype(np.float64), texture)
     colors = values("COLOR_0", 3, 4)
     if colors is not None:
         piece.colors = scale_colors(np.ascontiguousarray(colors[:, :3]))
     if faces is None:
         piece.normals = values("NORMAL", 3)
         if piece.normals is not None:
-            # Directions: right for rotations and even scales, which is what clouds come with.
+            # Directions: correct for rotations and uniform scales, as clouds have.
             piece.normals = piece.normals @ matrix[:3, :3].T
     for name in attributes:
         if not name.startswith("_"):
             continue
-        found = values(name, 1, 2, 3, 4)
-        assert found is not None
-        for j in range(found.shape[1]):
-            label = name[1:] if found.shape[1] == 1 else f"{name[1:]} {j + 1}"
-            piece.fields[label] = np.ascontiguousarray(found[:, j])
+        columns = values(name, 1, 2, 3, 4)
+        assert columns is not None
+        for j in range(columns.shape[1]):
+            label = name[1:] if columns.shape[1] == 1 else f"{name[1:]} {j + 1}"
+            piece.fields[label] = np.ascontiguousarray(columns[:, j])
     return piece
 
 
@@ -287,7 +303,7 @@ def _faces(
     if "indices" in primitive:
         corners = document.accessor(primitive["indices"], 1)[:, 0]
         if corners.dtype.kind != "u":
-            raise document.wrong(tr("the indices are not whole numbers"), "primitives")
+            raise document.error(tr("the indices are not whole numbers"), "primitives")
         document.budget.take(8 * len(corners), "primitives")
     else:
         document.budget.take(8 * n, "primitives")
@@ -306,10 +322,10 @@ def _faces(
             faces = np.stack([corners[:-2], second, third], axis=1)
             faces[1::2] = faces[1::2, ::-1]
     else:
-        raise document.wrong(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
+        raise document.error(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
     if len(faces) and faces.max() >= n:
-        sound: AnyArray = np.asarray((faces < n).all(axis=1))
-        bad = int(len(sound) - np.count_nonzero(sound))
-        messages.append(Finding("model.faces-without-vertices", count=bad))
-        faces = faces[sound]
+        is_valid: AnyArray = np.asarray((faces < n).all(axis=1))
+        invalid_count = int(len(is_valid) - np.count_nonzero(is_valid))
+        messages.append(Finding("model.faces-without-vertices", count=invalid_count))
+        faces = faces[is_valid]
     return faces

@@ -1,5 +1,7 @@
-"""A LAS file whose extra fields are described in a way that nobody can follow: its points are
-sound, so the description is hidden from laspy, which would refuse the file."""
+"""LAS files with an invalid description of extra fields.
+
+Their points are valid, so the description is hidden from laspy, which would refuse the file.
+"""
 
 from __future__ import annotations
 
@@ -16,29 +18,31 @@ _KINDS = 30
 _USER_AT = 2
 
 
-def place_of_unsound_extra(path: Path) -> int | None:
-    """Where the user of the record of extra bytes stands in the file, if it cannot be followed."""
+def invalid_extra_record_offset(path: Path) -> int | None:
+    """Return the offset of the user id of the extra bytes record if that is invalid."""
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
-        at, points_at, count = struct.unpack_from("<HII", head, 94)
+        offset, points_at, count = struct.unpack_from("<HII", head, 94)
         file.seek(0)
-        top = file.read(points_at)
+        header = file.read(points_at)
     for _ in range(count):
-        if at + 54 > len(top):
+        if offset + 54 > len(header):
             return None
-        user, number, length = struct.unpack_from("<16sHH", top, at + _USER_AT)
+        user, number, length = struct.unpack_from("<16sHH", header, offset + _USER_AT)
         if user.split(b"\0")[0] == b"LASF_Spec" and number == 4:
-            return None if _is_sound(top[at + 54 : at + 54 + length]) else at + _USER_AT
-        at += 54 + length
+            return (
+                None if _is_valid(header[offset + 54 : offset + 54 + length]) else offset + _USER_AT
+            )
+        offset += 54 + length
     return None
 
 
-def _is_sound(record: bytes) -> bool:
+def _is_valid(record: bytes) -> bool:
     names: set[str] = set()
-    for at in range(0, len(record) - _BYTES + 1, _BYTES):
-        number, options = record[at + 2], record[at + 3]
+    for offset in range(0, len(record) - _BYTES + 1, _BYTES):
+        number, options = record[offset + 2], record[offset + 3]
         try:
-            name = record[at + 4 : at + 36].split(b"\0")[0].decode("utf-8")
+            name = record[offset + 4 : offset + 36].split(b"\0")[0].decode("utf-8")
         except UnicodeDecodeError:
             return False
         if not name or name in names or number > _KINDS or (number == 0 and options == 0):
@@ -47,16 +51,16 @@ def _is_sound(record: bytes) -> bool:
     return len(record) % _BYTES == 0
 
 
-class WithoutRecord(io.FileIO):
-    """A file in which the record at `place` belongs to nobody that is known."""
+class FileWithHiddenRecord(io.FileIO):
+    """A file in which the record at `place` has an unknown user id."""
 
-    def __init__(self, path: Path, place: int) -> None:
+    def __init__(self, path: Path, offset: int) -> None:
         super().__init__(path, "r")
-        self._place = place
+        self._offset = offset
 
     def readinto(self, buffer: Any, /) -> int:
         start = self.tell()
         count = super().readinto(buffer)
-        if count and start <= self._place < start + count:
-            memoryview(buffer).cast("B")[self._place - start] = ord("-")
+        if count and start <= self._offset < start + count:
+            memoryview(buffer).cast("B")[self._offset - start] = ord("-")
         return count or 0

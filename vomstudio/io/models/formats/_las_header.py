@@ -1,7 +1,7 @@
-"""What stands before and after the points of a LAS or LAZ file, doubted before it is believed.
+"""Header and chunk table of LAS and LAZ files, checked before use.
 
-lazrs asks for whatever memory a file promises to need and ends the process where it gets none, so
-lies must be found here. laspy is not needed for any of this, and takes time to import.
+lazrs allocates whatever memory a file states and ends the process if that fails, so false values
+must be detected here. laspy is not needed for this, and takes time to import.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from vomstudio.core.words import tr
 
 MIN_HEADER_BYTES = 227
 MIN_POINT_BYTES = 20
-USUAL_CHUNK_POINTS = 50_000
-_LARGEST_CUT = 64 << 20
+DEFAULT_CHUNK_POINTS = 50_000
+MAX_TRUNCATION_BYTES = 64 << 20
 MAX_CHUNK_POINTS = 10_000_000
-VARIABLE = 2**32 - 1
+VARIABLE_CHUNKS = 2**32 - 1
 POINT_FORMAT_AT, COMPRESSED = 104, 0x80
 
 
 def check_header(path: Path) -> int:
-    """Size of the file. Refuses what cannot be a LAS file before any library sees it."""
+    """Return the size of the file. Refuses invalid LAS files before a library reads them."""
     try:
         with open_regular(path) as file:
             head = file.read(MIN_HEADER_BYTES)
@@ -73,12 +73,12 @@ def check_header(path: Path) -> int:
     return size
 
 
-def mended(path: Path, size: int) -> io.BytesIO | None:
-    """A LAZ file whose table of chunks is cut off or senseless, with an empty one in its place.
+def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
+    """Return a LAZ file with an empty chunk table if its table is truncated or invalid, else None.
 
-    The table lies at the end of the file, and the decoder wants it first; but from front to back it
-    can do without. None where the file needs no mending. lazrs believes what it reads here and
-    aborts the process when it asks for too much memory, so this is where lies must be found.
+    The table is at the end of the file, and the decoder reads it first, but it is not needed for
+    reading from front to back. lazrs trusts the table and aborts the process if it asks for too
+    much memory, so false values must be detected here.
     """
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
@@ -109,13 +109,13 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
         if points_at < table_at <= size - 8:
             file.seek(table_at)
             _, n_chunks = struct.unpack("<II", file.read(8))
-            # Each chunk begins with a whole point.
+            # Each chunk begins with a complete point.
             fits = n_chunks <= (table_at - points_at) // MIN_POINT_BYTES
-            if fits and chunk_points in (VARIABLE, 0):
+            if fits and chunk_points in (VARIABLE_CHUNKS, 0):
                 return None
             if fits and n_chunks == -(-promised // chunk_points):
                 return None
-        if chunk_points != USUAL_CHUNK_POINTS:
+        if chunk_points != DEFAULT_CHUNK_POINTS:
             raise InputError(
                 Finding(
                     "file.damaged",
@@ -131,111 +131,118 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
     return io.BytesIO(content)
 
 
-def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) -> int | None:
-    """Points per chunk from the laszip record (0: not in chunks); None where it makes no sense."""
+def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: int) -> int | None:
+    """Return the points per chunk of the laszip record (0: not in chunks); None if invalid."""
     for _ in range(n_records):
-        if at + 54 > len(top):
+        if offset + 54 > len(top):
             return None
-        user, number, length = struct.unpack_from("<16sHH", top, at + 2)
-        at += 54
+        user, number, length = struct.unpack_from("<16sHH", top, offset + 2)
+        offset += 54
         if user.rstrip(b"\0") == b"laszip encoded" and number == 22204:
-            if length < 34 or at + length > len(top):
+            if length < 34 or offset + length > len(top):
                 return None
-            (compressor,) = struct.unpack_from("<H", top, at)
-            (points,) = struct.unpack_from("<I", top, at + 12)
-            (n_items,) = struct.unpack_from("<H", top, at + 32)
+            (compressor,) = struct.unpack_from("<H", top, offset)
+            (points,) = struct.unpack_from("<I", top, offset + 12)
+            (n_items,) = struct.unpack_from("<H", top, offset + 32)
             if length < 34 + 6 * n_items:
                 return None
             item_bytes = sum(
-                struct.unpack_from("<H", top, at + 36 + 6 * k)[0] for k in range(n_items)
+                struct.unpack_from("<H", top, offset + 36 + 6 * k)[0] for k in range(n_items)
             )
             if item_bytes != record_bytes:
                 return None
             if compressor == 1:
                 return 0
-            return points if 0 < points <= MAX_CHUNK_POINTS or points == VARIABLE else None
-        at += length
+            return points if 0 < points <= MAX_CHUNK_POINTS or points == VARIABLE_CHUNKS else None
+        offset += length
     return None
 
 
 def is_layered(path: Path) -> bool:
-    """Whether the points are compressed, and of a format that is compressed in layers."""
+    """Return whether the points are compressed in a layered format."""
     with open_regular(path) as file:
         file.seek(POINT_FORMAT_AT)
         kind = file.read(1)[0]
     return bool(kind & COMPRESSED) and kind & 0x3F >= 6
 
 
-def check_layers(path: Path, top: Top) -> None:
-    """Chunks of the layered formats state the length of each layer, for which lazrs makes room
-    unseen. Raises InputError where one states far more than is left of the file; a last chunk that
-    is cut off passes."""
-    if not top.layers or is_copc(path):
+def check_layers(path: Path, top: LasHeader) -> None:
+    """Check the layer lengths in chunks of the layered formats, for which lazrs allocates memory.
+
+    Raises InputError if one states far more than the rest of the file; a truncated last chunk is
+    allowed.
+    """
+    if not top.layer_count or is_copc(path):
         return
-    form = f"<{top.layers}I"
+    form = f"<{top.layer_count}I"
     with open_regular(path) as file:
-        file.seek(top.points_at)
+        file.seek(top.points_offset)
         (end,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
         if end == -1:
             file.seek(top.size - 8)
             (end,) = struct.unpack("<q", file.read(8))
-        # The table of chunks follows the last one.
-        end = end if top.points_at < end < top.size else top.size
-        at = top.points_at + 8
-        while at < end:
-            file.seek(at + top.record_bytes + 4)
+        # The chunk table follows the last chunk.
+        end = end if top.points_offset < end < top.size else top.size
+        offset = top.points_offset + 8
+        while offset < end:
+            file.seek(offset + top.record_bytes + 4)
             sizes = file.read(struct.calcsize(form))
             if len(sizes) < struct.calcsize(form):
                 return
-            held = sum(struct.unpack(form, sizes))
-            at += top.record_bytes + 4 + len(sizes) + held
-            if at > top.size + _LARGEST_CUT:
+            layer_bytes = sum(struct.unpack(form, sizes))
+            offset += top.record_bytes + 4 + len(sizes) + layer_bytes
+            if offset > top.size + MAX_TRUNCATION_BYTES:
                 raise _contradiction(path)
 
 
-_BLOCK = 2 << 20
-_TOLD_EVERY = 8
-_BLANK_BYTES = 128
+BLOCK_BYTES = 2 << 20
+BLOCKS_PER_REPORT = 8
+MIN_BLANK_BYTES = 128
 _ONES = np.uint64(2**64 - 1)
 
 
-def _blank(record_bytes: int) -> bytes:
-    """A run of ones that no coder writes, and no first point of a chunk is either: memory cards
-    have it where they have nothing. lazrs goes beyond its own memory on it, which ends the
-    process."""
-    return b"\xff" * max(_BLANK_BYTES, record_bytes + 64)
+def _blank_bytes(record_bytes: int) -> bytes:
+    """Return a run of one bits that no encoder writes and no first point of a chunk contains.
+
+    Memory cards contain it where nothing was written. lazrs reads beyond its memory on it, which
+    ends the process.
+    """
+    return b"\xff" * max(MIN_BLANK_BYTES, record_bytes + 64)
 
 
 def refuse_blank(path: Path, progress: Progress) -> None:
-    """Raises InputError where a part of a LAZ file holds ones and nothing else."""
+    """Raise InputError if a part of a LAZ file consists of one bits only."""
     with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         if not head[POINT_FORMAT_AT] & COMPRESSED:
             return
         header_size, points_at = struct.unpack_from("<HI", head, 94)
-        blank = _blank(struct.unpack_from("<H", head, 105)[0])
+        blank = _blank_bytes(struct.unpack_from("<H", head, 105)[0])
         file.seek(max(points_at, header_size))
-        # One piece of memory for all blocks, each after the end of the one before it.
-        buffer = bytearray(len(blank) + _BLOCK)
+        # One buffer for all blocks, each after the end of the previous one.
+        buffer = bytearray(len(blank) + BLOCK_BYTES)
         view, words = memoryview(buffer), np.frombuffer(buffer, np.uint64, len(buffer) // 8)
-        held, at, count = 0, file.tell(), 0
-        while got := file.readinto(view[held : held + _BLOCK]):
-            full = held + got
-            # A blank is so long that one of every eight words lies in it: the others need no look.
-            if (words[: full // 8 : 8] == _ONES).any():
-                found = buffer.find(blank, 0, full)
-                if found >= 0:
-                    raise InputError(Finding("file.blank", byte=at - held + found + 1), file=path)
-            at += got
-            held = min(full, len(blank))
-            view[:held] = bytes(view[full - held : full])
+        carried_bytes, position, count = 0, file.tell(), 0
+        while read_bytes := file.readinto(view[carried_bytes : carried_bytes + BLOCK_BYTES]):
+            filled_bytes = carried_bytes + read_bytes
+            # A blank part contains one of every eight words, so the others need not be checked.
+            if (words[: filled_bytes // 8 : 8] == _ONES).any():
+                blank_offset = buffer.find(blank, 0, filled_bytes)
+                if blank_offset >= 0:
+                    raise InputError(
+                        Finding("file.blank", byte=position - carried_bytes + blank_offset + 1),
+                        file=path,
+                    )
+            position += read_bytes
+            carried_bytes = min(filled_bytes, len(blank))
+            view[:carried_bytes] = bytes(view[filled_bytes - carried_bytes : filled_bytes])
             count += 1
-            if count % _TOLD_EVERY == 0:
+            if count % BLOCKS_PER_REPORT == 0:
                 progress.stage(tr("Checking the file"))
 
 
 def is_copc(path: str | Path) -> bool:
-    """Whether the first record of a LAZ file is the one of COPC; not that of what is no file."""
+    """Return whether the first record of a LAZ file is that of COPC; False if it is not a file."""
     try:
         with open_regular(path) as file:
             head = file.read(393)
@@ -244,16 +251,21 @@ def is_copc(path: str | Path) -> bool:
     return head[:4] == b"LASF" and head[377:381] == b"copc"
 
 
-# --- for readers that look into the middle of a file --------------------------------------------
+# --- for readers of parts of a file --------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class Top:
-    """The header and what stands between it and the points.
+class LasHeader:
+    """The header and the records between it and the points.
 
-    bounds : (2, 3) as the header says, which may be anything
-    records : the bytes of the variable length records by (user, number); the first of each
-    layers : how many streams a chunk of the layered formats (6 and above) is made of; 0 in others
+    Attributes
+    ----------
+    bounds : (2, 3) float64
+        As the header states, unchecked.
+    records : dict
+        Bytes of the variable length records by (user, number); the first of each.
+    layers : int
+        Number of streams of a chunk of the layered formats (6 and above); 0 for others.
     """
 
     size: int
@@ -261,20 +273,20 @@ class Top:
     record_bytes: int
     compressed: bool
     points: int
-    points_at: int
+    points_offset: int
     scales: FloatArray
     offsets: FloatArray
     bounds: FloatArray
     records: dict[tuple[str, int], bytes]
-    layers: int
+    layer_count: int
 
     @property
     def laszip(self) -> bytes:
         return self.records.get(("laszip encoded", 22204), b"")
 
 
-def read_top(path: Path) -> Top:
-    """Raises InputError where it cannot be the top of a LAS file with points."""
+def read_las_header(path: Path) -> LasHeader:
+    """Read the header. Raises InputError if it is not that of a LAS file with points."""
     size = check_header(path)
     with open_regular(path) as file:
         head = file.read(375)
@@ -295,23 +307,23 @@ def read_top(path: Path) -> Top:
             file=path,
             field="LAS header",
         )
-    box = np.array(struct.unpack_from("<6d", head, 179)).reshape(3, 2)
+    bounds = np.array(struct.unpack_from("<6d", head, 179)).reshape(3, 2)
     records: dict[tuple[str, int], bytes] = {}
-    at = header_size
+    offset = header_size
     for _ in range(n_records):
-        if at + 54 > len(top):
+        if offset + 54 > len(top):
             raise _contradiction(path)
-        user, number, length = struct.unpack_from("<16sHH", top, at + 2)
+        user, number, length = struct.unpack_from("<16sHH", top, offset + 2)
         name = user.split(b"\0")[0].decode("ascii", "replace")
-        records.setdefault((name, number), top[at + 54 : at + 54 + length])
-        at += 54 + length
+        records.setdefault((name, number), top[offset + 54 : offset + 54 + length])
+        offset += 54 + length
     compressed = bool(kind & COMPRESSED)
     layers = 0
     if compressed:
         if laszip_chunk_points(top, header_size, n_records, record_bytes) is None:
             raise _contradiction(path)
         layers = _layers(records[("laszip encoded", 22204)])
-    return Top(
+    return LasHeader(
         size,
         kind & 0x3F,
         record_bytes,
@@ -320,7 +332,7 @@ def read_top(path: Path) -> Top:
         points_at,
         numbers[:3],
         numbers[3:],
-        box[:, ::-1].T,
+        bounds[:, ::-1].T,
         records,
         layers,
     )
@@ -335,7 +347,7 @@ def _contradiction(path: Path) -> InputError:
 
 
 def _layers(laszip: bytes) -> int:
-    """From the items of the laszip record (LAZ 1.4 specification, layered items 10 to 14)."""
+    """Return the number of layers, from the laszip record (LAZ 1.4, items 10 to 14)."""
     (n_items,) = struct.unpack_from("<H", laszip, 32)
     total = 0
     for k in range(n_items):
@@ -344,51 +356,56 @@ def _layers(laszip: bytes) -> int:
     return total
 
 
-def is_sound_chunk(chunk: bytes, points: int, top: Top) -> bool:
-    """Whether a chunk of a layered format is as long, and holds as many points, as it says."""
+def is_valid_chunk(chunk: bytes, points: int, top: LasHeader) -> bool:
+    """Return whether a chunk of a layered format has the stated length and number of points."""
     start = top.record_bytes
-    head = start + 4 + 4 * top.layers
-    if top.layers == 0 or len(chunk) < head:
+    head = start + 4 + 4 * top.layer_count
+    if top.layer_count == 0 or len(chunk) < head:
         return False
     (count,) = struct.unpack_from("<I", chunk, start)
-    sizes = struct.unpack_from(f"<{top.layers}I", chunk, start + 4)
+    sizes = struct.unpack_from(f"<{top.layer_count}I", chunk, start + 4)
     return int(count) == points and head + sum(sizes) == len(chunk)
 
 
-UNPACKED_AT_ONCE = 100_000
+POINTS_PER_DECOMPRESSION = 100_000
 
 
-def unpack(
-    chunks: Sequence[bytes], points: Sequence[int], top: Top, at_once: int = UNPACKED_AT_ONCE
+def decompress(
+    chunks: Sequence[bytes],
+    points: Sequence[int],
+    top: LasHeader,
+    max_points: int = POINTS_PER_DECOMPRESSION,
 ) -> ByteArray | None:
-    """(points, record_bytes) of the first `points` of each chunk; None where they cannot be
-    unpacked. lazrs keeps the interpreter for itself meanwhile, so it is called for a few chunks,
-    of so many points, at a time: other threads get their turn in between."""
+    """Return (points, record_bytes) of the first `points` of each chunk; None if that fails.
+
+    lazrs holds the interpreter lock, so it is called for a few chunks with at most so many points
+    at a time: other threads run in between.
+    """
     import lazrs
 
-    found = np.zeros((sum(points), top.record_bytes), np.uint8)
+    records = np.zeros((sum(points), top.record_bytes), np.uint8)
     everything = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
     first = row = 0
     while first < len(chunks):
         stop, n = first + 1, points[first]
-        while stop < len(chunks) and n + points[stop] <= at_once:
+        while stop < len(chunks) and n + points[stop] <= max_points:
             n += points[stop]
             stop += 1
         table = [
             (k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop], strict=True)
         ]
         part = np.zeros(n * top.record_bytes, np.uint8)
-        if any(_blank(top.record_bytes) in chunk for chunk in chunks[first:stop]):
+        if any(_blank_bytes(top.record_bytes) in chunk for chunk in chunks[first:stop]):
             return None
         try:
             lazrs.decompress_points_with_chunk_table(
                 b"".join(chunks[first:stop]), top.laszip, part, table, everything
             )
         except BaseException as error:
-            # Rust's panics arrive outside of Exception.
+            # Rust panics are not derived from Exception.
             if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
                 raise
             return None
-        found[row : row + n] = part.reshape(n, top.record_bytes)
+        records[row : row + n] = part.reshape(n, top.record_bytes)
         first, row = stop, row + n
-    return found
+    return records

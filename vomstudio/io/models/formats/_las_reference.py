@@ -1,5 +1,8 @@
-"""What a LAS, LAZ or COPC file says of its coordinate reference system: WKT, or GeoTIFF keys, in
-its variable length records or in the extended ones behind the points (LAS 1.4 R15)."""
+"""Coordinate reference system of a LAS, LAZ or COPC file.
+
+It is WKT or GeoTIFF keys in its variable length records, or in the extended ones behind the points
+(LAS 1.4 R15).
+"""
 
 from __future__ import annotations
 
@@ -20,71 +23,75 @@ from vomstudio.io.models.reader import Reference
 from vomstudio.io.text.encodings import convert_to_utf8
 
 _WKT, _DIRECTORY, _DOUBLES, _TEXTS = 2112, 34735, 34736, 34737
-_LONGEST = 1_000_000
-_RECORDS_AT_MOST = 1000
+MAX_RECORD_BYTES = 1_000_000
+MAX_RECORDS = 1000
 _WKT_BIT, _FIRST_FORMAT_WITH_WKT = 0x10, 6
-_SAME_PLACE_DEG = 1e-4
-"""Some ten metres, which is more than what is between nearly equal datums."""
+MAX_DEVIATION_DEG = 1e-4
+"""Some ten metres, more than the difference between nearly equal datums."""
 
 
 def las_reference(path: Path) -> Reference:
-    """Of WKT and keys the one that the header names (LAS 1.4 R15, global encoding), else the one
-    that can be read; where both are there and differ, that is said. What the other states of
-    heights is taken where the first says nothing of them. Never raises for what is wrong there: the
-    points are sound, and the warnings say it."""
+    """Return the reference that the header selects, WKT or keys, else the readable one.
+
+    A difference between the two is reported (LAS 1.4 R15, global encoding). Heights are taken from
+    the other one if the first does not define them. Never raises, since the points are valid:
+    errors are warnings.
+    """
     try:
-        records, by_wkt, centre = _records(path)
+        records, has_wkt_priority, centre = _records(path)
     except (OSError, struct.error, IndexError):
         return Reference()
-    wrong: list[str] = []
-    found = [
+    unreadable: list[str] = []
+    references = [
         reference
-        for reference in (_of_wkt(records, wrong), _of_keys(records, wrong))
+        for reference in (_wkt_reference(records, unreadable), _keys_reference(records, unreadable))
         if reference is not None
     ]
-    if not found:
+    if not references:
         return Reference(
-            warnings=tuple(Finding("frame.crs-unreadable", crs=one) for one in wrong[:1])
+            warnings=tuple(Finding("frame.crs-unreadable", crs=text) for text in unreadable[:1])
         )
-    if len(found) == 1:
-        return found[0]
-    first, other = found if by_wkt else reversed(found)
-    return _joined(first, other, centre)
+    if len(references) == 1:
+        return references[0]
+    first, other = references if has_wkt_priority else reversed(references)
+    return _combine(first, other, centre)
 
 
-def _of_wkt(records: Mapping[int, bytes], wrong: list[str]) -> Reference | None:
+def _wkt_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
     text = convert_to_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
     try:
         stated_axes(text)
     except InputError:
-        wrong.append(" ".join(text.split())[:80])
+        unreadable.append(" ".join(text.split())[:80])
         return None
     return Reference(text) if text else None
 
 
-def _of_keys(records: Mapping[int, bytes], wrong: list[str]) -> Reference | None:
+def _keys_reference(records: Mapping[int, bytes], unreadable: list[str]) -> Reference | None:
     keys = Keys(*(records.get(number, b"") for number in (_DIRECTORY, _DOUBLES, _TEXTS)))
     try:
-        named = decode_keys(keys)
+        reference = decode_keys(keys)
     except InputError:
-        wrong.append("GeoTIFF")
+        unreadable.append("GeoTIFF")
         return None
-    if named.crs is None and named.height_unit is None and not named.warnings:
+    if reference.crs is None and reference.height_unit is None and not reference.warnings:
         return None
-    return Reference(named.crs, named.height_unit, named.warnings)
+    return Reference(reference.crs, reference.height_unit, reference.warnings)
 
 
-def _joined(first: Reference, other: Reference, centre: tuple[float, float]) -> Reference:
+def _combine(first: Reference, other: Reference, centre: tuple[float, float]) -> Reference:
     if first.text is None:
         first, other = other, first
-    ours, theirs = (stated_axes(one.text, one.height_unit) for one in (first, other))
-    if not ours.has_heights and theirs.has_heights and theirs.units[2] in METRES:
-        unit = theirs.units[2]
-        first = replace(first, height_unit=None if unit == ours.units[2] else unit)
-        ours = stated_axes(first.text, first.height_unit)
-    heights = theirs.has_heights and ours.units[2] != theirs.units[2]
-    if other.text is not None and (heights or _differ(ours, theirs, centre)):
-        warning = Finding("frame.two-crs", one=_axes_text(ours), other=_axes_text(theirs))
+    first_axes, other_axes = (
+        stated_axes(reference.text, reference.height_unit) for reference in (first, other)
+    )
+    if not first_axes.has_heights and other_axes.has_heights and other_axes.units[2] in METRES:
+        unit = other_axes.units[2]
+        first = replace(first, height_unit=None if unit == first_axes.units[2] else unit)
+        first_axes = stated_axes(first.text, first.height_unit)
+    has_other_heights = other_axes.has_heights and first_axes.units[2] != other_axes.units[2]
+    if other.text is not None and (has_other_heights or _differ(first_axes, other_axes, centre)):
+        warning = Finding("frame.two-crs", one=_axes_text(first_axes), other=_axes_text(other_axes))
         first = replace(first, warnings=(*first.warnings, warning))
     return first
 
@@ -97,49 +104,51 @@ def _axes_text(axes: StatedAxes) -> str:
     return f"{name} ({', '.join(map(unit_text, units))})"
 
 
-def _differ(one: StatedAxes, other: StatedAxes, centre: tuple[float, float]) -> bool:
-    """Whether x and y are in other units, or mean places that are not within some metres."""
-    if one.kind != other.kind or one.units[:2] != other.units[:2]:
+def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
+    """Return whether x and y have different units, or positions that differ by more than metres."""
+    if first.kind != second.kind or first.units[:2] != second.units[:2]:
         return True
-    if one.kind != "projected" or one.crs == other.crs:
+    if first.kind != "projected" or first.crs == second.crs:
         return False
-    if one.crs is None or other.crs is None:
+    if first.crs is None or second.crs is None:
         return True
     from pyproj import Proj
     from pyproj.exceptions import ProjError
 
     try:
-        places = [Proj(axes.crs)(*centre, inverse=True, errcheck=True) for axes in (one, other)]
+        places = [Proj(axes.crs)(*centre, inverse=True, errcheck=True) for axes in (first, second)]
     except ProjError:
         return True
-    return any(abs(a - b) > _SAME_PLACE_DEG for a, b in zip(*places, strict=True))
+    return any(abs(a - b) > MAX_DEVIATION_DEG for a, b in zip(*places, strict=True))
 
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
-    """The contents of the records of LASF_Projection by number, the first of each; whether the
-    header says that WKT counts; and x and y of the middle of the points."""
-    found: dict[int, bytes] = {}
+    """Return the records of LASF_Projection by number, whether WKT has priority, and the centre.
+
+    The first record of each number is used; the centre is x and y of the middle of the points.
+    """
+    records: dict[int, bytes] = {}
     with open_regular(path) as file:
         size_of_file = file.seek(0, os.SEEK_END)
         file.seek(0)
         head = file.read(375)
-        by_wkt = bool(head[6] & _WKT_BIT) or (head[104] & 0x3F) >= _FIRST_FORMAT_WITH_WKT
+        has_wkt_priority = bool(head[6] & _WKT_BIT) or (head[104] & 0x3F) >= _FIRST_FORMAT_WITH_WKT
         east, west, north, south = struct.unpack_from("<4d", head, 179)
         header_size, _, count = struct.unpack_from("<HII", head, 94)
-        places = [(header_size, count, "<16sHH", 54)]
+        record_areas = [(header_size, count, "<16sHH", 54)]
         if head[25] >= 4 and len(head) >= 247:
             start, extended = struct.unpack_from("<QI", head, 235)
-            places.append((start, extended, "<16sHQ", 60))
-        for at, number, form, size in places:
-            for _ in range(min(number, _RECORDS_AT_MOST)):
-                if at >= size_of_file:
+            record_areas.append((start, extended, "<16sHQ", 60))
+        for offset, number, form, size in record_areas:
+            for _ in range(min(number, MAX_RECORDS)):
+                if offset >= size_of_file:
                     break
-                file.seek(at)
-                top = file.read(size)
-                if len(top) < size:
+                file.seek(offset)
+                header = file.read(size)
+                if len(header) < size:
                     break
-                user, record, length = struct.unpack_from(form, top, 2)
-                if user.split(b"\0")[0] == b"LASF_Projection" and length <= _LONGEST:
-                    found.setdefault(record, file.read(length))
-                at += size + length
-    return found, by_wkt, ((east + west) / 2, (north + south) / 2)
+                user, record, length = struct.unpack_from(form, header, 2)
+                if user.split(b"\0")[0] == b"LASF_Projection" and length <= MAX_RECORD_BYTES:
+                    records.setdefault(record, file.read(length))
+                offset += size + length
+    return records, has_wkt_priority, ((east + west) / 2, (north + south) / 2)

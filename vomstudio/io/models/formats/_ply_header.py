@@ -1,4 +1,4 @@
-"""What a PLY says of itself before its values begin."""
+"""Header of a PLY file."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ class Header:
 
 
 def read_header(top: bytes, path: Path) -> Header:
-    """The header; raises InputError with the line that is wrong."""
+    """Read the header. Raises InputError with the invalid line."""
     if not top.startswith(MAGIC):
         raise InputError(Finding("file.other-format", format="PLY"), file=path, line=1)
-    at = 0
+    position = 0
     order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
     textures: list[str] = []
@@ -73,12 +73,12 @@ def read_header(top: bytes, path: Path) -> Header:
         )
 
     while True:
-        ends = [e for e in (top.find(b"\n", at), top.find(b"\r", at)) if e >= 0]
+        ends = [e for e in (top.find(b"\n", position), top.find(b"\r", position)) if e >= 0]
         if not ends:
             raise wrong(tr("the PLY header has no 'end_header'"))
         end = min(ends)
-        line = decode(top[at:end])
-        at = end + (2 if top[end : end + 2] == b"\r\n" else 1)
+        line = decode(top[position:end])
+        position = end + (2 if top[end : end + 2] == b"\r\n" else 1)
         number += 1
         words = line.split()
         if not words or words[0] == "obj_info" or (number == 1 and words == ["ply"]):
@@ -116,10 +116,10 @@ def read_header(top: bytes, path: Path) -> Header:
                 new = Property(words[4], TYPES[kinds[1]], TYPES[kinds[0]])
             else:
                 new = Property(words[2], TYPES[kinds[0]])
-            known = (len(elements), new.name)
-            if known in names:
+            key = (len(elements), new.name)
+            if key in names:
                 raise wrong(tr("an element has the property '{property}' twice", property=new.name))
-            names.add(known)
+            names.add(key)
             elements[-1][2].append(new)
         else:
             raise wrong(
@@ -131,5 +131,5 @@ def read_header(top: bytes, path: Path) -> Header:
             file=path,
         )
     return Header(
-        order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), at
+        order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), position
     )

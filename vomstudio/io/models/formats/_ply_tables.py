@@ -1,4 +1,4 @@
-"""The values of a PLY, element by element, as text or binary of either byte order."""
+"""Values of a PLY by element, as text or binary of either byte order."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from vomstudio.io.models.formats._common import (
 from vomstudio.io.models.formats._ply_header import Element, Header
 
 VALUES_PER_STEP = 1 << 20
-_BLOCK_BYTES = 1 << 22
+BLOCK_BYTES = 1 << 22
 
 
 @dataclass
@@ -41,13 +41,13 @@ class Table:
     lists: dict[str, tuple[IntArray, GenericArray]] = field(default_factory=dict)
 
 
-def _missing(element: Element, found: int, messages: list[Finding]) -> None:
+def _missing(element: Element, count: int, messages: list[Finding]) -> None:
     """Append the message that the file has fewer records than its header states."""
     if element.name == "vertex":
-        messages.append(points_missing(found, element.count))
+        messages.append(points_missing(count, element.count))
         return
     messages.append(
-        Finding("model.incomplete", count=found, promised=element.count, element=element.name)
+        Finding("model.incomplete", count=count, promised=element.count, element=element.name)
     )
 
 
@@ -63,9 +63,11 @@ def read_binary(
     progress.stage(tr("Reading the model"), len(header.elements))
     for i, element in enumerate(header.elements):
         if element.properties and element.count:
-            # Never believe a count: each record takes at least so many bytes.
-            least = sum(np.dtype(p.count_type or p.type).itemsize for p in element.properties)
-            n = min(element.count, (len(buffer) - at) // least)
+            # The count is untrusted: each record takes at least so many bytes.
+            min_record_bytes = sum(
+                np.dtype(p.count_type or p.type).itemsize for p in element.properties
+            )
+            n = min(element.count, (len(buffer) - at) // min_record_bytes)
             table, at = _binary_table(buffer, at, element, n, header.order, budget)
             if table.n < element.count:
                 _missing(element, table.n, messages)
@@ -85,7 +87,7 @@ def _binary_table(
     order: str,
     budget: Budget,
 ) -> tuple[Table, int]:
-    """Up to n records from byte `at`, and the byte after them."""
+    """Return up to n records from byte `at`, and the byte after them."""
     lists = [p for p in element.properties if p.count_type]
     guess: dict[str, int] = {}
     if lists:
@@ -122,8 +124,8 @@ def _binary_table(
 
 
 def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> dict[str, int]:
-    """Lengths of the lists of the first record; fewer than there are where it is unsound."""
-    found: dict[str, int] = {}
+    """Return the lengths of the lists of the first record, incomplete if it is invalid."""
+    lengths: dict[str, int] = {}
     for p in element.properties:
         size = np.dtype(p.type).itemsize
         if p.count_type is None:
@@ -136,8 +138,8 @@ def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> 
         at += kind.itemsize + n * size
         if n < 0 or n > 64 or at > len(buffer):
             break
-        found[p.name] = n
-    return found
+        lengths[p.name] = n
+    return lengths
 
 
 def _ragged_table(
@@ -196,8 +198,8 @@ def read_text(
         )
     if buffer.find(b"\n", header.body) < 0:
         buffer[header.body :] = buffer[header.body :].replace(b"\r", b"\n")
-    cut = not buffer.endswith(b"\n")
-    if cut:
+    is_truncated = not buffer.endswith(b"\n")
+    if is_truncated:
         buffer += b"\n"
     data = np.frombuffer(buffer, np.uint8)
     tables: dict[str, Table] = {}
@@ -210,23 +212,23 @@ def read_text(
         if not element.count or not element.properties:
             tables.setdefault(element.name, Table(0))
             continue
-        # A record takes two bytes for each of its values at least.
-        wanted = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
-        budget.take((8 + 16 * len(element.properties)) * wanted, element.name)
+        # A record takes at least two bytes for each of its values.
+        record_count = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
+        budget.take((8 + 16 * len(element.properties)) * record_count, element.name)
         rows = _TextRows(element)
-        starts = np.zeros(min(wanted, VALUES_PER_STEP) + 1, np.int64)
+        starts = np.zeros(min(record_count, VALUES_PER_STEP) + 1, np.int64)
         longest = _longest_line(buffer, at)
-        room = max(VALUES_PER_STEP, longest)
-        values = np.empty(room)
-        left_over = np.empty((room, 3), np.int64)
-        while rows.n < wanted and at < len(buffer):
-            most = min(wanted - rows.n, len(starts) - 1)
-            at, row, n = k.rows(data, at, most, starts, values, left_over)
+        capacity = max(VALUES_PER_STEP, longest)
+        values = np.empty(capacity)
+        left_over = np.empty((capacity, 3), np.int64)
+        while rows.n < record_count and at < len(buffer):
+            max_rows = min(record_count - rows.n, len(starts) - 1)
+            at, row, n = k.rows(data, at, max_rows, starts, values, left_over)
             ends = np.flatnonzero(left_over[:, 0] < 0)
-            for where, begin, stop in left_over[: ends[0] if len(ends) else room].tolist():
-                value, sound = _value(bytes(buffer[begin:stop]))
+            for where, begin, stop in left_over[: ends[0] if len(ends) else capacity].tolist():
+                value, is_number = _value(bytes(buffer[begin:stop]))
                 values[where] = value
-                if not sound:
+                if not is_number:
                     wrong += 1
                     first_wrong = begin if first_wrong is None else first_wrong
             budget.take(16 * n, element.name)
@@ -234,12 +236,12 @@ def read_text(
             progress.step(at)
         row = rows.n
         if row < element.count:
-            if cut and at >= len(buffer) and row:
+            if is_truncated and at >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
             _missing(element, row, messages)
             at = len(buffer)
         tables.setdefault(element.name, rows.table(row, messages))
-    if cut and len(messages) == message_count:
+    if is_truncated and len(messages) == message_count:
         messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
@@ -256,11 +258,11 @@ def _value(token: bytes) -> tuple[float, bool]:
 
 
 def _longest_line(buffer: bytearray, at: int) -> int:
-    """An upper bound for the values of one line, and of what else a step needs."""
+    """Return an upper bound for the number of values of one line."""
     data = np.frombuffer(buffer, np.uint8)[at:]
     longest, last = 0, -1
-    for start in range(0, len(data), _BLOCK_BYTES):
-        ends = np.flatnonzero(data[start : start + _BLOCK_BYTES] == 10) + start
+    for start in range(0, len(data), BLOCK_BYTES):
+        ends = np.flatnonzero(data[start : start + BLOCK_BYTES] == 10) + start
         if len(ends):
             longest = max(longest, int(ends[0]) - last, int(np.diff(ends).max(initial=0)))
             last = int(ends[-1])
@@ -268,8 +270,10 @@ def _longest_line(buffer: bytearray, at: int) -> int:
 
 
 class _TextRows:
-    """Rows of one element as they come, in the types of their properties: all numbers of a file at
-    once, as floats, take several times the file."""
+    """Rows of one element, converted to the types of their properties while they are read.
+
+    All numbers of a file at once, as floats, would take several times the size of the file.
+    """
 
     def __init__(self, element: Element) -> None:
         self._properties = element.properties
@@ -279,7 +283,11 @@ class _TextRows:
         self.n = 0
 
     def add(self, values: FloatArray, starts: IntArray) -> None:
-        """values of rows, one row after the other; starts (n + 1,) : where each begins"""
+        """Append rows.
+
+        `values` are those of the rows in sequence; `starts` (n + 1,) is the first value of each
+        row.
+        """
         from vomstudio.io.models.formats import _ply_kernels as k
 
         n, is_list = len(starts) - 1, self._is_list
@@ -297,40 +305,43 @@ class _TextRows:
                 self._columns.add(f"{j}", whole_numbers(items) if whole else items)
             else:
                 column = np.full(n, np.nan)
-                there = counts[:, j] == 1
-                column[there] = values[places[there, j]]
-                self._columns.add(f"{j}", _as_type(column, p.type))
+                has_value = counts[:, j] == 1
+                column[has_value] = values[places[has_value, j]]
+                self._columns.add(f"{j}", _clip_to_type(column, p.type))
         self.n += n
 
     def table(self, n: int, messages: list[Finding]) -> Table:
-        """The first n of the rows."""
+        """Return the first n rows as a table."""
         short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
         if short:
             messages.append(Finding("model.short-lines", count=short))
         table = Table(n)
         for j, p in enumerate(self._properties):
             if p.count_type:
-                counts = self._taken(f"n{j}", n, np.int64).astype(np.int64)
-                items = self._taken(f"{j}", int(counts.sum()), np.float64)
+                counts = self._take_column(f"n{j}", n, np.int64).astype(np.int64)
+                items = self._take_column(f"{j}", int(counts.sum()), np.float64)
                 table.lists[p.name] = counts, items
             else:
-                table.plain[p.name] = self._taken(f"{j}", n, p.type)
+                table.plain[p.name] = self._take_column(f"{j}", n, p.type)
         return table
 
-    def _taken(self, name: str, n: int, dtype: npt.DTypeLike) -> GenericArray:
-        found = self._columns.take(name, n)
-        return np.empty(0, dtype) if found is None else found
+    def _take_column(self, name: str, n: int, dtype: npt.DTypeLike) -> GenericArray:
+        column = self._columns.take(name, n)
+        return np.empty(0, dtype) if column is None else column
 
 
 def whole_numbers(values: AnyArray) -> Int32Array:
-    """Indices that came as text or as floats; -1, which is no vertex, for what is no number, and
-    the last that there can be, which is none either, for those beyond it."""
+    """Convert indices from text or floats to integers.
+
+    Values that are not numbers become -1, and those out of range the largest integer; neither is a
+    valid vertex.
+    """
     limits = np.iinfo(np.int32)
-    found: FloatArray = np.nan_to_num(values, nan=-1.0)
-    return np.clip(found, limits.min, limits.max).astype(np.int32)
+    numbers: FloatArray = np.nan_to_num(values, nan=-1.0)
+    return np.clip(numbers, limits.min, limits.max).astype(np.int32)
 
 
-def _as_type(values: FloatArray, type_: str) -> GenericArray:
+def _clip_to_type(values: FloatArray, type_: str) -> GenericArray:
     kind = np.dtype(type_)
     if kind.kind == "f":
         with np.errstate(over="ignore"):

@@ -1,7 +1,7 @@
-"""Whether the rows of a table have as many cells as its first one.
+"""Check that the rows of a table have as many cells as its first row.
 
-pandas fills short rows up and says nothing of the cells that a header does not name: a row with
-decimal commas between commas, or one that was cut off, would become another point.
+pandas fills short rows and does not report cells without a header: a row with decimal commas
+between commas, or a truncated one, would become a different point.
 """
 
 from __future__ import annotations
@@ -18,34 +18,36 @@ _BLANKS = np.zeros(256, bool)
 _BLANKS[[ord(c) for c in " \t\r\n"]] = True
 
 
-def are_even(data: bytes, delimiter: str, skip: int) -> bool:
-    """Whether all rows below the first `skip` lines are equally wide. Empty lines and comments are
-    no rows; of rows that end in a delimiter all must."""
-    wanted: int | None = None
+def have_equal_width(data: bytes, delimiter: str, skip: int) -> bool:
+    """Return whether all rows below the first `skip` lines are equally wide.
+
+    Empty lines and comments are not rows. Either all rows end in a delimiter or none.
+    """
+    width: int | None = None
     for lines in _blocks(data, skip):
         counts = _cells(lines, delimiter)
         counts = counts[counts > 0]
-        if wanted is None and len(counts):
-            wanted = int(counts[0])
-        if (counts != wanted).any():
+        if width is None and len(counts):
+            width = int(counts[0])
+        if (counts != width).any():
             return False
     return True
 
 
 def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
-    """Whole lines, some megabytes at a time."""
-    at = 0
+    """Yield whole lines in blocks of some megabytes."""
+    position = 0
     for _ in range(skip):
-        at = data.index(b"\n", at) + 1
-    while at < len(data):
-        stop = data.find(b"\n", at + _BLOCK)
+        position = data.index(b"\n", position) + 1
+    while position < len(data):
+        stop = data.find(b"\n", position + _BLOCK)
         stop = len(data) if stop < 0 else stop + 1
-        yield np.frombuffer(data, np.uint8, stop - at, at)
-        at = stop
+        yield np.frombuffer(data, np.uint8, stop - position, position)
+        position = stop
 
 
 def _cells(lines: ByteArray, delimiter: str) -> IntArray:
-    """Of each line; 0 of those that are no rows."""
+    """Return the number of cells of each line; 0 for lines that are not rows."""
     ends = np.flatnonzero(lines == _NEWLINE)
     if not len(ends) or ends[-1] != len(lines) - 1:
         ends = np.append(ends, len(lines))

@@ -21,15 +21,15 @@ from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.geo_keys import COMPOUND, decode_keys, read_tiff_keys
 from vomstudio.io.gis.raster import silence_libtiff
-from vomstudio.io.models.formats._common import drop_unsound
+from vomstudio.io.models.formats._common import drop_invalid
 from vomstudio.io.models.reader import LoadedModel, Reader
 
-MOST_VERTICES = 4_000_000
-"""Of one surface: eight million triangles. Larger grids are thinned, with a message."""
+MAX_VERTICES = 4_000_000
+"""Maximum of one surface, eight million triangles. Larger grids are thinned, with a message."""
 PIXELS_PER_STEP = 4_000_000
-HIGHEST_M = 1e5
-# What programs write for "nothing" without saying so in the file.
-UNDECLARED = (-9999.0, -32768.0, -32767.0, -99999.0)
+MAX_HEIGHT_M = 1e5
+# Values that programs write for "no data" without declaring it.
+UNDECLARED_NO_DATA = (-9999.0, -32768.0, -32767.0, -99999.0)
 _UNITS = {
     "m": ("m", "metre", "meter", "metres", "meters"),
     "cm": ("cm", "centimetre", "centimeter", "centimetres", "centimeters"),
@@ -61,11 +61,11 @@ _UNITS = {
     ),
 }
 UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spellings}
-"""By the letters of what stands in files, without blanks, dashes and brackets."""
+"""Units by the letters of their spelling in files."""
 
 
 def unit_of(written: str) -> str | None:
-    """A name of `METRES`; None where it is none that is known."""
+    """Return a name of `METRES`; None for an unknown unit."""
     return UNITS.get("".join(filter(str.isalpha, written.lower())))
 
 
@@ -74,11 +74,11 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The grid as triangles between the centres of its pixels, float64, looking up.
+    """Read the grid as triangles between the centres of its pixels, float64.
 
-    Pixels without a value are holes. The place comes from the file's own transform, rotated or not;
-    the reference system is the file's, and the heights are in the unit that it states of them.
-    Raises InputError for a picture, for a raster without a place, and for a damaged file.
+    Pixels without a value are holes. The position follows from the file's transform, rotated or
+    not; the CRS is the file's, and the heights are in the unit that it states for them. Raises
+    InputError for an ordinary image, a raster without a position, and a damaged file.
     """
     import rasterio
     from rasterio._err import CPLE_BaseError
@@ -111,7 +111,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(Finding("model.no-points"), file=path)
     mesh = _surface(heights, transform, step)
     del heights
-    model = drop_unsound(mesh, messages, path)
+    model = drop_invalid(mesh, messages, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
     return LoadedModel(model, kind, crs, tuple(messages), path, height_unit=unit or stated)
 
@@ -147,8 +147,10 @@ def _check_is_dem(dataset: Any, path: Path, messages: list[Finding]) -> None:
 
 
 def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | None, str | None]:
-    """The CRS as WKT, and what the file says of the unit of heights beside it; a depth picture of
-    an oblique view is refused."""
+    """Return the CRS as WKT, and a unit of heights that the file states in addition.
+
+    A depth image of an oblique view is refused.
+    """
     if dataset.crs is None:
         return None, None
     text = str(dataset.crs.to_wkt())
@@ -157,16 +159,16 @@ def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | No
     keys = read_tiff_keys(path)
     if not keys.directory:  # named by a file beside it
         return text, None
-    named = decode_keys(keys)
+    reference = decode_keys(keys)
     if stated_axes(text).kind != "local":
-        return text, named.height_unit
-    messages += named.warnings
-    return named.crs, named.height_unit
+        return text, reference.height_unit
+    messages += reference.warnings
+    return reference.crs, reference.height_unit
 
 
 def _step_of(dataset: Any, messages: list[Finding]) -> int:
     width, height, step = dataset.width, dataset.height, 1
-    while -(-width // step) * -(-height // step) > MOST_VERTICES:
+    while -(-width // step) * -(-height // step) > MAX_VERTICES:
         step += 1
     if step > 1:
         messages.append(
@@ -185,7 +187,7 @@ def _step_of(dataset: Any, messages: list[Finding]) -> int:
 def _heights(
     dataset: Any, step: int, path: Path, progress: Progress, messages: list[Finding]
 ) -> tuple[FloatArray, str | None]:
-    """Every step-th height, NaN where there is none, and the unit that the band states."""
+    """Return every step-th height, NaN without data, and the unit that the band states."""
     from rasterio.windows import Window
 
     width, height = dataset.width, dataset.height
@@ -216,7 +218,7 @@ def _heights(
         heights[first : first + len(values)] = values
         progress.step(start + rows)
     if dataset.nodata is None:
-        for value in UNDECLARED:
+        for value in UNDECLARED_NO_DATA:
             empty = heights == value
             n = int(np.count_nonzero(empty))
             if n:
@@ -228,7 +230,7 @@ def _heights(
         messages.append(Finding("dem.unit-unknown", unit=written))
     heights *= scale
     heights += offset
-    wild = np.abs(heights) > HIGHEST_M / METRES[unit or "m"]
+    wild = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
@@ -237,14 +239,14 @@ def _heights(
 
 
 def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
-    there = np.isfinite(heights)
-    rows, columns = np.nonzero(there)
-    z = heights[there]
+    has_height = np.isfinite(heights)
+    rows, columns = np.nonzero(has_height)
+    z = heights[has_height]
     column, row = columns * float(step) + 0.5, rows * float(step) + 0.5
     a, b, c, d, e, f = transform[:6]
     vertices = np.column_stack([a * column + b * row + c, d * column + e * row + f, z])
     number = np.full(heights.shape, -1, np.int32)
-    number[there] = np.arange(len(z), dtype=np.int32)
+    number[has_height] = np.arange(len(z), dtype=np.int32)
     faces = _triangles(number, heights)
     if transform.determinant > 0:
         faces = faces[:, ::-1]
@@ -252,8 +254,10 @@ def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
 
 
 def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
-    """Two triangles between four pixels, along the diagonal with the smaller step in height; one
-    between three. Counterclockwise from above where rows run south."""
+    """Return two triangles between four pixels, along the diagonal with the smaller height step.
+
+    One triangle between three pixels. Counterclockwise from above if rows run south.
+    """
     corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
     nw, ne, sw, se = (corner.ravel() for corner in corners)
     full = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)

@@ -29,8 +29,8 @@ from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, value_text
 from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
-    drop_unsound,
-    drop_unsound_points,
+    drop_invalid,
+    drop_invalid_points,
     join_corners,
     read_whole,
 )
@@ -188,9 +188,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if drawing.corners:
         if drawing.points:
             drawing.left_out["POINT"] += sum(map(len, drawing.points))
-        model = drop_unsound(_mesh(drawing), messages, path)
+        model = drop_invalid(_mesh(drawing), messages, path)
     else:
-        model = drop_unsound_points(_cloud(drawing), messages, path)
+        model = drop_invalid_points(_cloud(drawing), messages, path)
     if drawing.left_out:
         messages.append(
             Finding(
@@ -248,18 +248,18 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         return
     if b"\n" not in data[:BLOCK_BYTES]:
         data = data.replace(b"\r", b"\n")
-    at, lines_before, rest = 0, 0, b""
+    at, lines_before, remaining = 0, 0, b""
     while at < len(data):
-        block = rest + data[at : at + BLOCK_BYTES]
+        block = remaining + data[at : at + BLOCK_BYTES]
         at += BLOCK_BYTES
         end = len(block) if at >= len(data) else block.rfind(b"\n") + 1
-        rest, lines = block[end:], block[:end].split(b"\n")
+        remaining, lines = block[end:], block[:end].split(b"\n")
         if not end:
             continue
         if lines[-1] == b"" and at < len(data):
             lines.pop()
         if len(lines) % 2 and at < len(data):
-            rest = lines.pop() + b"\n" + rest
+            remaining = lines.pop() + b"\n" + remaining
         code_lines = lines[0::2]
         try:
             codes = list(map(int, code_lines[: len(lines) // 2]))
@@ -305,16 +305,16 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
     if not len(entities):
         return
     entities = _visible(block, entities, drawing)
-    of_kind = kinds[entities]
-    _read_faces(block, entities[of_kind == b"3DFACE"], drawing)
-    _read_points(block, entities[of_kind == b"POINT"], drawing)
-    for entity in entities[of_kind == b"POLYLINE"].tolist():
+    entity_kinds = kinds[entities]
+    _read_faces(block, entities[entity_kinds == b"3DFACE"], drawing)
+    _read_points(block, entities[entity_kinds == b"POINT"], drawing)
+    for entity in entities[entity_kinds == b"POLYLINE"].tolist():
         _read_polyline(block, entity, drawing)
-    for entity in entities[of_kind == b"MESH"].tolist():
+    for entity in entities[entity_kinds == b"MESH"].tolist():
         _read_mesh(block, entity, drawing)
     drawing.sort_block()
-    others = ~np.isin(of_kind, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
-    drawing.left_out.update(kind.decode("latin-1") for kind in of_kind[others].tolist())
+    others = ~np.isin(entity_kinds, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
+    drawing.left_out.update(kind.decode("latin-1") for kind in entity_kinds[others].tolist())
 
 
 def _read_layer(groups: dict[int, bytes], drawing: _Drawing) -> None:
@@ -337,13 +337,13 @@ def _unit(header: list[tuple[int, bytes]]) -> str | None:
 def _visible(block: _Block, entities: IntArray, drawing: _Drawing) -> IntArray:
     """Return the entities that are visible and not in paper space."""
     flags = block.numbers(entities, (60, 67), 0.0)
-    seen = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
+    is_visible = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
     if drawing.hidden:
         layers = block.layers(entities)
-        seen &= np.array([name not in drawing.hidden for name in layers], np.bool_)
-    if not seen.all():
-        drawing.left_out[tr("hidden")] += int((~seen).sum())
-    return np.asarray(entities[seen], np.int64)
+        is_visible &= np.array([name not in drawing.hidden for name in layers], np.bool_)
+    if not is_visible.all():
+        drawing.left_out[tr("hidden")] += int((~is_visible).sum())
+    return np.asarray(entities[is_visible], np.int64)
 
 
 def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
@@ -382,11 +382,13 @@ def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     colors = _integers(
         np.where((point_colors > 0) & (point_colors < _BY_LAYER), point_colors, _BY_LAYER)
     )
-    by_layer = np.flatnonzero(colors == _BY_LAYER)
-    if len(by_layer):
+    layer_colored = np.flatnonzero(colors == _BY_LAYER)
+    if len(layer_colored):
         layers = block.layers(entities)
         # Negative for the colour of a layer, so that clouds without point colours are recognised.
-        colors[by_layer] = [-drawing.colors.get(layers[i], WHITE) for i in by_layer.tolist()]
+        colors[layer_colored] = [
+            -drawing.colors.get(layers[i], WHITE) for i in layer_colored.tolist()
+        ]
     drawing.points.append(points)
     drawing.point_colors.append(colors)
 

@@ -18,7 +18,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
-    drop_unsound_points,
+    drop_invalid_points,
     points_missing,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -37,12 +37,12 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """All scans of a file, each put in its place by its pose, as one cloud.
+    """Read all scans of a file, each in its pose, as one cloud.
 
-    Cartesian or spherical coordinates become float64 x, y, z; colours 8 bit by the limits that the
-    file states; fields are `intensity`, and `scan` (0, 1, ...) where there are several. Points that
-    the file marks as invalid are left out. Raises InputError for a damaged file, and where pye57 is
-    not installed.
+    Cartesian or spherical coordinates become float64 x, y, z; colours have 8 bits by the limits
+    that the file states; fields are `intensity`, and `scan` (0, 1, ...) if there are several.
+    Points marked as invalid are dropped. Raises InputError for a damaged file, and if pye57 is not
+    installed.
     """
     with open_regular(path) as file:
         if not file.read(8) == b"ASTM-E57":
@@ -74,7 +74,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             file=path,
         ) from error
     return LoadedModel(
-        drop_unsound_points(cloud, messages, path),
+        drop_invalid_points(cloud, messages, path),
         "cloud",
         crs,
         tuple(messages),
@@ -95,21 +95,21 @@ def _read_scans(
     colored = all(set(COLORS) <= known for known in names)
     bright = all("intensity" in known for known in names)
     unread = set()
-    # A value that never changes takes no bits of the file, however many points have it.
+    # A constant value takes no bits of the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
         if place is None:
             messages.append(Finding("model.scan-left-out", number=number + 1))
             continue
-        wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
+        column_names = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
         flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
-        unread |= known - set(wanted) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+        unread |= known - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
-        for part in _blocks(e57, image, scan, [*wanted, *flags]):
+        for part in _blocks(e57, image, scan, [*column_names, *flags]):
             got = len(part[place[0]])
-            budget.take(8 * got * len(wanted), "points")
+            budget.take(8 * got * len(column_names), "points")
             xyz = np.column_stack([part[name] for name in place])
             if place is SPHERICAL:
                 xyz = _cartesian(xyz)
@@ -153,8 +153,10 @@ def _names(e57: Any, scan: Any) -> set[str]:
 
 
 def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
-    """Arrays by name, block after block, in memory that is used again. What a file promises does
-    not decide how much is asked for."""
+    """Yield arrays by name, block by block, in reused memory.
+
+    The memory does not depend on what a file states.
+    """
     arrays: dict[str, AnyArray] = {}
     buffers = e57.VectorSourceDestBuffer()
     for name in names:
@@ -193,7 +195,7 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 
 
 def _cartesian(rae: AnyArray) -> AnyArray:
-    """From range, azimuth from x towards y, and elevation above x-y, in radians (E57 8.4.4.1)."""
+    """Convert range, azimuth from x towards y, and elevation above x-y, radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     flat = distance * np.cos(elevation)
     return np.column_stack(

@@ -1,11 +1,11 @@
 """glTF 2.0: .glb, and .gltf with its buffers and images beside or inside.
 
-The format is Y-up, in metres, and float32; so a georeferenced model is written as World minus an
-origin, which `asset.extras` or `NAME.offset.txt` carries. What comes out of here is upright again
-(x East, y North, z Up), with the origin added in float64.
+The format is Y-up, in metres, and float32. A georeferenced model is therefore written as World
+minus an origin, which `asset.extras` or `NAME.offset.txt` contains. Models are returned upright (x
+East, y North, z Up), with the origin added in float64.
 
-Read here and not by a library: a mesh of 600,000 triangles took 0.5 s and 118 MB (busy machine),
-with trimesh 1.3 s and 250 MB, with Open3D 4.4 s and 348 MB.
+Read without a library: a mesh of 600,000 triangles took 0.5 s and 118 MB (busy machine), with
+trimesh 1.3 s and 250 MB, with Open3D 4.4 s and 348 MB.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import ROWS_AT_ONCE, drop_unsound, drop_unsound_points
+from vomstudio.io.models.formats._common import BLOCK_ROWS, drop_invalid, drop_invalid_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.formats._gltf_materials import materials_of
 from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
@@ -38,15 +38,15 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The triangles of the file's scene, or its points where it has no triangles.
+    """Read the triangles of the file's scene, or its points if it has no triangles.
 
-    Embedded images are laid out as files (io.image_store). Raises InputError for what is no sound
-    glTF, is compressed, or lacks a file that it needs.
+    Embedded images are stored as files (`io.models.image_store`). Raises InputError if the file is
+    not a valid glTF, is compressed, or lacks a file that it needs.
     """
     try:
         return _read(Document(path, progress))
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
-        # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
+        # Untrusted JSON can be invalid in more ways than can be checked one by one.
         raise InputError(
             Finding("file.damaged", reason=" ".join(str(error).split())[:120], format="glTF"),
             file=path,
@@ -58,20 +58,20 @@ def _read(document: Document) -> LoadedModel:
     for name in document.extensions_to_report():
         messages.append(Finding("model.extension-unsupported", extension=name))
     pieces = list(pieces_of(document, messages))
-    solid = [p for p in pieces if p.faces is not None]
+    meshes = [p for p in pieces if p.faces is not None]
     if not pieces:
         raise InputError(Finding("model.no-points"), file=document.path)
-    if solid and len(solid) < len(pieces):
-        loose = sum(len(p.positions) for p in pieces if p.faces is None)
-        messages.append(Finding("model.loose-points-left-out", count=loose))
-    origin, crs, declared = _origin(document, messages)
+    if meshes and len(meshes) < len(pieces):
+        loose_count = sum(len(p.positions) for p in pieces if p.faces is None)
+        messages.append(Finding("model.loose-points-left-out", count=loose_count))
+    origin, crs, has_reference = _origin(document, messages)
     data: Mesh | PointCloud
-    if solid:
-        if not declared:
-            _warn_if_z_looks_up(solid, messages)
-        data = drop_unsound(_mesh(document, solid, origin, messages), messages, document.path)
+    if meshes:
+        if not has_reference:
+            _warn_if_z_up(meshes, messages)
+        data = drop_invalid(_mesh(document, meshes, origin, messages), messages, document.path)
     else:
-        data = drop_unsound_points(_cloud(pieces, origin), messages, document.path)
+        data = drop_invalid_points(_cloud(pieces, origin), messages, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
     return LoadedModel(
@@ -88,29 +88,28 @@ def _read(document: Document) -> LoadedModel:
 
 
 def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, str | None, bool]:
-    """What is added to the turned positions, the CRS, and whether the file says either."""
+    """Return the origin, the CRS, and whether the file states either."""
     path = document.path
     extras = document.section("extras", document.section("asset"))
-    inside = None
+    embedded_origin = None
     if "origin" in extras:
-        inside = checked_origin(extras["origin"])
-        if inside is None:
+        embedded_origin = checked_origin(extras["origin"])
+        if embedded_origin is None:
             messages.append(Finding("model.origin-invalid", file=path.name))
     crs, problem = crs_or_problem(extras.get("crs"), path.name)
-    beside = read_offset(path)
-    messages.extend(text for text in (problem, beside.problem) if text)
-    if inside is not None and beside.origin not in (None, inside):
+    offset = read_offset(path)
+    messages.extend(text for text in (problem, offset.problem) if text)
+    if embedded_origin is not None and offset.origin not in (None, embedded_origin):
         messages.append(Finding("model.origin-unused", file=offset_path(path).name))
-    origin = inside or beside.origin
-    crs = crs or beside.crs
+    origin = embedded_origin or offset.origin
+    crs = crs or offset.crs
     return np.array(origin or (0.0, 0.0, 0.0)), crs, origin is not None or crs is not None
 
 
-def _joined(
+def _join(
     pieces: list[Piece], values: list[AnyArray | None], width: int, fill: float, dtype: Any
 ) -> AnyArray | None:
-    """Values per vertex of all pieces, with `fill` where a piece has none; None where all have
-    none."""
+    """Return values per vertex of all pieces, with `fill` for pieces without; None without any."""
     if all(v is None for v in values):
         return None
     parts = [
@@ -123,15 +122,15 @@ def _joined(
 def _fields(pieces: list[Piece]) -> dict[str, AnyArray]:
     result: dict[str, AnyArray] = {}
     for name in dict.fromkeys(n for p in pieces for n in p.fields):
-        found = [p.fields.get(name) for p in pieces]
-        there = [f.dtype for f in found if f is not None]
-        dtype: Any = np.result_type(*there)
-        if len(there) < len(pieces):
+        columns_of_pieces = [p.fields.get(name) for p in pieces]
+        types = [f.dtype for f in columns_of_pieces if f is not None]
+        dtype: Any = np.result_type(*types)
+        if len(types) < len(pieces):
             dtype = np.result_type(dtype, np.float32)
-        columns = [None if f is None else f[:, None] for f in found]
-        joined = _joined(pieces, columns, 1, np.nan if dtype.kind == "f" else 0, dtype)
-        assert joined is not None
-        result[name] = np.ascontiguousarray(joined[:, 0])
+        columns = [None if f is None else f[:, None] for f in columns_of_pieces]
+        column = _join(pieces, columns, 1, np.nan if dtype.kind == "f" else 0, dtype)
+        assert column is not None
+        result[name] = np.ascontiguousarray(column[:, 0])
     return result
 
 
@@ -149,13 +148,13 @@ def _positions(pieces: list[Piece], origin: FloatArray) -> FloatArray:
 
 
 def _faces(pieces: list[Piece]) -> Int32Array:
-    """By the places of their corners among those of all pieces."""
+    """Return faces by the positions of their corners among those of all pieces."""
     joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
     for piece in pieces:
         if piece.faces is not None:
             part = joined[end : end + len(piece.faces)]
-            # Narrow indices would not hold the sum.
+            # Narrow index types would overflow.
             np.add(piece.faces, start, out=part, dtype=np.int64, casting="unsafe")
             end += len(part)
         start += len(piece.positions)
@@ -182,35 +181,38 @@ def _mesh(
         _faces(pieces),
         materials,
         offsets,
-        _joined(pieces, [p.uv for p in pieces], 2, np.nan, np.float32),
-        _joined(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
+        _join(pieces, [p.uv for p in pieces], 2, np.nan, np.float32),
+        _join(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
         _fields(pieces),
     )
 
 
 def _cloud(pieces: list[Piece], origin: FloatArray) -> PointCloud:
-    normals = _joined(pieces, [p.normals for p in pieces], 3, np.nan, np.float64)
+    normals = _join(pieces, [p.normals for p in pieces], 3, np.nan, np.float64)
     return PointCloud(
         _positions(pieces, origin),
-        _joined(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
+        _join(pieces, [p.colors for p in pieces], 3, 255, np.uint8),
         None if normals is None else (normals @ UPRIGHT.T).astype(np.float32),
         _fields(pieces),
     )
 
 
-def _warn_if_z_looks_up(pieces: list[Piece], messages: list[Finding]) -> None:
-    """Outcrops are looked at from above or the side, never from below: a surface that as a whole
-    faces along the file's Z was most likely written with Z up."""
+def _warn_if_z_up(pieces: list[Piece], messages: list[Finding]) -> None:
+    """Warn about a model that was probably written with Z up.
+
+    Outcrops are viewed from above or the side, never from below, so a surface that faces the
+    file's Z as a whole was most likely written with Z up.
+    """
     total, area = np.zeros(3), 0.0
     for piece in pieces:
         faces = np.empty((0, 3), np.int64) if piece.faces is None else piece.faces
-        for begin in range(0, len(faces), ROWS_AT_ONCE):
-            corners = faces[begin : begin + ROWS_AT_ONCE]
+        for begin in range(0, len(faces), BLOCK_ROWS):
+            corners = faces[begin : begin + BLOCK_ROWS]
             a, b, c = (piece.positions[corners[:, k]] for k in range(3))
-            turned = np.cross(b - a, c - a)
-            turned = turned[np.isfinite(turned).all(axis=1)]
-            total += turned.sum(axis=0)
-            area += float(np.sqrt((turned**2).sum(axis=1)).sum())
+            normals = np.cross(b - a, c - a)
+            normals = normals[np.isfinite(normals).all(axis=1)]
+            total += normals.sum(axis=0)
+            area += float(np.sqrt((normals**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
         messages.append(Finding("model.maybe-lying"))
 

@@ -19,31 +19,31 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
-    drop_unsound_points,
+    drop_invalid_points,
     points_missing,
     scale_colors,
 )
-from vomstudio.io.models.formats._las_extra import WithoutRecord, place_of_unsound_extra
+from vomstudio.io.models.formats._las_extra import FileWithHiddenRecord, invalid_extra_record_offset
 from vomstudio.io.models.formats._las_header import (
     check_header,
     check_layers,
     is_copc,
     is_layered,
-    mended,
-    read_top,
+    read_las_header,
     refuse_blank,
+    with_empty_chunk_table,
 )
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
+    mask_no_data,
     no_data_of,
-    stand_ins,
-    without_no_data,
+    replacement_rows,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 POINTS_PER_STEP = 500_000
-ROWS_AT_MOST = 50_000_000
+MAX_INITIAL_ROWS = 50_000_000
 POINTS_PER_CAREFUL_STEP = 200
 
 # laspy logs what it raises as well; without any handler Python would print it.
@@ -55,11 +55,11 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
+    """Read the points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
 
-    Colours are 8 bit; fields are the standard ones that are not 0 everywhere, and all extra ones.
-    The reference system is the file's own. A file that is cut short gives the points it has, with a
-    warning. Raises InputError where there are none.
+    Colours have 8 bits; fields are the standard ones that are not 0 everywhere, and all extra
+    ones. The CRS is the file's own. A truncated file returns its points, with a warning. Raises
+    InputError if it has none.
     """
     import laspy
     import lazrs
@@ -88,27 +88,29 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     ) as error:
         raise _damaged(path, error) from error
     except BaseException as error:
-        # Rust's panics arrive outside of Exception.
+        # Rust panics are not derived from Exception.
         if type(error).__name__ != "PanicException":
             raise
         raise _damaged(path, error) from error
-    found = las_reference(path)
-    cloud = drop_unsound_points(cloud, messages, path)
+    reference = las_reference(path)
+    cloud = drop_invalid_points(cloud, messages, path)
     return LoadedModel(
         cloud,
         "cloud",
-        found.text,
-        (*messages, *found.warnings),
+        reference.text,
+        (*messages, *reference.warnings),
         path,
-        height_unit=found.height_unit,
+        height_unit=reference.height_unit,
     )
 
 
 def _damaged(path: Path, error: BaseException) -> InputError:
-    return InputError(Finding("file.damaged", reason=_short(error), format="LAS"), file=path)
+    return InputError(
+        Finding("file.damaged", reason=_short_message(error), format="LAS"), file=path
+    )
 
 
-def _short(error: BaseException) -> str:
+def _short_message(error: BaseException) -> str:
     text = " ".join(str(error).split())
     return text[:160] or type(error).__name__
 
@@ -116,14 +118,14 @@ def _short(error: BaseException) -> str:
 def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) -> PointCloud:
     import laspy
 
-    stream: Any = mended(path, size)
+    stream: Any = with_empty_chunk_table(path, size)
     refuse_blank(path, progress)
     if is_layered(path):
-        check_layers(path, read_top(path))
-    place = place_of_unsound_extra(path)
-    if place is not None and stream is None:
+        check_layers(path, read_las_header(path))
+    record_offset = invalid_extra_record_offset(path)
+    if record_offset is not None and stream is None:
         messages.append(Finding("model.fields-damaged"))
-        stream = io.BufferedReader(WithoutRecord(path, place))
+        stream = io.BufferedReader(FileWithHiddenRecord(path, record_offset))
     if stream is None:
         with (
             open_regular(path) as file,
@@ -135,7 +137,7 @@ def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) ->
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, at_once: int, progress: Progress, messages: list[Finding]
+    reader: Any, path: Path, size: int, max_points: int, progress: Progress, messages: list[Finding]
 ) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
@@ -155,43 +157,43 @@ def _read_points(
             field="LAS header",
         )
     names = set(header.point_format.dimension_names)
-    described = place_of_unsound_extra(path) is None
-    extra = list(header.point_format.extra_dimension_names) if described else []
-    wanted = [n for n in STANDARD_FIELDS if n in names] + extra
-    gaps = _no_data(header)
-    flagged = ["withheld"] if "withheld" in names else []
+    has_valid_extra = invalid_extra_record_offset(path) is None
+    extra = list(header.point_format.extra_dimension_names) if has_valid_extra else []
+    field_names = [n for n in STANDARD_FIELDS if n in names] + extra
+    no_data = _no_data(header)
+    flag_names = ["withheld"] if "withheld" in names else []
     colored = {"red", "green", "blue"} <= names
-    # Hardly any file has more points than bytes, and room that is not used costs nothing.
-    columns = Columns(min(size, ROWS_AT_MOST))
+    # Few files have more points than bytes, and unused capacity costs nothing.
+    columns = Columns(min(size, MAX_INITIAL_ROWS))
     done = 0
     progress.stage(tr("Reading the points"), limit)
     while done < limit:
-        n = min(at_once, limit - done)
+        n = min(max_points, limit - done)
         try:
             chunk = reader.read_points(n)
         except Exception:
-            # The last points before the end may have been decoded from bytes that are not theirs.
-            done -= min(done, at_once)
+            # The last points before the end may be decoded from invalid bytes.
+            done -= min(done, max_points)
             if done == 0:
                 raise
             break
-        got = len(chunk)
-        if got == 0:
+        read_count = len(chunk)
+        if read_count == 0:
             break
-        xyz = np.empty((got, 3))
+        xyz = np.empty((read_count, 3))
         for j, axis in enumerate("XYZ"):
             np.multiply(np.asarray(chunk[axis]), scales[j], out=xyz[:, j])
             xyz[:, j] += offsets[j]
         columns.add("points", xyz, limit)
         if colored:
-            rgb = np.empty((got, 3), np.uint16)
+            rgb = np.empty((read_count, 3), np.uint16)
             for j, channel in enumerate(("red", "green", "blue")):
                 rgb[:, j] = chunk[channel]
             columns.add("colors", rgb, limit)
-        for name in [*wanted, *flagged]:
-            columns.add(f"field {name}", _values(chunk, name, gaps), limit)
-        done += got
-        if done == limit or done % POINTS_PER_STEP < got:
+        for name in [*field_names, *flag_names]:
+            columns.add(f"field {name}", _values(chunk, name, no_data), limit)
+        done += read_count
+        if done == limit or done % POINTS_PER_STEP < read_count:
             progress.step(done)
     if done == 0:
         raise InputError(Finding("model.no-points"), file=path)
@@ -199,10 +201,10 @@ def _read_points(
         messages.append(points_missing(done, promised))
     colors = _colors(columns.take("colors", done), messages)
     fields: dict[str, GenericArray] = {}
-    for name in wanted:
+    for name in field_names:
         values = columns.take(f"field {name}", done)
         assert values is not None
-        # First returns only is what every cloud from photographs says, and says nothing.
+        # All clouds from photos have first returns only, so the field is not informative.
         if name == "return_number" and (values == 1).all():
             continue
         if name in extra or values.any():
@@ -214,7 +216,7 @@ def _read_points(
     assert points is not None
     cloud = PointCloud(points, colors, None, fields)
     withheld = columns.take("field withheld", done)
-    return cloud if withheld is None else _without(cloud, withheld != 0, path, messages)
+    return cloud if withheld is None else _drop_withheld(cloud, withheld != 0, path, messages)
 
 
 def _colors(rgb16: GenericArray | None, messages: list[Finding]) -> ByteArray | None:
@@ -233,16 +235,18 @@ def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
     return {}
 
 
-def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> GenericArray:
+def _values(chunk: Any, name: str, no_data: dict[str, tuple[float, ...]]) -> GenericArray:
     values: GenericArray = np.asarray(chunk[name])
-    return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
+    return mask_no_data(values, chunk.array[name], no_data[name]) if name in no_data else values
 
 
-def _without(
+def _drop_withheld(
     cloud: PointCloud, withheld: GenericArray, path: Path, messages: list[Finding]
 ) -> PointCloud:
-    """Without the points that the file marks as not to be used. In a COPC file they stand at the
-    place of others, so that rows are the same when it is streamed."""
+    """Remove the points that the file marks as withheld.
+
+    In a COPC file they are replaced by others, so that rows are the same when it is streamed.
+    """
     count = int(np.count_nonzero(withheld))
     if not count:
         return cloud
@@ -250,7 +254,7 @@ def _without(
         raise InputError(Finding("model.all-withheld"), file=path)
     if is_copc(path):
         messages.append(Finding("model.withheld-hidden"))
-        rows = stand_ins(withheld)
+        rows = replacement_rows(withheld)
         assert rows is not None
         return cloud.of_rows(rows)
     messages.append(Finding("model.points-withheld", count=count))

@@ -24,26 +24,26 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
-    drop_unsound,
-    in_utf8,
+    drop_invalid,
     read_whole,
     refuse_decimal_commas,
     scale_colors,
+    to_utf8,
 )
-from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
+from vomstudio.io.models.mtl import decode, find_companion, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 BLOCK_BYTES = 8 * 1024 * 1024
-LOOKED_AT_ONCE = 1 << 18
+CHECK_BLOCK_BYTES = 1 << 18
 MAX_THREADS = 8
 MAX_ROWS = 2**31 - 1
-MOST_LIBRARIES = 100
-HEAD = 65536
+MAX_LIBRARIES = 100
+HEAD_BYTES = 65536
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """OBJ has no magic word: a text whose first lines are statements of the format."""
+    """Return whether the first lines are OBJ statements, since OBJ has no signature."""
     if b"\0" in head:
         return False
     known = 0
@@ -79,12 +79,12 @@ def warm_up() -> None:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The mesh of an OBJ file, or its points where it has no faces.
+    """Read the mesh of an OBJ file, or its points if it has no faces.
 
-    Unsound vertices, faces and texture coordinates are left out and counted in the warnings.
-    Raises InputError where nothing sound is found.
+    Invalid vertices, faces and texture coordinates are dropped and counted in the warnings. Raises
+    InputError if nothing valid remains.
     """
-    data = in_utf8(read_whole(path, progress, b"\n"), b"\n")
+    data = to_utf8(read_whole(path, progress, b"\n"), b"\n")
     return _Reading(path, data, progress).model()
 
 
@@ -99,7 +99,7 @@ class _Reading:
     joined: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:
-        self._settle_line_ends()
+        self._normalize_line_ends()
         self._parse()
         if len(self.vertices) == 0:
             raise InputError(self._why_nothing(), file=self.path)
@@ -116,7 +116,7 @@ class _Reading:
         return Finding("file.other-format", format="OBJ")
 
     def _line(self, offset: int) -> int:
-        """The 1-based line of a byte, in the file as it stands on the disk."""
+        """Return the 1-based line of a byte in the file on disk."""
         ends = int(np.count_nonzero(self.data[:offset] == 10))
         return 1 + ends + bisect.bisect(self.joined, offset)
 
@@ -127,25 +127,25 @@ class _Reading:
         end = offset + (int(np.argmax(stop)) if stop.any() else len(stop))
         refuse_decimal_commas(self.path, self.data[begin:end].tobytes(), self._line(offset))
 
-    def _settle_line_ends(self) -> None:
-        """Old line ends become new ones, continued lines become one line, all in place."""
+    def _normalize_line_ends(self) -> None:
+        """Convert line ends to newlines and join continued lines, in place."""
         data = self.data
         size = len(data) - 1
         if data[:3].tobytes() == BYTE_ORDER_MARK:
             data[:3] = 32
-        if np.any(data[:HEAD] == 0):
+        if np.any(data[:HEAD_BYTES] == 0):
             raise InputError(Finding("file.other-format", format="OBJ"), file=self.path)
-        if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
+        if not np.any(data[: min(size, HEAD_BYTES)] == 10) and np.any(data[:HEAD_BYTES] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
             self.messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
-        # Many times as fast as the expression, and hardly any file has a backslash.
-        steps = range(0, size, LOOKED_AT_ONCE)
-        if not any(np.any(data[at : min(at + LOOKED_AT_ONCE, size)] == 92) for at in steps):
+        # Many times as fast as the expression, and few files have a backslash.
+        steps = range(0, size, CHECK_BLOCK_BYTES)
+        if not any(np.any(data[at : min(at + CHECK_BLOCK_BYTES, size)] == 92) for at in steps):
             return
-        for found in re.finditer(rb"\\\r?\n", data.data[:size]):
-            data[found.start() : found.end()] = 32
-            self.joined.append(found.end() - 1)
+        for match in re.finditer(rb"\\\r?\n", data.data[:size]):
+            data[match.start() : match.end()] = 32
+            self.joined.append(match.end() - 1)
 
     def _blocks(self) -> list[tuple[int, int]]:
         size = len(self.data)
@@ -249,7 +249,7 @@ class _Reading:
         )
 
     def _fill_left_over(self) -> None:
-        """Numbers that need Python: long ones, nan, and what is no number."""
+        """Parse numbers that need Python: long ones, nan, and words that are not numbers."""
         from vomstudio.io.models.formats import _obj_kernels as k
         from vomstudio.io.models.formats._decimals import python_number
 
@@ -317,88 +317,90 @@ class _Reading:
         if not names:
             offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
-        return drop_unsound(mesh, self.messages, self.path)
+        return drop_invalid(mesh, self.messages, self.path)
 
     def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
-        """Names of materials in order of use, runs of triangles (start, material), libraries."""
+        """Return names of used materials, runs of triangles (start, material), and libraries."""
         names: dict[str, int] = {}
         starts: list[int] = [0]
         ids: list[int] = [-1]
         libraries: dict[str, None] = {}
-        odd = 0
-        known: dict[bytes, int] = {}
+        skipped_count = 0
+        ids_by_line: dict[bytes, int] = {}
         for start, end, triangle in self.words.tolist():
             line = self.data[start:end].tobytes()
-            id_ = known.get(line)
+            id_ = ids_by_line.get(line)
             if id_ is None:
                 word, _, value = line.strip().replace(b"\t", b" ").partition(b" ")
                 if word == b"mtllib":
                     libraries.setdefault(decode(value).strip())
                     continue
                 if word != b"usemtl":
-                    odd += word not in (b"mg",)
+                    skipped_count += word not in (b"mg",)
                     continue
                 name = unquote(decode(value))
-                id_ = known[line] = names.setdefault(name, len(names))
+                id_ = ids_by_line[line] = names.setdefault(name, len(names))
             if starts[-1] == triangle:
                 ids[-1] = id_
             else:
                 starts.append(triangle)
                 ids.append(id_)
-        if odd:
-            self.messages.append(Finding("model.text-lines-left-out", count=odd))
+        if skipped_count:
+            self.messages.append(Finding("model.text-lines-left-out", count=skipped_count))
         n = len(self.corners)
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
             ids.pop()
         used = list(dict.fromkeys(ids))
         rank = {id_: i for i, id_ in enumerate(used)}
-        every = list(names)
+        all_names = list(names)
         if used == [-1]:
             return [], (starts, [0] * len(ids)), list(libraries)
-        listed = ["" if id_ < 0 else every[id_] for id_ in used]
-        return listed, (starts, [rank[id_] for id_ in ids]), list(libraries)
+        used_names = ["" if id_ < 0 else all_names[id_] for id_ in used]
+        return used_names, (starts, [rank[id_] for id_ in ids]), list(libraries)
 
     def _materials(self, names: list[str], libraries: list[str]) -> tuple[Material, ...]:
         folder = self.path.parent
-        found: dict[str, Material] = {}
-        if len(libraries) > MOST_LIBRARIES:
+        materials_by_name: dict[str, Material] = {}
+        if len(libraries) > MAX_LIBRARIES:
             self.messages.append(
-                Finding("material.too-many-files", count=len(libraries), limit=MOST_LIBRARIES)
+                Finding("material.too-many-files", count=len(libraries), limit=MAX_LIBRARIES)
             )
-        for entry in libraries[:MOST_LIBRARIES]:
+        for entry in libraries[:MAX_LIBRARIES]:
             for path in self._library_paths(entry):
                 materials, messages = read_library(path, folder)
                 for name, material in materials.items():
-                    found.setdefault(name, material)
+                    materials_by_name.setdefault(name, material)
                 self.messages.extend(messages)
         if not libraries and any(names):
             self.messages.append(Finding("material.no-file"))
-        by_case = {name.casefold(): material for name, material in found.items()}
+        materials_by_casefold = {
+            name.casefold(): material for name, material in materials_by_name.items()
+        }
         result = []
         missing: list[str] = []
         for name in names:
-            like = found.get(name) or by_case.get(name.casefold())
-            if like is None and name and libraries:
+            match = materials_by_name.get(name) or materials_by_casefold.get(name.casefold())
+            if match is None and name and libraries:
                 missing.append(name)
-            result.append(Material(name, like.texture, like.diffuse) if like else Material(name))
+            result.append(Material(name, match.texture, match.diffuse) if match else Material(name))
         if missing:
             self.messages.append(Finding("material.missing", names=missing))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:
-        """One statement may name one file with blanks in its name, or several files."""
-        found, problem = find_beside(self.path.parent, entry)
-        if found is not None:
+        """Return the files of a statement: one file whose name has spaces, or several files."""
+        path, problem = find_companion(self.path.parent, entry)
+        if path is not None:
             if problem:
                 self.messages.append(Finding("material.file-substituted", reason=problem))
-            return [found]
+            return [path]
         paths = []
         words = entry.split()
-        for name in words[:MOST_LIBRARIES]:
-            found, warning = find_beside(self.path.parent, name)
-            if found is not None:
-                paths.append(found)
+        for name in words[:MAX_LIBRARIES]:
+            path, warning = find_companion(self.path.parent, name)
+            if path is not None:
+                paths.append(path)
             if warning:
                 self.messages.append(
                     Finding("material.file-unusable", reason=warning if len(words) > 1 else problem)

@@ -23,15 +23,15 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
-    ROWS_AT_ONCE,
-    drop_unsound,
-    drop_unsound_points,
+    BLOCK_ROWS,
+    drop_invalid,
+    drop_invalid_points,
     read_whole,
     scale_colors,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
 from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text, whole_numbers
-from vomstudio.io.models.mtl import check_image, find_beside, texture_finding
+from vomstudio.io.models.mtl import check_image, find_companion, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import convert_to_utf8
 
@@ -53,10 +53,10 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The mesh or cloud of a PLY file.
+    """Read the mesh or cloud of a PLY file.
 
-    Records that are missing or unsound are left out and counted in the warnings. Raises InputError
-    where the header cannot be understood or nothing sound follows it.
+    Missing or invalid records are dropped and counted in the warnings. Raises InputError for an
+    invalid header, or if nothing valid follows it.
     """
     data = read_whole(path, progress)
     if not matches(path, data[:4].tobytes()):
@@ -75,11 +75,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[GenericArray] | None:
-    by_case = {name.lower(): name for name in table.plain}
-    if not all(name in by_case for name in names):
+    names_by_lower = {name.lower(): name for name in table.plain}
+    if not all(name in names_by_lower for name in names):
         return None
-    used.update(by_case[name] for name in names)
-    return [table.plain[by_case[name]] for name in names]
+    used.update(names_by_lower[name] for name in names)
+    return [table.plain[names_by_lower[name]] for name in names]
 
 
 def _assemble(
@@ -103,16 +103,16 @@ def _assemble(
         points[:, j] = column
     colors = None
     for triple in COLOR_NAMES:
-        found = _take(vertex, triple, used)
-        if found is not None:
+        columns = _take(vertex, triple, used)
+        if columns is not None:
             used.update(n for n in vertex.plain if n.lower() in ("alpha", "diffuse_alpha", "a"))
-            colors = scale_colors(np.stack(found, axis=1))
+            colors = scale_colors(np.stack(columns, axis=1))
             break
     normals = _take(vertex, NORMAL_NAMES, used)
-    face = _with_strips(header, tables, messages)
+    face = _faces_and_strips(header, tables, messages)
     if face is None:
         fields = {n: v for n, v in vertex.plain.items() if n not in used}
-        return drop_unsound_points(
+        return drop_invalid_points(
             PointCloud(
                 points,
                 colors,
@@ -124,9 +124,9 @@ def _assemble(
         )
     uv = None
     for pair in UV_NAMES:
-        found = _take(vertex, pair, used)
-        if found is not None:
-            uv = np.stack(found, axis=1).astype(np.float32)
+        columns = _take(vertex, pair, used)
+        if columns is not None:
+            uv = np.stack(columns, axis=1).astype(np.float32)
             break
     fields = {n: v for n, v in vertex.plain.items() if n not in used}
     return _mesh(
@@ -138,45 +138,49 @@ def _assemble(
     )
 
 
-def _with_strips(
+def _faces_and_strips(
     header: Header, tables: Mapping[str, Table], messages: list[Finding]
 ) -> Table | None:
     """Return the faces, including triangle strips, None if the file has neither.
 
     Appends a message about other elements.
     """
-    there = {e.name for e in header.elements if e.count and e.properties}
-    face = tables["face"] if "face" in there else None
+    element_names = {e.name for e in header.elements if e.count and e.properties}
+    face = tables["face"] if "face" in element_names else None
     if face is not None and any(name.endswith("red") for name in face.plain):
         messages.append(Finding("model.face-colors-unused"))
-    for name in sorted(there & STRIP_NAMES):
+    for name in sorted(element_names & STRIP_NAMES):
         lists = tables[name].lists
         key = next((n for n in FACE_NAMES if n in lists), None)
         if key is None:
             messages.append(Finding("model.no-face-indices"))
             continue
-        triangles = _unrolled(*lists[key])
+        triangles = _unroll_strips(*lists[key])
         counts = np.full(len(triangles), 3, np.int64)
         if face is None:
             face = Table(len(triangles), {}, {FACE_NAMES[0]: (counts, triangles.reshape(-1))})
-        elif old := next((n for n in FACE_NAMES if n in face.lists), None):
-            known, indices = face.lists[old]
+        elif face_name := next((n for n in FACE_NAMES if n in face.lists), None):
+            old_counts, indices = face.lists[face_name]
             joined = np.concatenate([_indices(indices), triangles.reshape(-1)])
-            # Textures and texture coordinates are of the faces alone.
-            face = Table(face.n + len(triangles), {}, {old: (np.append(known, counts), joined)})
-    unread = sorted(there - STRIP_NAMES - {"vertex", "face"})
+            # Textures and texture coordinates belong to the faces only.
+            face = Table(
+                face.n + len(triangles), {}, {face_name: (np.append(old_counts, counts), joined)}
+            )
+    unread = sorted(element_names - STRIP_NAMES - {"vertex", "face"})
     if unread:
         messages.append(Finding("model.elements-left-out", elements=unread))
     return face
 
 
-def _unrolled(counts: IntArray, raw: GenericArray) -> IntArray:
-    """(n, 3) triangles of strips, in which -1 begins anew (G. Turk's models); every second one is
-    turned, so that all look to one side, and those without area, which only lead on, are left
-    out."""
+def _unroll_strips(counts: IntArray, raw: GenericArray) -> IntArray:
+    """Return the (n, 3) triangles of strips.
+
+    -1 begins a new strip (G. Turk's models). Every second triangle is reversed, so that all have
+    the same orientation; degenerate ones, which only connect, are dropped.
+    """
     indices = _indices(raw)
     ends = np.cumsum(counts)
-    # A strip of its own for each list: an end after each.
+    # Each list is a separate strip: insert an end after each.
     indices = np.insert(indices, ends[:-1], -1) if len(ends) > 1 else indices
     if len(indices) < 3:
         return np.empty((0, 3), np.int64)
@@ -184,11 +188,11 @@ def _unrolled(counts: IntArray, raw: GenericArray) -> IntArray:
     breaks = np.flatnonzero(indices == -1)
     starts = np.concatenate([[0], breaks + 1])
     first = starts[np.searchsorted(starts, np.arange(len(triples)), side="right") - 1]
-    odd = (np.arange(len(triples)) - first) % 2 == 1
-    triangles = np.where(odd[:, None], triples[:, [1, 0, 2]], triples)
+    is_odd = (np.arange(len(triples)) - first) % 2 == 1
+    triangles = np.where(is_odd[:, None], triples[:, [1, 0, 2]], triples)
     a, b, c = triples.T
-    keep = (triples != -1).all(axis=1) & (a != b) & (b != c) & (c != a)
-    return np.ascontiguousarray(triangles[keep])
+    is_valid = (triples != -1).all(axis=1) & (a != b) & (b != c) & (c != a)
+    return np.ascontiguousarray(triangles[is_valid])
 
 
 def _indices(raw: GenericArray) -> IntArray:
@@ -197,21 +201,27 @@ def _indices(raw: GenericArray) -> IntArray:
 
 
 def _mesh(
-    header: Header, face: Table, bare: Mesh, path: Path, messages: list[Finding]
+    header: Header, face: Table, vertex_mesh: Mesh, path: Path, messages: list[Finding]
 ) -> Mesh | PointCloud:
     """Return the mesh of faces, with their texture coordinates and textures, on the vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
-    faces = _triangles(face, uv_counts, len(uv_values), bare.vertices, path, messages)
+    faces = _triangles(face, uv_counts, len(uv_values), vertex_mesh.vertices, path, messages)
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
-        faces, materials, offsets = _dressed(header, face, faces, path, messages)
+        faces, materials, offsets = _textured(header, face, faces, path, messages)
     mesh = Mesh(
-        bare.vertices, faces.corners, materials, offsets, bare.uv, bare.colors, dict(bare.fields)
+        vertex_mesh.vertices,
+        faces.corners,
+        materials,
+        offsets,
+        vertex_mesh.uv,
+        vertex_mesh.colors,
+        dict(vertex_mesh.fields),
     )
     if faces.have_uv and len(faces.corners):
-        mesh = _with_own_uv(mesh, faces.uv_corners, uv_values)
-    return drop_unsound(mesh, messages, path)
+        mesh = _split_by_face_uv(mesh, faces.uv_corners, uv_values)
+    return drop_invalid(mesh, messages, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,8 +247,11 @@ def _triangles(
     path: Path,
     messages: list[Finding],
 ) -> _Triangles:
-    """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
-    texture coordinates; uv_values: of them altogether."""
+    """Return the polygons of a table cut into triangles.
+
+    `uv_counts` is the number of values in each face's list of texture coordinates, and `uv_values`
+    their total.
+    """
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: AnyArray
     if key is None:
@@ -248,44 +261,44 @@ def _triangles(
         counts, raw = face.lists[key]
         indices = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
     have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
-    room = int(np.maximum(counts - 2, 0).sum())
-    if room > MAX_ROWS:
+    capacity = int(np.maximum(counts - 2, 0).sum())
+    if capacity > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
     if not have_uv and len(counts) and (counts == 3).all():
-        # The common case, without waiting for compiled code.
-        found, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
+        # The common case, without compiled code.
+        triangles, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
         polygons, short = np.empty((0, 2), np.int64), 0
     else:
         from vomstudio.io.models.formats import _ply_kernels as k
 
-        corners = np.empty((room, 3), np.int32)
-        uv_corners = np.empty((room if have_uv else 0, 3), np.int32)
-        face_of = np.empty(room, np.int32)
+        corners = np.empty((capacity, 3), np.int32)
+        uv_corners = np.empty((capacity if have_uv else 0, 3), np.int32)
+        face_of = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
         n = p = out_of_range = short = at = uv_at = 0
-        for begin in range(0, len(counts), ROWS_AT_ONCE):
-            part = slice(begin, begin + ROWS_AT_ONCE)
-            some = np.ascontiguousarray(counts[part])
-            some_uv = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
-            end = at + int(some.sum())
-            made, cut, beyond, few = k.fan(
-                some,
+        for begin in range(0, len(counts), BLOCK_ROWS):
+            part = slice(begin, begin + BLOCK_ROWS)
+            part_counts = np.ascontiguousarray(counts[part])
+            part_uv_counts = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
+            end = at + int(part_counts.sum())
+            triangle_count, polygon_count, invalid_count, short_count = k.fan(
+                part_counts,
                 np.ascontiguousarray(indices[at:end], np.int64),
                 len(vertices),
-                some_uv,
+                part_uv_counts,
                 corners[n:],
                 uv_corners[n:],
                 face_of[n:],
                 polygons[p:],
             )
-            face_of[n : n + made] += begin
-            polygons[p : p + cut, 0] += n
-            own = uv_corners[n : n + made]
-            own[own >= 0] += uv_at // 2
-            n, p, at = n + made, p + cut, end
-            uv_at += int(some_uv.sum())
-            out_of_range, short = out_of_range + beyond, short + few
-        found = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
+            face_of[n : n + triangle_count] += begin
+            polygons[p : p + polygon_count, 0] += n
+            face_uv = uv_corners[n : n + triangle_count]
+            face_uv[face_uv >= 0] += uv_at // 2
+            n, p, at = n + triangle_count, p + polygon_count, end
+            uv_at += int(part_uv_counts.sum())
+            out_of_range, short = out_of_range + invalid_count, short + short_count
+        triangles = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if out_of_range:
         messages.append(Finding("model.faces-without-vertices", count=out_of_range))
@@ -294,12 +307,12 @@ def _triangles(
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
-        _polygons.cut_concave(vertices, found.corners, found.uv_corners, polygons)
-    return found
+        _polygons.cut_concave(vertices, triangles.corners, triangles.uv_corners, polygons)
+    return triangles
 
 
 def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
-    """Those whose corners are there, and how many are not."""
+    """Return the triangles with valid corners, and the number of others."""
     if triples.min() >= 0 and triples.max() < n_vertices:
         face_of = np.arange(len(triples))
     else:
@@ -311,20 +324,22 @@ def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int
     return _Triangles(corners, np.empty((0, 3), np.int32), face_of, False), out_of_range
 
 
-def _dressed(
+def _textured(
     header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Finding]
 ) -> tuple[_Triangles, tuple[Material, ...], IntArray]:
-    """The triangles in the order of their textures, these, and where each one's begin."""
+    """Return the triangles sorted by texture, the materials, and the first triangle of each."""
     materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
     if "texnumber" in face.plain:
         ids = face.plain["texnumber"].astype(np.int64)[faces.face_of]
-        odd = (ids < 0) | (ids >= len(materials))
-        wrong = odd & (ids != -1)  # -1 is how a face without texture is written
-        if wrong.any():
-            messages.append(Finding("texture.unknown-number", count=int(wrong.sum())))
-        if odd.any():
-            ids[odd] = len(materials)
+        is_untextured = (ids < 0) | (ids >= len(materials))
+        has_unknown_texture = is_untextured & (
+            ids != -1
+        )  # -1 is how a face without texture is written
+        if has_unknown_texture.any():
+            messages.append(Finding("texture.unknown-number", count=int(has_unknown_texture.sum())))
+        if is_untextured.any():
+            ids[is_untextured] = len(materials)
             materials = (*materials, Material("no texture"))
     elif len(materials) > 1:
         messages.append(Finding("texture.no-numbers"))
@@ -335,17 +350,21 @@ def _dressed(
     return faces, materials, offsets
 
 
-def _with_own_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArray) -> Mesh:
-    """The mesh with the texture coordinates that each face has of its own; vertices that have
-    several are there several times."""
+def _split_by_face_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArray) -> Mesh:
+    """Return the mesh with the texture coordinates of its faces.
+
+    Vertices with several texture coordinates are duplicated.
+    """
     from vomstudio.io.models.formats import _obj_kernels
 
     vertices, colors, fields = mesh.vertices, mesh.colors, mesh.fields
-    # Each face has its own copies: equal values are one.
+    # Each face has copies: equal values are merged.
     pairs = uv_values[: len(uv_values) // 2 * 2].astype(np.float32).reshape(-1, 2)
-    keys, same = np.unique(np.ascontiguousarray(pairs).view(np.int64).ravel(), return_inverse=True)
-    worn = uv_corners >= 0
-    uv_corners[worn] = same[uv_corners[worn]]
+    keys, inverse = np.unique(
+        np.ascontiguousarray(pairs).view(np.int64).ravel(), return_inverse=True
+    )
+    has_uv_corner = uv_corners >= 0
+    uv_corners[has_uv_corner] = inverse[uv_corners[has_uv_corner]]
     pairs = keys.view(np.float32).reshape(-1, 2)
     faces, source, texture = _obj_kernels.split_vertices(mesh.faces, uv_corners, len(vertices))
     if len(source) > len(vertices):
@@ -353,20 +372,20 @@ def _with_own_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArray) ->
         colors = None if colors is None else colors[source]
         fields = {name: values[source] for name, values in fields.items()}
     uv = np.full((len(source), 2), np.nan, np.float32)
-    has = texture >= 0
-    uv[has] = pairs[texture[has]]
+    has_uv = texture >= 0
+    uv[has_uv] = pairs[texture[has_uv]]
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
 
 
 def _texture(name: str, index: int, path: Path, messages: list[Finding]) -> Material:
-    found, problem = find_beside(path.parent, name)
-    if found is not None:
-        wrong = check_image(found)
-        if wrong:
-            found, problem = None, wrong
+    image, problem = find_companion(path.parent, name)
+    if image is not None:
+        error = check_image(image)
+        if error:
+            image, problem = None, error
     if problem:
-        messages.append(texture_finding(index + 1, found, problem))
-    return Material(name, found)
+        messages.append(texture_finding(index + 1, image, problem))
+    return Material(name, image)
 
 
 READER = Reader(to_translate("PLY mesh or cloud"), (".ply",), matches, read)

@@ -23,8 +23,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import POINT_BYTES, POINT_Z
 from vomstudio.io.models.formats._common import (
-    drop_unsound,
-    drop_unsound_points,
+    drop_invalid,
+    drop_invalid_points,
     join_corners,
     read_whole,
     scale_colors,
@@ -85,7 +85,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         corners = _patch_corners(data, messages)
         if not len(corners):
             raise InputError(Finding("model.no-faces"), file=path)
-        mesh = drop_unsound(Mesh(*join_corners(corners.reshape(-1, 3))), messages, path)
+        mesh = drop_invalid(Mesh(*join_corners(corners.reshape(-1, 3))), messages, path)
         is_mesh = isinstance(mesh, Mesh)
         return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(messages), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
@@ -95,7 +95,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if not len(points):
         raise InputError(Finding("model.no-points"), file=path)
     fields: Fields = {} if rows is None else _attributes(path, rows, messages)
-    cloud = drop_unsound_points(_cloud(points, fields), messages, path)
+    cloud = drop_invalid_points(_cloud(points, fields), messages, path)
     return LoadedModel(cloud, "cloud", None, tuple(messages), path)
 
 
@@ -201,7 +201,7 @@ def _part_triangles(points: FloatArray, kind: int) -> FloatArray | None:
 
 def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
     """Return the numeric columns of the table beside the shapes, one value per point."""
-    table = _table_beside(path)
+    table = _read_dbf(path)
     if table is None or len(table) < 33:
         return {}
     count, header, width = struct.unpack_from("<IHH", table, 4)
@@ -248,12 +248,12 @@ def _values(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None
         return None
 
 
-def _table_beside(path: Path) -> bytes | None:
+def _read_dbf(path: Path) -> bytes | None:
     for suffix in (".dbf", ".DBF"):
-        beside = path.with_suffix(suffix)
-        if regular.is_regular(beside):
+        table_path = path.with_suffix(suffix)
+        if regular.is_regular(table_path):
             try:
-                return regular.read_whole(beside)
+                return regular.read_whole(table_path)
             except (InputError, OSError):
                 return None
     return None

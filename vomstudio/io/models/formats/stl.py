@@ -1,9 +1,4 @@
-"""STL, as text or binary: bare triangles, which are joined where their corners are the same.
-
-Read here and not by a library: a binary mesh of 600,000 triangles took 9 to 11 s and 220 MB (busy
-machine), nearly all to join its corners; trimesh took 7 to 9 s and 574 MB, Open3D 21 s and 896 MB,
-and both leave corners apart.
-"""
+"""STL, as text or binary: separate triangles, joined at equal corners."""
 
 from __future__ import annotations
 
@@ -24,11 +19,11 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
-    drop_unsound,
-    in_utf8,
+    drop_invalid,
     join_corners,
     read_whole,
     refuse_decimal_commas,
+    to_utf8,
 )
 from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
@@ -37,21 +32,23 @@ from vomstudio.io.text.encodings import MARKS, convert_to_utf8
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-USUAL_WORD = 64
+MAX_FAST_WORD_LENGTH = 64
 MAX_FACES = 2**31 // 3
 _VERTEX = re.compile(rb"(?i)\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
 _LOOP = re.compile(rb"(?i)\bouter\s+loop\b")
-_LOOK_BACK = 64 * 1024
+LOOK_BACK_BYTES = 64 * 1024
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Only the text form has a magic word, which binary files use as well."""
+    """Return whether the file is STL text; binary files may begin with the same word."""
     return b"\0" not in head and head.lstrip()[:5].lower() == b"solid" and b"facet" in head.lower()
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The triangles of an STL file, corners at the same place joined; the origin of
-    `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
+    """Read the triangles of an STL file, with equal corners joined.
+
+    The origin of `NAME.offset.txt` is added in float64. Raises InputError without a valid triangle.
+    """
     data = read_whole(path, progress)
     messages: list[Finding] = []
     corners = (
@@ -66,13 +63,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         vertices += offset.origin
     if offset.problem:
         messages.append(offset.problem)
-    model = drop_unsound(Mesh(vertices, faces), messages, path)
+    model = drop_invalid(Mesh(vertices, faces), messages, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
     return LoadedModel(model, kind, offset.crs, tuple(messages), path)
 
 
 def _is_binary(data: ByteArray) -> bool:
-    """By the length that the count calls for; a damaged file, by whether it looks like text."""
+    """Return whether the length agrees with the count, or a damaged file is not text."""
     if len(data) >= HEADER_BYTES:
         (count,) = struct.unpack_from("<I", data.data, 80)
         if len(data) == HEADER_BYTES + RECORD_BYTES * count:
@@ -90,15 +87,15 @@ def _binary(
     if len(data) < HEADER_BYTES:
         raise InputError(Finding("file.other-format", format="STL"), file=path)
     (promised,) = struct.unpack_from("<I", data.data, 80)
-    there = (len(data) - HEADER_BYTES) // RECORD_BYTES
-    count = min(promised, there)
+    available = (len(data) - HEADER_BYTES) // RECORD_BYTES
+    count = min(promised, available)
     if count > MAX_FACES:
         raise InputError(Finding("model.too-many-elements", limit=MAX_FACES), file=path)
-    if there < promised:
+    if available < promised:
         messages.append(
-            Finding("model.incomplete", count=there, promised=promised, element=tr("faces"))
+            Finding("model.incomplete", count=available, promised=promised, element=tr("faces"))
         )
-    elif there > promised:
+    elif available > promised:
         messages.append(Finding("model.trailing-bytes", count=promised))
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
@@ -109,54 +106,54 @@ def _binary(
 def _text(
     data: ByteArray, path: Path, progress: Progress, messages: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
-    # The keywords part the loops: a corner too many or too few must not shift all that follow.
-    text = in_utf8(data)
+    # The keywords separate the loops: a missing or additional corner must not shift the others.
+    text = to_utf8(data)
     progress.stage(tr("Reading the triangles"), len(text))
-    numbers, loops, facets, asked = [], [], 0, False
+    numbers, loops, facets, is_checked = [], [], 0, False
     for begin, block in _blocks(text):
-        found = list(_VERTEX.finditer(block))
-        starts = np.array([m.start() for m in found], np.int64)
-        begun = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
-        words = [m.groups() for m in found]
+        matches = list(_VERTEX.finditer(block))
+        starts = np.array([m.start() for m in matches], np.int64)
+        loop_starts = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
+        words = [m.groups() for m in matches]
         values = _numbers(words) if words else np.empty((0, 3))
-        wrong = np.flatnonzero(np.isnan(values).any(axis=1))
-        if len(wrong) and not asked:
-            asked, at = True, begin + int(starts[wrong[0]])
-            line = 1 + int(np.count_nonzero(text[:at] == ord("\n")))
-            refuse_decimal_commas(path, b" ".join(words[wrong[0]]), line)
+        invalid = np.flatnonzero(np.isnan(values).any(axis=1))
+        if len(invalid) and not is_checked:
+            is_checked, position = True, begin + int(starts[invalid[0]])
+            line = 1 + int(np.count_nonzero(text[:position] == ord("\n")))
+            refuse_decimal_commas(path, b" ".join(words[invalid[0]]), line)
         numbers.append(values)
-        loops.append((facets + np.searchsorted(begun, starts)).astype(np.int32))
-        facets += len(begun)
+        loops.append((facets + np.searchsorted(loop_starts, starts)).astype(np.int32))
+        facets += len(loop_starts)
         progress.step(begin + len(block))
     corners, loop = np.concatenate(numbers), np.concatenate(loops)
     del numbers, loops
     if not len(corners):
         raise InputError(Finding("model.no-faces"), file=path)
-    # They come in order, so that those of one loop lie side by side.
+    # They are in order, so the corners of one loop are contiguous.
     first = np.flatnonzero(np.diff(loop, prepend=-1))
     counts = np.diff(first, append=len(loop))
-    whole = (counts == 3) & (loop[first] > 0)
-    odd = int(len(first) - np.count_nonzero(whole))
-    if odd:
-        messages.append(Finding("model.faces-incomplete", count=odd))
+    is_triangle = (counts == 3) & (loop[first] > 0)
+    incomplete_count = int(len(first) - np.count_nonzero(is_triangle))
+    if incomplete_count:
+        messages.append(Finding("model.faces-incomplete", count=incomplete_count))
     if b"endsolid" not in text[-4096:].tobytes().lower():
         messages.append(Finding("model.maybe-cut-short", end="endsolid"))
-    if odd:
-        corners = corners[(first[whole][:, None] + np.arange(3)).reshape(-1)]
+    if incomplete_count:
+        corners = corners[(first[is_triangle][:, None] + np.arange(3)).reshape(-1)]
     return corners
 
 
 def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
-    """Where each block begins, and its bytes; each but the last ends before a corner's word."""
+    """Yield the start and bytes of each block; each but the last ends before a vertex keyword."""
     begin, size = 0, BLOCK_BYTES
     while begin < len(text):
         block = text[begin : begin + size].tobytes()
         if begin + size < len(text):
             last = 0
-            for found in _VERTEX.finditer(block, max(0, len(block) - _LOOK_BACK)):
-                last = found.start()
+            for match in _VERTEX.finditer(block, max(0, len(block) - LOOK_BACK_BYTES)):
+                last = match.start()
             if last == 0:
-                # No corner near its end: more at once, until there is one.
+                # No corner near its end: enlarge the block until there is one.
                 size *= 2
                 continue
             block = block[:last]
@@ -164,16 +161,19 @@ def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
         begin, size = begin + len(block), BLOCK_BYTES
 
 
-def _numbers(found: Sequence[tuple[bytes, ...]]) -> FloatArray:
-    """(n, 3), NaN for what is no number. A fixed width would cut longer words, and what is left of
-    1.00000000000000000000000000000000e5 is a number, too."""
-    longest = max(len(word) for row in found for word in row)
-    if longest <= USUAL_WORD:
+def _numbers(words: Sequence[tuple[bytes, ...]]) -> FloatArray:
+    """Return (n, 3), NaN for words that are not numbers.
+
+    A fixed width would truncate longer words, and the remainder of
+    1.00000000000000000000000000000000e5 is a number, too.
+    """
+    longest = max(len(word) for row in words for word in row)
+    if longest <= MAX_FAST_WORD_LENGTH:
         try:
-            return np.array(found, dtype=f"S{longest}").astype(np.float64)
+            return np.array(words, dtype=f"S{longest}").astype(np.float64)
         except ValueError:
             pass
-    values = [python_number(word) for row in found for word in row]
+    values = [python_number(word) for row in words for word in row]
     return np.array([np.nan if v is None else v for v in values]).reshape(-1, 3)
 
 

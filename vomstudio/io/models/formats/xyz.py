@@ -1,4 +1,4 @@
-"""Points as text: XYZ, CSV and their like, with columns found by their names or their values."""
+"""Points as text: XYZ, CSV and their like, with columns identified by name or value."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.gate.stated_crs import crs_in_comments
 from vomstudio.io.models.formats._common import (
-    ROWS_AT_ONCE,
+    BLOCK_ROWS,
     Columns,
-    drop_unsound_points,
+    drop_invalid_points,
     read_whole,
     scale_colors,
 )
-from vomstudio.io.models.formats._row_widths import are_even
+from vomstudio.io.models.formats._row_widths import have_equal_width
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.encodings import convert_to_utf8
@@ -58,10 +58,10 @@ NORMALS = (("nx", "ny", "nz"), ("normalx", "normaly", "normalz"), ("xnormal", "y
 
 @dataclass(frozen=True)
 class Layout:
-    """How the rows are written: the sample decides, the whole file must follow.
+    """Layout of the rows, determined from a sample; the whole file must follow it.
 
-    skip : lines before the first row of numbers
-    comments : lines before it that are comments, without their sign
+    `skip` is the number of lines before the first row of numbers; `comments` are the comment lines
+    before it, without their mark.
     """
 
     delimiter: str
@@ -76,7 +76,7 @@ class Layout:
 
 @dataclass
 class ColumnUses:
-    """Which column is what, counted from 0."""
+    """Uses of the columns, counted from 0."""
 
     xyz: list[int]
     rgb: list[int] = field(default_factory=list)
@@ -85,15 +85,16 @@ class ColumnUses:
 
 
 def matches(path: Path, head: bytes) -> bool:
-    """Text has no magic word; the ending decides."""
+    """Return False: text has no signature, the extension decides."""
     return False
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """The points of a text table by the rules of `text_tables`, with colours (0..1, 0..255 or 16
-    bit), normals and scalar fields. Rows without finite coordinates are left out and counted.
+    """Read the points of a text table by the rules of `text_tables`.
 
-    Raises InputError with the line where a coordinate is a word or a row is ragged.
+    Colours (0..1, 0..255 or 16 bit), normals and scalar fields are read. Rows without finite
+    coordinates are dropped and counted. Raises InputError with the line of a coordinate that is a
+    word, or of a ragged row.
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > MAX_FILE_BYTES:
@@ -109,13 +110,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     _refuse_ragged(table, data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, messages)
-    cloud = drop_unsound_points(cloud, messages, path)
+    cloud = drop_invalid_points(cloud, messages, path)
     return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(messages), path)
 
 
-def _layout(head: bytes, more: bool, path: Path) -> Layout:
+def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
     lines = head.decode("utf-8-sig", "replace").replace("\r\n", "\n").split("\n")
-    if more and len(lines) > 1:
+    if is_truncated and len(lines) > 1:
         lines = lines[:-1]
     if max(map(len, lines)) > min(MAX_LINE_LENGTH, HEAD_BYTES - 1):
         raise InputError(Finding("table.long-line", count=max(map(len, lines))), file=path)
@@ -199,9 +200,9 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
         if all(n in names for n in triple):
             columns.normals = [names[n] for n in triple]
             break
-    taken = {*columns.xyz, *columns.rgb, *columns.normals}
+    used = {*columns.xyz, *columns.rgb, *columns.normals}
     for i, name in enumerate(layout.header):
-        if i not in taken:
+        if i not in used:
             label = name or f"column {i + 1}"
             columns.others[i] = (
                 label if label not in columns.others.values() else f"{label} {i + 1}"
@@ -210,7 +211,7 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
 
 
 def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
-    """Without names: x, y, z first; then colours and normals are known by their values."""
+    """Assign columns without names: x, y, z first, then colours and normals by their values."""
     if layout.width < 3:
         raise InputError(
             Finding("table.column-count", count=layout.width, columns=("x", "y", "z")),
@@ -221,28 +222,28 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> Co
     rows = [row for row in layout.sample if len(row) == layout.width]
     cells = [[parse_number(c, decimal_comma=layout.decimal == ",") for c in row] for row in rows]
     values = np.array([[np.nan if c is None else c for c in row] for row in cells], np.float64)
-    at = 3
-    while at < layout.width:
-        triple = values[:, at : at + 3]
-        rest = layout.width - at
-        if rest >= 3 and not columns.rgb and _are_colors(triple, rest in (3, 4, 6)):
-            columns.rgb = [at, at + 1, at + 2]
-        elif rest >= 3 and not columns.normals and _are_normals(triple):
-            columns.normals = [at, at + 1, at + 2]
+    column = 3
+    while column < layout.width:
+        triple = values[:, column : column + 3]
+        remaining = layout.width - column
+        if remaining >= 3 and not columns.rgb and _are_colors(triple, remaining in (3, 4, 6)):
+            columns.rgb = [column, column + 1, column + 2]
+        elif remaining >= 3 and not columns.normals and _are_normals(triple):
+            columns.normals = [column, column + 1, column + 2]
         else:
-            columns.others[at] = f"column {at + 1}"
-            at += 1
+            columns.others[column] = f"column {column + 1}"
+            column += 1
             continue
         messages.append(
             Finding(
                 "model.columns-as-colors"
-                if columns.rgb[:1] == [at]
+                if columns.rgb[:1] == [column]
                 else "model.columns-as-normals",
-                first=at + 1,
-                last=at + 3,
+                first=column + 1,
+                last=column + 3,
             )
         )
-        at += 3
+        column += 3
     return columns
 
 
@@ -261,8 +262,10 @@ def _are_normals(values: AnyArray) -> bool:
 
 
 def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, AnyArray]:
-    """The columns of the table, those that hold more than numbers as objects. Raises InputError
-    with the line that does not fit."""
+    """Return the columns of the table; those that contain more than numbers are objects.
+
+    Raises InputError with the invalid line.
+    """
     progress.stage(tr("Reading the points"), len(data))
     if len(data) <= FEW_BYTES and (few := plain_numbers(data, layout)) is not None:
         return few
@@ -286,7 +289,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             encoding_errors="replace",
             na_values=["-", "none", "None"],
             # All cells at once take more than the text and the numbers together.
-            chunksize=ROWS_AT_ONCE,
+            chunksize=BLOCK_ROWS,
             **({"float_precision": "round_trip"} if _is_old(pandas) else {}),
         ) as pieces:
             for piece in pieces:
@@ -300,8 +303,8 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             Finding("file.damaged", reason=" ".join(str(error).split())[:160], format="XYZ"),
             file=path,
         ) from error
-    found = {i: grown.take(str(i), rows) for i in range(layout.width)}
-    return {i: column for i, column in found.items() if column is not None}
+    table = {i: grown.take(str(i), rows) for i in range(layout.width)}
+    return {i: column for i, column in table.items() if column is not None}
 
 
 def _is_old(pandas: Any) -> bool:
@@ -314,16 +317,16 @@ def _is_old(pandas: Any) -> bool:
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
-    """Raises InputError, with the line, for a row with more or fewer cells than belong to it."""
+    """Refuse a row with too many or too few cells. Raises InputError with its line."""
     named = layout.width if layout.header is None else len(layout.header)
     beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
     last = table[layout.width - 1]
     suspicious = last.dtype.kind not in "iu" and bool(np.any(last != last))
-    if len(last) > ROWS_AT_ONCE:
+    if len(last) > BLOCK_ROWS:
         import pandas
 
         suspicious |= _is_old(pandas)
-    if beyond or (suspicious and not are_even(data, layout.delimiter, layout.skip)):
+    if beyond or (suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
         read_points(path)
 
 
@@ -337,9 +340,10 @@ _EXACT_DIGITS = 15
 
 
 def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
-    """The columns of a small table whose cells are all plain numbers, as pandas has them to the
-    bit: with so few digits a number is rounded once whoever reads it. None for any other table. It
-    spares the import of pandas, which takes longer than reading it.
+    """Return the columns of a small table of plain numbers, exactly as pandas reads them.
+
+    With so few digits a number is rounded once by any parser. None for any other table. It avoids
+    the import of pandas, which takes longer than the reading.
     """
     try:
         lines = data.decode("ascii").split("\n")[layout.skip :]
@@ -390,7 +394,7 @@ def _cloud(
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )
         points[:, place] = values
-        # As soon as it has been used: it is as large as what is made of it.
+        # Freed at once: it is as large as the result.
         del values, table[i]
     far = np.zeros(len(points), bool)
     for column in points.T:
@@ -423,10 +427,10 @@ def _cloud(
 
 
 def _triple(indices: list[int], numeric: Any) -> AnyArray | None:
-    found = [numeric(i) for i in indices]
-    if not found or any(f is None for f in found):
+    columns = [numeric(i) for i in indices]
+    if not columns or any(f is None for f in columns):
         return None
-    return np.stack(found, axis=1, dtype=np.float32, casting="unsafe")
+    return np.stack(columns, axis=1, dtype=np.float32, casting="unsafe")
 
 
 READER = Reader(

@@ -1,4 +1,4 @@
-"""What the writers share: names that other programs can read, images, the CRS beside a file."""
+"""Helpers of the writers: names that other programs accept, images, and the CRS file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.models.image_store import ending_of, plain_name
-from vomstudio.io.models.writer import Outgoing
+from vomstudio.io.models.image_store import plain_name, suffix_of
+from vomstudio.io.models.writer import WriteRequest
 
 ROWS_PER_STEP = 100_000
 
@@ -40,17 +40,17 @@ def field_names(
     used = {name.casefold() for name in used_names}
     result: dict[str, str] = {}
     for name in fields:
-        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "field"
-        if plain[0].isdigit():
-            plain = f"field_{plain}"
-        free = plain if plain.casefold() not in used else f"field_{plain}"
+        ascii_name = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "field"
+        if ascii_name[0].isdigit():
+            ascii_name = f"field_{ascii_name}"
+        label = ascii_name if ascii_name.casefold() not in used else f"field_{ascii_name}"
         number = 2
-        while free.casefold() in used:
-            free, number = f"{plain}_{number}", number + 1
-        used.add(free.casefold())
-        result[name] = free
-        if free != name:
-            messages.append(Finding("model.field-renamed", field=name, new=free))
+        while label.casefold() in used:
+            label, number = f"{ascii_name}_{number}", number + 1
+        used.add(label.casefold())
+        result[name] = label
+        if label != name:
+            messages.append(Finding("model.field-renamed", field=name, new=label))
     return result
 
 
@@ -58,7 +58,7 @@ def textures_not_written(names: Iterable[str]) -> Finding:
     return Finding("model.textures-not-written", images=tuple(names))
 
 
-def bare_points(data: Mesh | PointCloud, messages: list[Finding]) -> None:
+def report_unwritten_faces(data: Mesh | PointCloud, messages: list[Finding]) -> None:
     """Append a message about the faces of a mesh that a format of points cannot store."""
     if not isinstance(data, Mesh):
         return
@@ -68,8 +68,8 @@ def bare_points(data: Mesh | PointCloud, messages: list[Finding]) -> None:
         messages.append(textures_not_written(images))
 
 
-def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
-    """Blocks of rows, reported and cancellable."""
+def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
+    """Yield blocks of rows with progress reports."""
     out.progress.stage(title, n)
     for start in range(0, n, ROWS_PER_STEP):
         yield slice(start, min(start + ROWS_PER_STEP, n))
@@ -77,42 +77,47 @@ def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
 
 
 def shortest(values: AnyArray) -> list[float]:
-    """Floats whose `repr` is the shortest text that gives back each value of its own precision."""
+    """Return floats whose `repr` is the shortest text that restores each value in its precision."""
     if values.dtype != np.float32:
-        found: list[float] = values.astype(np.float64).tolist()
-        return found
-    wide = values.astype(np.float64)
-    result = wide.copy()
-    left = np.isfinite(wide)
+        doubles: list[float] = values.astype(np.float64).tolist()
+        return doubles
+    doubles_array = values.astype(np.float64)
+    result = doubles_array.copy()
+    remaining = np.isfinite(doubles_array)
     for decimals in range(1, 10):
-        rounded = np.round(wide, decimals)
-        fits = left & (rounded.astype(np.float32) == values)
+        rounded = np.round(doubles_array, decimals)
+        fits = remaining & (rounded.astype(np.float32) == values)
         result[fits] = rounded[fits]
-        left &= ~fits
-        if not left.any():
+        remaining &= ~fits
+        if not remaining.any():
             break
-    short: list[float] = result.tolist()
-    return short
+    shortest_values: list[float] = result.tolist()
+    return shortest_values
 
 
-# --- files beside ------------------------------------------------------------------------------
+# --- sidecar files -----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Images:
-    """names : of each material's image as the file names it, or None. copies : what must be copied
-    where; images that are there already with the same content are not."""
+    """Images of a mesh.
+
+    `names` is the name of each material's image in the file, or None. `copies` lists source and
+    target of each image to copy, without images that already exist with the same content.
+    """
 
     names: list[str | None]
     copies: list[tuple[Path, Path]]
 
 
-def plan_images(mesh: Mesh, out: Outgoing) -> Images:
-    """Where the textures of a mesh go, beside the file: one file per image. An image of somebody
-    else that has the name already is never replaced; the name of the model goes before ours then.
-    Raises TargetError where an image cannot be read."""
+def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
+    """Return where the textures of a mesh are copied, beside the file: one file per image.
+
+    An unrelated image of the same name is never replaced; ours is then prefixed with the name of
+    the model. Raises TargetError if an image cannot be read.
+    """
     folder = out.path.parent
-    chosen: dict[Path, str] = {}
+    name_of_source: dict[Path, str] = {}
     copies: list[tuple[Path, Path]] = []
     names: list[str | None] = []
     for material in mesh.materials:
@@ -120,29 +125,29 @@ def plan_images(mesh: Mesh, out: Outgoing) -> Images:
         if source is None:
             names.append(None)
             continue
-        if source not in chosen:
-            chosen[source] = name = _free_name(source, set(chosen.values()), out)
+        if source not in name_of_source:
+            name_of_source[source] = name = _unused_name(source, set(name_of_source.values()), out)
             if not _same_content(source, folder / name):
                 copies.append((source, folder / name))
-        names.append(chosen[source])
+        names.append(name_of_source[source])
     return Images(names, copies)
 
 
-def _free_name(source: Path, taken: set[str], out: Outgoing) -> str:
+def _unused_name(source: Path, used_names: set[str], out: WriteRequest) -> str:
     stem = plain_name(source.stem) or "texture"
     ending = source.suffix.lower()
     if not re.fullmatch(r"\.\w{2,5}", ending):
-        ending = ending_of(image_bytes(source)[:16])
-    ours = f"{plain_name(out.path.stem) or 'model'}_{stem}"
-    used = {name.casefold() for name in taken}
+        ending = suffix_of(image_bytes(source)[:16])
+    prefixed = f"{plain_name(out.path.stem) or 'model'}_{stem}"
+    used = {name.casefold() for name in used_names}
     for number in itertools.count(1):
-        for label in (stem, ours):
+        for label in (stem, prefixed):
             name = f"{label}{'' if number == 1 else f'_{number}'}{ending}"
             if name.casefold() in used:
                 continue
-            there = out.path.with_name(name)
-            free = not os.path.lexists(there) or _same_content(source, there)
-            if free or (label == ours and out.force and there.is_file()):
+            target = out.path.with_name(name)
+            is_available = not os.path.lexists(target) or _same_content(source, target)
+            if is_available or (label == prefixed and out.force and target.is_file()):
                 return name
     raise AssertionError("unreachable")
 
@@ -157,7 +162,7 @@ def _same_content(source: Path, target: Path) -> bool:
 
 
 def image_bytes(path: Path) -> bytes:
-    """Raises TargetError: an output without its texture is not what was asked for."""
+    """Read an image. Raises TargetError, since an output without its texture is incomplete."""
     try:
         return read_whole(path)
     except (InputError, OSError) as error:
@@ -166,11 +171,11 @@ def image_bytes(path: Path) -> bytes:
 
 def copy_images(images: Images, temporaries: list[Path]) -> None:
     for (source, _), temporary in zip(images.copies, temporaries, strict=True):
-        with _opened(source) as file, open(temporary, "wb") as target:
+        with _open_image(source) as file, open(temporary, "wb") as target:
             shutil.copyfileobj(file, target, 1 << 20)
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open_image(path: Path) -> BinaryIO:
     try:
         return open_regular(path)
     except (InputError, OSError) as error:
@@ -187,47 +192,49 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
     )
 
 
-def prj_beside(
-    out: Outgoing, messages: list[Finding], esri: bool = False
+def prj_sidecar(
+    out: WriteRequest, messages: list[Finding], esri: bool = False
 ) -> list[tuple[Path, str]]:
-    """`NAME.prj` with the CRS, for formats that have no place for one; nothing where it stands
-    there already. esri : in the words of ESRI, as a shapefile has it"""
+    """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
+
+    `esri` selects ESRI's WKT, as in shapefiles.
+    """
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
             messages.append(Finding("frame.stale-crs-file", file=path.name))
         return []
     text = prj_text(out.crs, esri)
-    return [] if says_the_same(path, text, out.crs) else [(path, text)]
+    return [] if is_same_prj(path, text, out.crs) else [(path, text)]
 
 
 def prj_text(crs: str, esri: bool = False) -> str:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    known = CRS.from_user_input(crs)
+    parsed = CRS.from_user_input(crs)
     try:
-        return str(known.to_wkt("WKT1_ESRI" if esri else "WKT1_GDAL")) + "\n"
+        return str(parsed.to_wkt("WKT1_ESRI" if esri else "WKT1_GDAL")) + "\n"
     except CRSError:
-        return str(known.to_wkt()) + "\n"
+        return str(parsed.to_wkt()) + "\n"
 
 
-def says_the_same(path: Path, text: str, crs: str) -> bool:
-    """Whether a .prj file that is there names this CRS, in whatever words."""
+def is_same_prj(path: Path, text: str, crs: str) -> bool:
+    """Return whether an existing .prj file states this CRS, in any wording."""
     try:
-        there = read_small_text(path)
+        stored = read_small_text(path)
     except (InputError, OSError, UnicodeDecodeError):
         return False
-    if there.strip() == text.strip():
+    if stored.strip() == text.strip():
         return True
     try:
-        return parse_crs(there)[0] == crs
+        return parse_crs(stored)[0] == crs
     except InputError:
         return False
 
 
 def write_lines(file: TextIO, columns: list[list[Any]], form: str) -> None:
-    """One line per row, `form` as a % format."""
+    """Write one line per row, with `form` as a % format."""
     if columns and columns[0]:
         file.write("\n".join(map(form.__mod__, zip(*columns, strict=True))))
         file.write("\n")

@@ -10,18 +10,21 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     positions_of,
-    prj_beside,
+    prj_sidecar,
     step_rows,
     textures_not_written,
 )
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """Points in the nearest of the 255 colours that the format has; faces by material, each on a
-    layer of its own; coordinates exact; the CRS in NAME.prj."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write a DXF drawing.
+
+    Points have the nearest of the format's 255 colours. Faces are on one layer per material.
+    Coordinates are exact; the CRS is in NAME.prj.
+    """
     messages: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
@@ -37,18 +40,20 @@ def write(out: Outgoing) -> list[Finding]:
             messages.append(Finding("model.colors-not-written"))
     elif data.colors is not None:
         messages.append(Finding("model.colors-reduced"))
-    beside = prj_beside(out, messages)
+    sidecars = prj_sidecar(out, messages)
     materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
-    shades = dict.fromkeys(names.values(), 7)
+    color_numbers_of_layers = dict.fromkeys(names.values(), 7)
     for material in () if mesh is None else mesh.materials:
         if material.diffuse is not None:
             r, g, b = (round(255 * min(max(c, 0.0), 1.0)) for c in material.diffuse)
-            shades[names[material.name or "mesh"]] = color_number(f"#{r:02x}{g:02x}{b:02x}")
+            color_numbers_of_layers[names[material.name or "mesh"]] = color_number(
+                f"#{r:02x}{g:02x}{b:02x}"
+            )
     points = positions_of(data)
-    paths = [out.path, *(path for path, _ in beside)]
+    paths = [out.path, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
-        for (_, text), temporary in zip(beside, temporaries[1:], strict=True):
+        for (_, text), temporary in zip(sidecars, temporaries[1:], strict=True):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="ascii", newline="\n") as file:
             crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
@@ -56,7 +61,7 @@ def write(out: Outgoing) -> list[Finding]:
             unit = out.axes.unit if unit_m in (None, 1.0) else f"units of {unit_m!r} m"
             drawing = Drawing(
                 file,
-                shades,
+                color_numbers_of_layers,
                 data.bounds,
                 f"VOM Studio, coordinates{crs}, {unit}",
                 metric=out.axes.metric and unit_m in (None, 1.0),

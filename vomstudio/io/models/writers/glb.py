@@ -20,14 +20,14 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.units import WORLD
-from vomstudio.io.models.image_store import ending_of
+from vomstudio.io.models.image_store import suffix_of
 from vomstudio.io.models.offset_file import offset_path, offset_text
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 
-# Up to here float32 keeps 0.02 mm, and a model may keep its own origin.
-NEAR_M = 256.0
-ROUNDING_M = 3e-5
+# Within this distance float32 resolves 0.02 mm, and a model may keep its origin.
+MAX_COORDINATE_M = 256.0
+MAX_ROUNDING_M = 3e-5
 MAX_BYTES = 2**32 - 1
 AXES = "glTF is +Y up (x = East, y = Up, z = -North); World = (x, -z, y)"
 FLOAT, BYTE, UINT = 5126, 5121, 5125
@@ -35,9 +35,12 @@ TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """One primitive per material. Origin and CRS in `asset.extras` and NAME.offset.txt; fields as
-    `_NAME` attributes in float32."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write a GLB with one primitive per material.
+
+    Origin and CRS are in `asset.extras` and NAME.offset.txt; fields are `_NAME` attributes in
+    float32.
+    """
     messages: list[Finding] = []
     origin = _origin(out.data)
     scene = _Scene(out, origin, messages)
@@ -53,21 +56,21 @@ def write(out: Outgoing) -> list[Finding]:
             ),
             file=out.path,
         )
-    with atomic_group(paths, out.force, out.inputs) as (model, beside):
-        beside.write_text(text, encoding="utf-8")
+    with atomic_group(paths, out.force, out.inputs) as (model, offset_sidecar):
+        offset_sidecar.write_text(text, encoding="utf-8")
         with open(model, "wb") as file:
             out.progress.stage(tr("Writing the file"), len(scene.parts))
             body = sum(len(part) for part in scene.parts)
             file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(chunks[0]) + 8 + body))
             file.write(struct.pack("<I4s", len(chunks[0]), b"JSON") + chunks[0])
             file.write(struct.pack("<I4s", body, b"BIN\0"))
-            for done, part in enumerate(scene.parts):
+            for count, part in enumerate(scene.parts):
                 file.write(part)
-                out.progress.step(done + 1)
+                out.progress.step(count + 1)
     return messages
 
 
-def _axes(out: Outgoing) -> str:
+def _axes(out: WriteRequest) -> str:
     if out.axes == WORLD:
         return AXES
     return f"glTF is +Y up; (x, -z, y) are {out.axes.description}"
@@ -75,13 +78,13 @@ def _axes(out: Outgoing) -> str:
 
 def _origin(data: Mesh | PointCloud) -> FloatArray:
     bounds = data.bounds
-    if np.abs(bounds).max() <= NEAR_M:
+    if np.abs(bounds).max() <= MAX_COORDINATE_M:
         return np.zeros(3)
     return np.asarray(np.rint(bounds.mean(axis=0)) + 0.0)
 
 
 class _Scene:
-    def __init__(self, out: Outgoing, origin: FloatArray, messages: list[Finding]) -> None:
+    def __init__(self, out: WriteRequest, origin: FloatArray, messages: list[Finding]) -> None:
         self.out, self.origin, self.messages = out, origin, messages
         self.parts: list[bytes] = []
         self._at = 0
@@ -117,10 +120,10 @@ class _Scene:
             normals = data.normals
             extra: dict[str, int] = {}
             if normals is not None:
-                turned = np.stack([normals[:, 0], normals[:, 2], -normals[:, 1]], axis=1)
-                extra["NORMAL"] = self._accessor(turned.astype("<f4"), FLOAT)
+                y_up_normals = np.stack([normals[:, 0], normals[:, 2], -normals[:, 1]], axis=1)
+                extra["NORMAL"] = self._accessor(y_up_normals.astype("<f4"), FLOAT)
             self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
-        if self._error > ROUNDING_M:
+        if self._error > MAX_ROUNDING_M:
             self.messages.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
             if not _fits_float32(values):
@@ -131,32 +134,33 @@ class _Scene:
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
         offsets = mesh.material_offsets if mesh.materials else [0, len(mesh.faces)]
-        bare: AnyArray = np.zeros(len(mesh.faces), bool)
+        is_untextured: AnyArray = np.zeros(len(mesh.faces), bool)
         if mesh.uv is not None:
-            placed = np.asarray(np.isfinite(mesh.uv).all(axis=1))
-            bare = np.logical_not(placed[mesh.faces].all(axis=1))
-        # Faces without a place in the picture are a part of their own: (0, 0) would be one.
+            has_uv = np.asarray(np.isfinite(mesh.uv).all(axis=1))
+            is_untextured = np.logical_not(has_uv[mesh.faces].all(axis=1))
+        # Faces without texture coordinates form a part of their own: (0, 0) would be a valid
+        # position.
         parts = [
-            (material, start + np.flatnonzero(bare[start:stop] == without), without)
+            (material, start + np.flatnonzero(is_untextured[start:stop] == untextured), untextured)
             for material, start, stop in zip(materials, offsets[:-1], offsets[1:], strict=True)
-            for without in (False, True)
-            if without in bare[start:stop] or (start == stop and not without)
+            for untextured in (False, True)
+            if untextured in is_untextured[start:stop] or (start == stop and not untextured)
         ]
-        for material, chosen, without in parts:
-            faces = mesh.faces[chosen]
+        for material, rows_of_part, untextured in parts:
+            faces = mesh.faces[rows_of_part]
             used = np.zeros(len(mesh.vertices), bool)
             used[faces] = True
             rows = np.flatnonzero(used)
             local = (np.cumsum(used) - 1)[faces]
             extra: dict[str, int] = {}
             primitive: dict[str, Any] = {"mode": 4}
-            if mesh.uv is not None and len(rows) and not without:
+            if mesh.uv is not None and len(rows) and not untextured:
                 uv = mesh.uv[rows].astype(np.float64)
                 uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
                 extra["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
             if material is not None:
-                worn = replace(material, texture=None) if without else material
-                primitive["material"] = self._material(worn)
+                part_material = replace(material, texture=None) if untextured else material
+                primitive["material"] = self._material(part_material)
             if not len(faces):
                 continue
             primitive["indices"] = self._accessor(
@@ -179,12 +183,12 @@ class _Scene:
                 file=self.out.path,
             )
         stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
-        back = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
-        self._error = max(self._error, float(back.max(initial=0.0)))
-        place = self._accessor(stored, FLOAT)
-        self.json["accessors"][place]["min"] = stored.min(axis=0).astype(float).tolist()
-        self.json["accessors"][place]["max"] = stored.max(axis=0).astype(float).tolist()
-        attributes = {"POSITION": place, **attributes}
+        deviation = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
+        self._error = max(self._error, float(deviation.max(initial=0.0)))
+        accessor = self._accessor(stored, FLOAT)
+        self.json["accessors"][accessor]["min"] = stored.min(axis=0).astype(float).tolist()
+        self.json["accessors"][accessor]["max"] = stored.max(axis=0).astype(float).tolist()
+        attributes = {"POSITION": accessor, **attributes}
         if data.colors is not None:
             colors = np.full((len(stored), 4), 255, np.uint8)
             colors[:, :3] = data.colors[rows]
@@ -222,31 +226,38 @@ class _Scene:
         return len(self.json["bufferViews"]) - 1
 
     def _material(self, material: Material) -> int:
-        rough: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+        metallic_roughness: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
         if material.diffuse is not None:
-            rough["baseColorFactor"] = [*linear(np.array(material.diffuse)).tolist(), 1.0]
+            metallic_roughness["baseColorFactor"] = [
+                *linear(np.array(material.diffuse)).tolist(),
+                1.0,
+            ]
         if material.texture is not None:
             if material.texture not in self._images:
                 self._images[material.texture] = self._image(material)
-            rough["baseColorTexture"] = {"index": self._images[material.texture]}
-        entry = {"name": material.name, "pbrMetallicRoughness": rough, "doubleSided": True}
+            metallic_roughness["baseColorTexture"] = {"index": self._images[material.texture]}
+        entry = {
+            "name": material.name,
+            "pbrMetallicRoughness": metallic_roughness,
+            "doubleSided": True,
+        }
         self.json.setdefault("materials", []).append(entry)
         return len(self.json["materials"]) - 1
 
     def _image(self, material: Material) -> int:
         assert material.texture is not None
         content = image_bytes(material.texture)
-        mime = {".jpg": "image/jpeg", ".png": "image/png"}.get(ending_of(content))
+        mime = {".jpg": "image/jpeg", ".png": "image/png"}.get(suffix_of(content))
         if mime is None:
-            content, mime = _as_png(material.texture), "image/png"
+            content, mime = _png_bytes(material.texture), "image/png"
         entry = {"name": material.texture.stem, "bufferView": self._view(content), "mimeType": mime}
         self.json.setdefault("images", []).append(entry)
         self.json.setdefault("textures", []).append({"source": len(self.json["images"]) - 1})
         return len(self.json["textures"]) - 1
 
 
-def _as_png(path: Any) -> bytes:
-    """glTF knows JPEG and PNG only."""
+def _png_bytes(path: Any) -> bytes:
+    """Convert an image to PNG, since glTF supports JPEG and PNG only."""
     stream = io.BytesIO()
     try:
         with open_picture(path) as image:
@@ -265,8 +276,7 @@ def _fits_float32(values: AnyArray) -> bool:
 
 
 def linear(srgb: AnyArray) -> AnyArray:
-    """From the values of images and MTL files to the linear light of glTF's factors
-    (IEC 61966-2-1)."""
+    """Convert sRGB values to the linear light of glTF factors (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 

@@ -17,18 +17,18 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
-    bare_points,
     field_names,
     positions_of,
+    report_unwritten_faces,
     step_rows,
 )
 
 MAX_INTEGER = 2**31 - 1
-# Of coordinates that are no decimals of some length: float noise, or the result of a calculation.
-USUAL_SCALE = 1e-5
-# Fields that have a place of their own in every point, with what fits there.
+# For coordinates without a finite number of decimals: float noise, or computed values.
+DEFAULT_SCALE = 1e-5
+# Fields with a standard place in every point, and their types.
 STANDARD = {
     "intensity": np.uint16,
     "classification": np.uint8,
@@ -39,14 +39,17 @@ STANDARD = {
 NAME_BYTES = 32
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """Integers of a scale that keeps the coordinates; the CRS as WKT; colours in 16 bit; fields in
-    their places or as extra dimensions of their own types."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write LAS or LAZ.
+
+    Integers have a scale that preserves the coordinates; the CRS is WKT; colours have 16 bits;
+    fields are in their standard places or extra dimensions of their own types.
+    """
     import laspy
 
     messages: list[Finding] = []
     data = out.data
-    bare_points(data, messages)
+    report_unwritten_faces(data, messages)
     points = positions_of(data)
     grids = [_grid(points[:, k]) for k in range(3)]
     offset, scales = np.array(grids).T
@@ -63,7 +66,7 @@ def write(out: Outgoing) -> list[Finding]:
     compressed = out.path.suffix.lower() == ".laz"
     with (
         atomic_write(out.path, out.force) as temporary,
-        _honest(temporary) as file,
+        _original_errors(temporary) as file,
         laspy.open(
             file,
             mode="w",
@@ -75,11 +78,11 @@ def write(out: Outgoing) -> list[Finding]:
     ):
         for rows in step_rows(len(points), out, tr("Writing points")):
             record = laspy.ScaleAwarePointRecord.zeros(rows.stop - rows.start, header=header)
-            whole = np.rint((points[rows] - offset) / scales).astype(np.int32)
-            record.X, record.Y, record.Z = whole.T
+            integers = np.rint((points[rows] - offset) / scales).astype(np.int32)
+            record.X, record.Y, record.Z = integers.T
             if data.colors is not None:
-                wide = data.colors[rows].astype(np.uint16) * 257
-                record.red, record.green, record.blue = wide.T
+                colors_16_bit = data.colors[rows].astype(np.uint16) * 257
+                record.red, record.green, record.blue = colors_16_bit.T
             record.return_number[:] = 1
             record.number_of_returns[:] = 1
             for name, values in columns:
@@ -88,17 +91,16 @@ def write(out: Outgoing) -> list[Finding]:
     return messages
 
 
-class _Remembering(io.FileIO):
-    """A file that knows why a write failed: what comes back through the compressor is only that
-    it did."""
+class _ErrorRecordingFile(io.FileIO):
+    """A file that records why a write failed, since the compressor reports only that it failed."""
 
     failure: OSError | None = None
 
     def write(self, content: Any) -> int:
-        left = memoryview(content).cast("B")
+        remaining = memoryview(content).cast("B")
         try:
-            while left:
-                left = left[super().write(left) :]
+            while remaining:
+                remaining = remaining[super().write(remaining) :]
         except OSError as error:
             self.failure = error
             raise
@@ -106,8 +108,8 @@ class _Remembering(io.FileIO):
 
 
 @contextlib.contextmanager
-def _honest(path: Path) -> Iterator[_Remembering]:
-    with _Remembering(path, "w+") as file:
+def _original_errors(path: Path) -> Iterator[_ErrorRecordingFile]:
+    with _ErrorRecordingFile(path, "w+") as file:
         try:
             yield file
         except Cancelled:
@@ -119,9 +121,11 @@ def _honest(path: Path) -> Iterator[_Remembering]:
 
 
 def _grid(values: AnyArray) -> tuple[float, float]:
-    """(offset, scale): the coarsest power of ten that gives back the coordinates, counted from a
-    whole number or from the first point (as in files whose own offset was no whole number); else
-    `USUAL_SCALE`, or what the width of the model leaves."""
+    """Return (offset, scale) that preserve the coordinates.
+
+    The scale is the coarsest power of ten, with an integer offset or the first point as offset (for
+    files whose offset was not an integer); else `DEFAULT_SCALE`, or what the extent allows.
+    """
     low, high = float(values.min()), float(values.max())
     centre = float(np.floor((low + high) / 2))
     ulp = 4 * np.spacing(max(abs(low), abs(high), 1e-300))
@@ -133,15 +137,15 @@ def _grid(values: AnyArray) -> tuple[float, float]:
                 continue
             if np.abs(np.rint(local / scale) * scale + offset - values).max() <= ulp:
                 return offset, scale
-    scale = USUAL_SCALE
+    scale = DEFAULT_SCALE
     while max(high - centre, centre - low) / scale > MAX_INTEGER:
         scale *= 10
     return centre, float(f"{scale:.0e}")
 
 
 def _rounding(points: AnyArray, offset: AnyArray, scales: AnyArray) -> float:
-    back = np.rint((points - offset) / scales) * scales + offset
-    return float(np.abs(back - points).max(initial=0.0))
+    rounded = np.rint((points - offset) / scales) * scales + offset
+    return float(np.abs(rounded - points).max(initial=0.0))
 
 
 def _columns(
@@ -150,7 +154,7 @@ def _columns(
     import laspy
 
     columns: list[tuple[str, AnyArray]] = []
-    rest: dict[str, AnyArray] = {}
+    extra_fields: dict[str, AnyArray] = {}
     for name, values in data.fields.items():
         kind = STANDARD.get(name)
         if kind is not None and _fits(values, kind):
@@ -159,18 +163,18 @@ def _columns(
             columns.append((name, values.astype(np.uint8)))
             columns.append(("number_of_returns", np.maximum(values, 1).astype(np.uint8)))
         else:
-            rest[name] = values
+            extra_fields[name] = values
     if isinstance(data, PointCloud) and data.normals is not None:
         messages.append(Finding("model.normals-as-fields"))
         for k, axis in enumerate("xyz"):
-            rest.setdefault(f"normal_{axis}", data.normals[:, k])
-    short = _short_names(rest, messages)
-    names = field_names(short, header.point_format.dimension_names, messages)
+            extra_fields.setdefault(f"normal_{axis}", data.normals[:, k])
+    short_fields = _short_names(extra_fields, messages)
+    names = field_names(short_fields, header.point_format.dimension_names, messages)
     extra = []
     for name, label in names.items():
-        values = short[name]
-        usual: dict[str, Any] = {"?": np.dtype(np.uint8), "e": np.dtype(np.float32)}
-        stored = usual.get(values.dtype.char, values.dtype.newbyteorder("="))
+        values = short_fields[name]
+        replacements: dict[str, Any] = {"?": np.dtype(np.uint8), "e": np.dtype(np.float32)}
+        stored = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
         extra.append(laspy.ExtraBytesParams(label, stored))
         columns.append((label, values.astype(stored)))
     if extra:
@@ -186,7 +190,7 @@ def _fits(values: AnyArray, kind: Any) -> bool:
 
 
 def _short_names(fields: dict[str, AnyArray], messages: list[Finding]) -> dict[str, AnyArray]:
-    """Names that fit into the 32 bytes which the format has for them."""
+    """Shorten names to the 32 bytes that the format allows."""
     result: dict[str, AnyArray] = {}
     for name, values in fields.items():
         short = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")

@@ -12,22 +12,25 @@ from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
     plan_images,
     positions_of,
-    prj_beside,
+    prj_sidecar,
     shortest,
     step_rows,
     write_lines,
 )
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """Coordinates in the shortest decimals that give back the same float64; colours per vertex as
-    `v x y z r g b` in 0..1; the CRS in NAME.prj."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write an OBJ.
+
+    Coordinates are the shortest decimals that restore the same float64; vertex colours are
+    `v x y z r g b` in 0..1; the CRS is in NAME.prj.
+    """
     messages: list[Finding] = []
     data = out.data
     if data.fields:
@@ -36,15 +39,15 @@ def write(out: Outgoing) -> list[Finding]:
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
         messages.append(Finding("model.normals-not-written"))
     images = plan_images(mesh, out) if mesh else Images([], [])
-    beside = prj_beside(out, messages)
+    sidecars = prj_sidecar(out, messages)
     library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
-    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
+    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
     if library is not None:
         paths.append(library)
     with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
         for (_, text), temporary in zip(
-            beside, temporaries[1 + len(images.copies) :], strict=False
+            sidecars, temporaries[1 + len(images.copies) :], strict=False
         ):
             temporary.write_text(text, encoding="utf-8")
         names = _material_names(mesh) if mesh else []
@@ -55,7 +58,7 @@ def write(out: Outgoing) -> list[Finding]:
 
 
 def _material_names(mesh: Mesh) -> list[str]:
-    """Names that stand on one line and are all different."""
+    """Return unique names without line breaks."""
     result: list[str] = []
     for i, material in enumerate(mesh.materials):
         name = " ".join(material.name.split()) or "untextured"
@@ -75,7 +78,7 @@ def _write_library(path: Path, mesh: Mesh, names: list[str], images: Images) -> 
                 file.write(f"map_Kd {image}\n")
 
 
-def _write_model(path: Path, out: Outgoing, names: list[str], library: str | None) -> None:
+def _write_model(path: Path, out: WriteRequest, names: list[str], library: str | None) -> None:
     data = out.data
     points = positions_of(data)
     with open(path, "w", encoding="utf-8", newline="\n") as file:
@@ -93,10 +96,10 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
             write_lines(file, columns, form)
         if not isinstance(data, Mesh):
             return
-        has = None
+        has_uv = None
         if data.uv is not None:
             finite: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
-            has = finite[data.faces].all(axis=1)
+            has_uv = finite[data.faces].all(axis=1)
             for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
                 uv = np.where(finite[rows, None], data.uv[rows], np.float32(0))
                 write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
@@ -104,15 +107,15 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
         for i, (start, stop) in enumerate(itertools.pairwise(starts)):
             if names:
                 file.write(f"usemtl {names[i]}\n")
-            _write_faces(file, out, data, int(start), int(stop), has)
+            _write_faces(file, out, data, int(start), int(stop), has_uv)
 
 
-def _write_faces(file, out, mesh, start, stop, has) -> None:  # type: ignore[no-untyped-def]
+def _write_faces(file, out, mesh, start, stop, has_uv) -> None:  # type: ignore[no-untyped-def]
     for block in step_rows(stop - start, out, tr("Writing faces")):
         faces = mesh.faces[start + block.start : start + block.stop].astype(np.int64) + 1
-        textured = np.zeros(len(faces), bool) if has is None else has[start:stop][block]
-        plain = faces[~textured]
-        write_lines(file, [plain[:, k].tolist() for k in range(3)], "f %d %d %d")
+        textured = np.zeros(len(faces), bool) if has_uv is None else has_uv[start:stop][block]
+        untextured = faces[~textured]
+        write_lines(file, [untextured[:, k].tolist() for k in range(3)], "f %d %d %d")
         faces = faces[textured]
         columns = [faces[:, k // 2].tolist() for k in range(6)]
         write_lines(file, columns, "f %d/%d %d/%d %d/%d")

@@ -13,14 +13,14 @@ from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
     field_names,
     plan_images,
     positions_of,
-    prj_beside,
+    prj_sidecar,
     step_rows,
 )
 
@@ -41,22 +41,27 @@ RESERVED = (
 )
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """Vertices with doubles, colours, normals and fields of their own types; textured faces with
-    `texcoord` and `texnumber`, the images beside; the CRS in NAME.prj."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write a PLY.
+
+    Vertices have doubles, colours, normals and fields of their own types; textured faces have
+    `texcoord` and `texnumber`, with the images beside; the CRS is in NAME.prj.
+    """
     messages: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
     if mesh is not None and any(m.texture is None for m in mesh.materials):
-        bare = [m.name or "untextured" for m in mesh.materials if m.texture is None]
-        messages.append(Finding("model.materials-not-written", materials=bare))
-    beside = prj_beside(out, messages)
+        untextured = [m.name or "untextured" for m in mesh.materials if m.texture is None]
+        messages.append(Finding("model.materials-not-written", materials=untextured))
+    sidecars = prj_sidecar(out, messages)
     columns = _columns(out, messages)
-    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
+    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
-        for (_, text), temporary in zip(beside, temporaries[1 + len(images.copies) :], strict=True):
+        for (_, text), temporary in zip(
+            sidecars, temporaries[1 + len(images.copies) :], strict=True
+        ):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "wb") as file:
             file.write(_header(out, columns, mesh, images))
@@ -72,7 +77,7 @@ def write(out: Outgoing) -> list[Finding]:
     return messages
 
 
-def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, AnyArray]]:
+def _columns(out: WriteRequest, messages: list[Finding]) -> list[tuple[str, AnyArray]]:
     data = out.data
     points = positions_of(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
@@ -87,19 +92,19 @@ def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, AnyArray
 
 
 def _storable(values: AnyArray, name: str, messages: list[Finding]) -> AnyArray:
-    """In a type that PLY has."""
+    """Convert values to a type that PLY supports."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
     if values.dtype.str[1:] in TYPES:
         return values
-    wide = values.astype(np.float64)
-    if values.dtype.kind in "iu" and not (wide.astype(values.dtype) == values).all():
+    doubles = values.astype(np.float64)
+    if values.dtype.kind in "iu" and not (doubles.astype(values.dtype) == values).all():
         messages.append(Finding("model.field-rounded", field=name, precision=tr("53 bits")))
-    return wide
+    return doubles
 
 
 def _header(
-    out: Outgoing, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
+    out: WriteRequest, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
 ) -> bytes:
     lines = [
         "ply",
@@ -148,12 +153,14 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         if textured.all():
             file.write(block.tobytes())
             continue
-        # An empty list for a face without a place in the picture: (0, 0) would be one.
+        # An empty list for a face without texture coordinates: (0, 0) would be a valid position.
         block["n_uv"][~textured] = 0
-        bare = rfn.repack_fields(block[[name for name in block.dtype.names or () if name != "uv"]])
+        untextured_records = rfn.repack_fields(
+            block[[name for name in block.dtype.names or () if name != "uv"]]
+        )
         edges = (np.flatnonzero(np.diff(textured)) + 1).tolist()
         for start, stop in itertools.pairwise([0, *edges, len(block)]):
-            file.write((block if textured[start] else bare)[start:stop].tobytes())
+            file.write((block if textured[start] else untextured_records)[start:stop].tobytes())
 
 
 WRITER = Writer(to_translate("PLY"), (".ply",), write)

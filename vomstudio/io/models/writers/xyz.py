@@ -1,4 +1,4 @@
-"""Points as text: a line of names, then a row for each point."""
+"""Points as text: a header line, then one row per point."""
 
 from __future__ import annotations
 
@@ -11,28 +11,30 @@ from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.writer import Outgoing, Writer
+from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
-    bare_points,
     field_names,
     positions_of,
-    prj_beside,
+    prj_sidecar,
+    report_unwritten_faces,
     shortest,
     step_rows,
     write_lines,
 )
 
 NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
-# Words by which a reader would take a field for a coordinate, a colour or a normal.
+# Names that a reader would take for a coordinate, a colour or a normal.
 RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 
 
-def write(out: Outgoing) -> list[Finding]:
-    """Floats in the shortest decimals that give back the same value; `.csv` with commas, the others
-    with blanks; the CRS in NAME.prj."""
+def write(out: WriteRequest) -> list[Finding]:
+    """Write floats as the shortest decimals that restore the same value.
+
+    `.csv` has commas, the others spaces; the CRS is in NAME.prj.
+    """
     messages: list[Finding] = []
     data = out.data
-    bare_points(data, messages)
+    report_unwritten_faces(data, messages)
     points = positions_of(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     if data.colors is not None:
@@ -41,15 +43,15 @@ def write(out: Outgoing) -> list[Finding]:
         columns.append((label, data.fields[name]))
     if not isinstance(data, Mesh) and data.normals is not None:
         columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
-    beside = prj_beside(out, messages)
-    mark = "," if out.path.suffix.lower() == ".csv" else " "
-    form = mark.join("%r" for _ in columns)
-    paths = [out.path, *(path for path, _ in beside)]
+    sidecars = prj_sidecar(out, messages)
+    separator = "," if out.path.suffix.lower() == ".csv" else " "
+    form = separator.join("%r" for _ in columns)
+    paths = [out.path, *(path for path, _ in sidecars)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
-        for (_, text), temporary in zip(beside, temporaries[1:], strict=True):
+        for (_, text), temporary in zip(sidecars, temporaries[1:], strict=True):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
-            file.write(mark.join(name for name, _ in columns) + "\n")
+            file.write(separator.join(name for name, _ in columns) + "\n")
             for rows in step_rows(len(points), out, tr("Writing points")):
                 write_lines(file, [_plain(values[rows]) for _, values in columns], form)
     return messages
@@ -58,8 +60,8 @@ def write(out: Outgoing) -> list[Finding]:
 def _plain(values: AnyArray) -> list[Any]:
     if values.dtype.kind == "f":
         return shortest(values)
-    found: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()
-    return found
+    numbers: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()
+    return numbers
 
 
 WRITER = Writer(to_translate("text table of points"), (".xyz", ".csv", ".txt", ".asc"), write)

@@ -1,8 +1,9 @@
-"""Tables of camera centres in the frame of a model: our own `cameras.csv`, the reference and the
-angle tables of Metashape, and what other programs write alike.
+"""Tables of camera centres in the frame of a model.
 
-Where a table has both given and estimated centres, the estimated ones are the model's. Angles of
-such tables are left alone, since programs do not agree on what they mean; our own rotations count.
+These are `cameras.csv`, the reference and angle tables of Metashape, and similar tables of other
+programs. If a table has both given and estimated centres, the estimated ones are the model's.
+Angles of such tables are not used, since programs define them differently; rotations of
+`cameras.csv` are.
 """
 
 from __future__ import annotations
@@ -15,27 +16,27 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, from_centre, of_views
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views, from_centre
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
 
-_ESTIMATED = (
+_ESTIMATED_COLUMNS = (
     ("x est", "x estimated", "x east est", "x longitude est", "east est"),
     ("y est", "y estimated", "y north est", "y latitude est", "north est"),
     ("z est", "z estimated", "z altitude est", "altitude est"),
 )
-_OURS = tuple((f"r{row}{column}",) for row in "123" for column in "123")
+_ROTATION_COLUMNS = tuple((f"r{row}{column}",) for row in "123" for column in "123")
 
 
 def read_centres(path: Path) -> OwnCameras:
-    """Raises InputError with line and column."""
+    """Read a table of centres. Raises InputError with line and column."""
     table = NamedTable(path, ("photo", "x", "y", "z"))
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
     table.require_unique(names)
-    estimated = all(table.has(column) for column in _ESTIMATED)
-    degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
-    columns = _ESTIMATED if estimated else WORLD
+    estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)
+    has_degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
+    columns = _ESTIMATED_COLUMNS if estimated else WORLD
     places = table.columns(columns, ("x", "y", "z"))
-    if degrees or (estimated and _look_like_degrees(places)):
+    if has_degrees or (estimated and _look_like_degrees(places)):
         raise InputError(
             Finding("cameras.centres-in-degrees"),
             file=path,
@@ -43,26 +44,30 @@ def read_centres(path: Path) -> OwnCameras:
             field=table.table.label(0),
         )
     table.require_coordinates(places)
-    ours = all(table.has(column) for column in (*_OURS, ("model",), ("params",), ("width",)))
-    if ours:
-        return of_views(path, _views(table, names, places))
+    has_rotations = all(
+        table.has(column) for column in (*_ROTATION_COLUMNS, ("model",), ("params",), ("width",))
+    )
+    if has_rotations:
+        return cameras_of_views(path, _views(table, names, places))
     return OwnCameras(path, {}, dict(zip(names, places, strict=True)))
 
 
 def _views(table: NamedTable, names: list[str], places: FloatArray) -> list[View]:
-    rotations = table.columns(_OURS, [name for (name,) in _OURS]).reshape(-1, 3, 3)
+    rotations = table.columns(_ROTATION_COLUMNS, [name for (name,) in _ROTATION_COLUMNS]).reshape(
+        -1, 3, 3
+    )
     sizes = table.columns((("width",), ("height",)), ("width", "height")).astype(int)
     models, params = table.words(("model",), "model"), table.words(("params",), "params")
     views = []
     for row, name in enumerate(names):
         try:
-            given = dict(cell.split("=", 1) for cell in params[row].split())
-            wanted = MODELS.get(models[row], ())
+            stated_params = dict(cell.split("=", 1) for cell in params[row].split())
+            param_names = MODELS.get(models[row], ())
             lens = Intrinsics(
                 models[row],
                 int(sizes[row, 0]),
                 int(sizes[row, 1]),
-                tuple(float(given[key]) for key in wanted),
+                tuple(float(stated_params[key]) for key in param_names),
             )
             views.append(from_centre(name, lens, rotations[row], places[row]))
         except (KeyError, ValueError, GeometryError) as error:
@@ -72,6 +77,6 @@ def _views(table: NamedTable, names: list[str], places: FloatArray) -> list[View
 
 
 def _look_like_degrees(places: FloatArray) -> bool:
-    reach = np.ptp(places, axis=0)
-    within = (np.abs(places[:, 0]) <= 180).all() and (np.abs(places[:, 1]) <= 90).all()
-    return bool(within and max(reach[:2]) < 0.1 and reach[2] > 100 * max(reach[:2]))
+    extent = np.ptp(places, axis=0)
+    is_in_range = (np.abs(places[:, 0]) <= 180).all() and (np.abs(places[:, 1]) <= 90).all()
+    return bool(is_in_range and max(extent[:2]) < 0.1 and extent[2] > 100 * max(extent[:2]))

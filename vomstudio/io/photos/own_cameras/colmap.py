@@ -20,19 +20,19 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import (
     OwnCameras,
-    of_views,
-    posed,
-    straight,
+    cameras_of_views,
+    pinhole_lens,
     unknown_lens,
+    view_of_pose,
 )
 from vomstudio.io.text.file_text import read_bytes, read_text
 
 Lenses = dict[int, tuple[Intrinsics, str | None]]
-"""By number, and the name of the model where it is not known here."""
+"""Lenses by number, with the name of the model if it is not supported here."""
 
 NAMES = ("images.bin", "images.txt")
-# Number, name and count of parameters of the models that COLMAP 4.2 knows.
-_KNOWN = (
+# Number, name and number of parameters of the models of COLMAP 4.2.
+_MODELS = (
     (0, "SIMPLE_PINHOLE", 3),
     (1, "PINHOLE", 4),
     (2, "SIMPLE_RADIAL", 4),
@@ -52,14 +52,13 @@ _KNOWN = (
     (16, "EUCM", 6),
     (17, "EQUIRECTANGULAR", 2),
 )
-_BY_NUMBER = {number: (name, count) for number, name, count in _KNOWN}
-_COUNTS = {name: count for _, name, count in _KNOWN}
-_TWO_FOCAL = {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", "DIVISION", "EUCM"}
+_MODELS_BY_NUMBER = {number: (name, count) for number, name, count in _MODELS}
+_PARAMETER_COUNTS = {name: count for _, name, count in _MODELS}
+_TWO_FOCAL_MODELS = {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", "DIVISION", "EUCM"}
 
 
 def folder_of(path: Path) -> Path | None:
-    """The folder of a sparse model, given by itself or by one of its files; None where it is
-    none."""
+    """Return the folder of a sparse model, given by its path or one of its files, or None."""
     folder = path if path.is_dir() else path.parent
     if path.is_dir() or path.name in (*NAMES, "cameras.bin", "cameras.txt"):
         for name in NAMES:
@@ -69,31 +68,32 @@ def folder_of(path: Path) -> Path | None:
 
 
 def read_colmap(folder: Path) -> OwnCameras:
-    """Raises InputError with file and line, or the field in a binary file."""
+    """Read cameras of COLMAP. Raises InputError with file and line or field."""
     binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
     images = folder / NAMES[0 if binary else 1]
     lenses = (
         _binary_lenses(folder / "cameras.bin") if binary else _text_lenses(folder / "cameras.txt")
     )
-    found = list(_binary_images(images, lenses) if binary else _text_images(images, lenses))
-    used = Counter(lenses[camera][1] for camera, _ in found)
+    images_of_cameras = list(
+        _binary_images(images, lenses) if binary else _text_images(images, lenses)
+    )
+    used = Counter(lenses[camera][1] for camera, _ in images_of_cameras)
     warnings = [unknown_lens(name, count) for name, count in used.items() if name is not None]
-    return of_views(images, (view for _, view in found), None, warnings)
+    return cameras_of_views(images, (view for _, view in images_of_cameras), None, warnings)
 
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(
     model: str, width: int, height: int, params: tuple[float, ...]
 ) -> tuple[Intrinsics, str | None]:
-    """Raises ValueError, or GeometryError."""
-    if model not in _COUNTS:
+    if model not in _PARAMETER_COUNTS:
         raise ValueError(tr("{model} is no camera model of COLMAP", model=model[:40]))
-    if len(params) != _COUNTS[model]:
+    if len(params) != _PARAMETER_COUNTS[model]:
         raise ValueError(
             tr(
                 "the camera model {model} has {count} parameters, not {given}",
                 model=model,
-                count=_COUNTS[model],
+                count=_PARAMETER_COUNTS[model],
                 given=len(params),
             )
         )
@@ -102,14 +102,14 @@ def _lens(
     if model in MODELS:
         return Intrinsics(model, width, height, params), None
     if model == "EQUIRECTANGULAR":
-        return straight(width, height, max(width, height) / 2.0), model
+        return pinhole_lens(width, height, max(width, height) / 2.0), model
     if model in ("SIMPLE_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"):
         f, cx, cy, *k = params
-        bent = (*k, 0.0, 0.0, 0.0, 0.0)[:4]
-        return Intrinsics("OPENCV_FISHEYE", width, height, (f, f, cx, cy, *bent)), None
+        distortion = (*k, 0.0, 0.0, 0.0, 0.0)[:4]
+        return Intrinsics("OPENCV_FISHEYE", width, height, (f, f, cx, cy, *distortion)), None
     if model == "FISHEYE":
         return Intrinsics("OPENCV_FISHEYE", width, height, (*params, 0.0, 0.0, 0.0, 0.0)), None
-    if model in _TWO_FOCAL:
+    if model in _TWO_FOCAL_MODELS:
         return Intrinsics("PINHOLE", width, height, params[:4]), model
     f, cx, cy = params[:3]
     return Intrinsics("PINHOLE", width, height, (f, f, cx, cy)), model
@@ -126,7 +126,9 @@ def _text_lenses(path: Path) -> Lenses:
             params = tuple(float(cell) for cell in cells[4:])
             lenses[int(cells[0])] = _lens(cells[1], width, height, params)
         except (ValueError, IndexError, GeometryError) as error:
-            raise _bad(path, error, tr("CAMERA_ID MODEL WIDTH HEIGHT PARAMS"), number) from error
+            raise _damaged(
+                path, error, tr("CAMERA_ID MODEL WIDTH HEIGHT PARAMS"), number
+            ) from error
     return lenses
 
 
@@ -134,57 +136,58 @@ def _binary_lenses(path: Path) -> Lenses:
     file = _Binary(path)
     lenses: Lenses = {}
     for _ in range(file.count(tr("cameras"))):
-        number, model = file.take("<ii", tr("cameras"))
-        width, height = file.take("<QQ", tr("cameras"))
-        if model not in _BY_NUMBER:
-            raise file.bad(tr("{model} is no camera model of COLMAP", model=model), tr("cameras"))
-        name, count = _BY_NUMBER[model]
-        params = file.take(f"<{count}d", tr("cameras"))
+        number, model = file.read("<ii", tr("cameras"))
+        width, height = file.read("<QQ", tr("cameras"))
+        if model not in _MODELS_BY_NUMBER:
+            raise file.damaged(
+                tr("{model} is no camera model of COLMAP", model=model), tr("cameras")
+            )
+        name, count = _MODELS_BY_NUMBER[model]
+        params = file.read(f"<{count}d", tr("cameras"))
         try:
             lenses[number] = _lens(name, width, height, params)
         except (ValueError, GeometryError) as error:
-            raise file.bad(str(error), tr("camera {number}", number=number)) from error
+            raise file.damaged(str(error), tr("camera {number}", number=number)) from error
     return lenses
 
 
 # --- images -----------------------------------------------------------------------------------
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    """Two lines each: the pose, and the points that are seen, which may be none."""
-    of_pose = True
+    """Yield the images; each has a line with the pose and one with its points, possibly empty."""
+    is_pose_line = True
     for number, line in _lines(path):
-        if not of_pose:
-            of_pose = True
+        if not is_pose_line:
+            is_pose_line = True
             continue
         cells = line.split(maxsplit=9)
         if not cells:
             continue
-        of_pose = False
+        is_pose_line = False
         try:
             pose = [float(cell) for cell in cells[1:8]]
             camera, name = int(cells[8]), cells[9].strip()
             yield camera, _view(name, lenses, camera, pose)
         except (ValueError, IndexError) as error:
-            wanted = tr("IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
-            raise _bad(path, error, wanted, number) from error
+            columns = tr("IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
+            raise _damaged(path, error, columns, number) from error
 
 
 def _binary_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
     file = _Binary(path)
-    for at in range(file.count(tr("images"))):
-        called = tr("image {number}", number=at + 1)
-        file.take("<i", called)
-        pose = file.take("<7d", called)
-        (camera,) = file.take("<i", called)
-        name = file.word(called)
-        file.skip(24 * file.count(called), called)
+    for index in range(file.count(tr("images"))):
+        field = tr("image {number}", number=index + 1)
+        file.read("<i", field)
+        pose = file.read("<7d", field)
+        (camera,) = file.read("<i", field)
+        name = file.read_word(field)
+        file.skip(24 * file.count(field), field)
         try:
             yield camera, _view(name, lenses, camera, list(pose))
         except ValueError as error:
-            raise file.bad(str(error), name) from error
+            raise file.damaged(str(error), name) from error
 
 
 def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
-    """Raises ValueError."""
     from scipy.spatial.transform import Rotation
 
     if camera not in lenses:
@@ -194,7 +197,7 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
     if not 0.9 < length < 1.1:
         raise ValueError(tr("the quaternion has the length {length:.3g}", length=length))
     rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
-    return posed(name.replace("\\", "/"), lenses[camera][0], rotation, np.array(pose[4:]))
+    return view_of_pose(name.replace("\\", "/"), lenses[camera][0], rotation, np.array(pose[4:]))
 
 
 # --- files ------------------------------------------------------------------------------------
@@ -205,45 +208,45 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
             yield number, line
 
 
-def _bad(path: Path, error: Exception, wanted: str, line: int) -> InputError:
+def _damaged(path: Path, error: Exception, columns: str, line: int) -> InputError:
     finding = Finding(
-        "file.damaged", format="COLMAP", reason=f"{str(error)[:120].rstrip('.')} ({wanted})"
+        "file.damaged", format="COLMAP", reason=f"{str(error)[:120].rstrip('.')} ({columns})"
     )
     return InputError(finding, file=path, line=line)
 
 
 class _Binary:
-    """Numbers of a file, in their order."""
+    """Sequential reader of the numbers of a file."""
 
     def __init__(self, path: Path) -> None:
         self.path, self._data, self._at = path, read_bytes(path), 0
 
-    def take(self, form: str, called: str) -> tuple[Any, ...]:
+    def read(self, form: str, field: str) -> tuple[Any, ...]:
         size = struct.calcsize(form)
         if self._at + size > len(self._data):
-            raise self.bad(tr("the file ends too early"), called)
+            raise self.damaged(tr("the file ends too early"), field)
         self._at += size
         return struct.unpack_from(form, self._data, self._at - size)
 
-    def count(self, called: str) -> int:
-        (number,) = self.take("<Q", called)
+    def count(self, field: str) -> int:
+        (number,) = self.read("<Q", field)
         if number > len(self._data):
-            raise self.bad(tr("the file ends too early"), called)
+            raise self.damaged(tr("the file ends too early"), field)
         return int(number)
 
-    def skip(self, size: int, called: str) -> None:
+    def skip(self, size: int, field: str) -> None:
         self._at += size
         if self._at > len(self._data):
-            raise self.bad(tr("the file ends too early"), called)
+            raise self.damaged(tr("the file ends too early"), field)
 
-    def word(self, called: str) -> str:
+    def read_word(self, field: str) -> str:
         end = self._data.find(b"\0", self._at)
         if end < 0:
-            raise self.bad(tr("the file ends too early"), called)
+            raise self.damaged(tr("the file ends too early"), field)
         text = self._data[self._at : end].decode("utf-8", "replace")
         self._at = end + 1
         return text
 
-    def bad(self, error: str, called: str) -> InputError:
+    def damaged(self, error: str, field: str) -> InputError:
         finding = Finding("file.damaged", reason=error, format="COLMAP")
-        return InputError(finding, file=self.path, field=called)
+        return InputError(finding, file=self.path, field=field)

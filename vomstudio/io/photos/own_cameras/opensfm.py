@@ -21,85 +21,96 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import from_centre, posed, straight, unknown_lens
+from vomstudio.io.photos.own_cameras.result import (
+    from_centre,
+    pinhole_lens,
+    unknown_lens,
+    view_of_pose,
+)
 
 NAMES = ("shots.geojson", "reconstruction.json")
-_NUMBERS = (int, float)
+_NUMBER_TYPES = (int, float)
 
 
 def is_opensfm(data: Any) -> bool:
-    """Of a JSON file: whether it is a list of reconstructions."""
+    """Return whether the content of a JSON file is a list of reconstructions."""
     return (
         isinstance(data, list)
         and bool(data)
-        and all(isinstance(each, dict) and "shots" in each and "cameras" in each for each in data)
+        and all(
+            isinstance(entry, dict) and "shots" in entry and "cameras" in entry for entry in data
+        )
     )
 
 
 def is_shots(data: Any) -> bool:
-    """Of a JSON file: whether it is the collection of shots of OpenDroneMap."""
+    """Return whether the content of a JSON file is OpenDroneMap's collection of shots."""
     if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
         return False
     features = data.get("features")
     return isinstance(features, list) and any(
-        isinstance(each, dict)
-        and isinstance(each.get("properties"), dict)
-        and {"filename", "rotation", "translation"} <= each["properties"].keys()
-        for each in features
+        isinstance(feature, dict)
+        and isinstance(feature.get("properties"), dict)
+        and {"filename", "rotation", "translation"} <= feature["properties"].keys()
+        for feature in features
     )
 
 
 def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[Candidate]:
-    """Raises InputError that names the field."""
-    largest = max(data, key=lambda each: len(each["shots"]))
+    """Read the cameras of a reconstruction. Raises InputError that names the field."""
+    reconstruction = max(data, key=lambda each: len(each["shots"]))
     warnings = []
     if len(data) > 1:
         warnings.append(Finding("cameras.several-parts", count=len(data)))
     if find_offset(path) is not None:
         warnings.append(Finding("cameras.own-frame"))
     lenses = {
-        name: _checked(path, f"cameras/{name}", _lens, name, camera)
-        for name, camera in largest["cameras"].items()
+        name: _call_checked(path, f"cameras/{name}", _lens, name, camera)
+        for name, camera in reconstruction["cameras"].items()
     }
-    views, odd = [], []
-    for name, shot in largest["shots"].items():
-        where = f"shots/{name}"
-        lens, unknown = lenses.get(_get(path, where, shot, "camera"), (None, None))
+    views, unknown_models = [], []
+    for name, shot in reconstruction["shots"].items():
+        field = f"shots/{name}"
+        lens, unknown = lenses.get(_get(path, field, shot, "camera"), (None, None))
         if lens is None:
-            raise _bad(path, where, tr("its camera is not among the cameras"))
+            raise _damaged(path, field, tr("its camera is not among the cameras"))
         if unknown is not None:
-            odd.append(unknown)
-        rotation = _three(path, where, shot, "rotation")
-        translation = _three(path, where, shot, "translation")
-        views.append(_checked(path, where, posed, name, lens, _matrix(rotation), translation))
-    warnings += [unknown_lens(name, count) for name, count in Counter(odd).items()]
+            unknown_models.append(unknown)
+        rotation = _vector(path, field, shot, "rotation")
+        translation = _vector(path, field, shot, "translation")
+        views.append(
+            _call_checked(path, field, view_of_pose, name, lens, _matrix(rotation), translation)
+        )
+    warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
 def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
-    """In UTM, and from the offset that OpenDroneMap takes off its models. Raises InputError that
-    names the field."""
+    """Return shots in UTM and relative to the offset of OpenDroneMap's models.
+
+    Raises InputError that names the field.
+    """
     views: list[View] = []
     for number, feature in enumerate(data["features"]):
-        where = f"features/{number}/properties"
+        field = f"features/{number}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
-            raise _bad(path, where, tr("there are none"))
-        name = str(_get(path, where, shot, "filename"))
-        lens = _checked(path, where, _plain_lens, shot)
-        rotation = _matrix(_three(path, where, shot, "rotation"))
-        centre = _three(path, where, shot, "translation")
-        views.append(_checked(path, where, from_centre, name, lens, rotation, centre))
-    found = [Candidate(tr("map coordinates"), views)]
+            raise _damaged(path, field, tr("there are none"))
+        name = str(_get(path, field, shot, "filename"))
+        lens = _call_checked(path, field, _shot_lens, shot)
+        rotation = _matrix(_vector(path, field, shot, "rotation"))
+        centre = _vector(path, field, shot, "translation")
+        views.append(_call_checked(path, field, from_centre, name, lens, rotation, centre))
+    candidates = [Candidate(tr("map coordinates"), views)]
     offset = find_offset(path)
     if offset is not None:
-        moved = [view.moved(1.0, np.eye(3), -np.array([*offset, 0.0])) for view in views]
-        found.append(Candidate(tr("map coordinates less the offset in coords.txt"), moved))
-    return found
+        shifted = [view.moved(1.0, np.eye(3), -np.array([*offset, 0.0])) for view in views]
+        candidates.append(Candidate(tr("map coordinates less the offset in coords.txt"), shifted))
+    return candidates
 
 
 def find_offset(path: Path) -> tuple[float, float] | None:
-    """East and north that OpenDroneMap takes off its models, from its `coords.txt`."""
+    """Return the east and north offset of OpenDroneMap's models, from its `coords.txt`."""
     for folder in (path.parent, path.parent / ".." / "odm_georeferencing"):
         try:
             lines = read_small_text(folder / "coords.txt").split("\n")
@@ -112,17 +123,16 @@ def find_offset(path: Path) -> tuple[float, float] | None:
 
 # --- lenses -----------------------------------------------------------------------------------
 def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]:
-    """Raises KeyError, TypeError, ValueError or GeometryError."""
     kind = str(camera.get("projection_type", "perspective"))
     width, height = int(camera["width"]), int(camera["height"])
     side = float(max(width, height))
     if kind in ("spherical", "equirectangular"):
-        return straight(width, height, side / 2.0), kind
+        return pinhole_lens(width, height, side / 2.0), kind
     fx = float(camera.get("focal_x", camera.get("focal", 0.0))) * side
     fy = float(camera.get("focal_y", camera.get("focal", 0.0))) * side
     if not (fx > 0 and fy > 0 and width > 0 and height > 0):
         raise ValueError(tr("the focal length is missing or not positive"))
-    # OpenSfM counts from the middle of the photo.
+    # OpenSfM's centre is relative to the middle of the photo.
     cx = width / 2.0 + float(camera.get("c_x", 0.0)) * side
     cy = height / 2.0 + float(camera.get("c_y", 0.0)) * side
     k1, k2, k3, k4, p1, p2 = (
@@ -136,19 +146,19 @@ def _lens(name: str, camera: Mapping[str, Any]) -> tuple[Intrinsics, str | None]
     return Intrinsics("PINHOLE", width, height, (fx, fy, cx, cy)), kind
 
 
-def _plain_lens(shot: Mapping[str, Any]) -> Intrinsics:
-    """What shots tell of their lens: the focal length alone."""
+def _shot_lens(shot: Mapping[str, Any]) -> Intrinsics:
+    """Return the lens of a shot, which states its focal length only."""
     width, height = int(shot.get("width") or 0), int(shot.get("height") or 0)
     focal = float(shot.get("focal") or 0.0)
     if not (width > 0 and height > 0 and focal > 0):
-        # Only positions and attitudes can be used then.
+        # Only positions and attitudes are usable in that case.
         width, height, focal = 2, 2, 1.0
-    return straight(width, height, focal * max(width, height))
+    return pinhole_lens(width, height, focal * max(width, height))
 
 
 # --- fields -----------------------------------------------------------------------------------
 def load_json(path: Path) -> Any:
-    """Raises InputError."""
+    """Read a JSON file. Raises InputError."""
     try:
         return read_json(path)
     except OSError as error:
@@ -157,36 +167,36 @@ def load_json(path: Path) -> Any:
         raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
 
 
-def _matrix(turn: FloatArray) -> FloatArray:
+def _matrix(rotation_vector: FloatArray) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
-    return np.asarray(Rotation.from_rotvec(turn).as_matrix(), np.float64)
+    return np.asarray(Rotation.from_rotvec(rotation_vector).as_matrix(), np.float64)
 
 
-def _get(path: Path, where: str, row: Any, key: str) -> Any:
+def _get(path: Path, field: str, row: Any, key: str) -> Any:
     if not isinstance(row, dict) or key not in row:
-        raise _bad(path, f"{where}/{key}", tr("it is missing"))
+        raise _damaged(path, f"{field}/{key}", tr("it is missing"))
     return row[key]
 
 
-def _three(path: Path, where: str, row: Any, key: str) -> FloatArray:
-    value = _get(path, where, row, key)
-    good = isinstance(value, list) and len(value) == 3
-    if not good or not all(isinstance(v, _NUMBERS) and np.isfinite(v) for v in value):
-        raise _bad(path, f"{where}/{key}", tr("three numbers are wanted"))
+def _vector(path: Path, field: str, row: Any, key: str) -> FloatArray:
+    value = _get(path, field, row, key)
+    is_vector = isinstance(value, list) and len(value) == 3
+    if not is_vector or not all(isinstance(v, _NUMBER_TYPES) and np.isfinite(v) for v in value):
+        raise _damaged(path, f"{field}/{key}", tr("three numbers are wanted"))
     return np.array(value, np.float64)
 
 
-def _checked(path: Path, where: str, make: Any, *given: Any) -> Any:
+def _call_checked(path: Path, field: str, make: Any, *arguments: Any) -> Any:
     try:
-        return make(*given)
+        return make(*arguments)
     except (KeyError, TypeError, ValueError, AttributeError, GeometryError) as error:
-        said = str(error)
+        reason = str(error)
         if isinstance(error, KeyError):
-            said = tr("{name} is missing", name=error.args[0])
-        raise _bad(path, where, said) from error
+            reason = tr("{name} is missing", name=error.args[0])
+        raise _damaged(path, field, reason) from error
 
 
-def _bad(path: Path, where: str, error: str) -> InputError:
+def _damaged(path: Path, field: str, error: str) -> InputError:
     finding = Finding("file.damaged", reason=error.rstrip("."), format="OpenSfM")
-    return InputError(finding, file=path, field=where)
+    return InputError(finding, file=path, field=field)

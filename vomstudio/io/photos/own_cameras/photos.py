@@ -1,4 +1,4 @@
-"""Where the photos are that a model was made of."""
+"""Search of the photos from which a model was reconstructed."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from vomstudio.io.photos.reading import photo_names
 _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "../../images")
 
 
-def find_photos_of(own: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
-    """The photos of the cameras by the names of these, where they are found.
+def find_camera_photos(cameras: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
+    """Return the existing photos of cameras, by camera name.
 
-    folder : of the photos; None looks where the file of the cameras says, and beside it
-    Raises InputError for a folder that is none.
+    `folder` is that of the photos; None searches the folder stated in the camera file, and beside
+    it. Raises InputError if it is not a folder.
     """
     if folder is not None:
-        return _inside(folder, list(own.centres))
-    places = [own.photos] if own.photos is not None else []
-    places += [own.path.parent / name for name in _FOLDERS]
-    for place in places:
+        return _photos_in_folder(folder, list(cameras.centres))
+    folders = [cameras.photos] if cameras.photos is not None else []
+    folders += [cameras.path.parent / name for name in _FOLDERS]
+    for candidate in folders:
         try:
-            found = _inside(place, list(own.centres))
+            photos = _photos_in_folder(candidate, list(cameras.centres))
         except InputError:
             continue
-        if found:
-            return found
+        if photos:
+            return photos
     return {}
 
 
-def _inside(folder: Path, cameras: Sequence[str]) -> dict[str, Path]:
+def _photos_in_folder(folder: Path, cameras: Sequence[str]) -> dict[str, Path]:
     names = photo_names(folder)
     find = photo_finder(names)
-    there = {camera: find(camera) for camera in cameras}
+    numbers = {camera: find(camera) for camera in cameras}
     return {
-        camera: folder / names[number] for camera, number in there.items() if number is not None
+        camera: folder / names[number] for camera, number in numbers.items() if number is not None
     }

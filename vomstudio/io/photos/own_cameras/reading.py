@@ -1,4 +1,4 @@
-"""The cameras of a model from whatever program wrote them."""
+"""Reading of the cameras of a model from any program."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
-from vomstudio.io.photos.own_cameras.frames import Candidate, best_of
-from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
+from vomstudio.io.photos.own_cameras.frames import Candidate, select_frame
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 
-_BESIDE = (
+_CAMERA_FILES = (
     FILE_NAME,
     "cameras.xml",
     *opensfm.NAMES,
@@ -33,28 +33,37 @@ _BESIDE = (
 
 
 def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnCameras:
-    """The cameras in the frame of the model, recognised by what is in the file: our own
-    `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or binary), Metashape XML,
-    `reconstruction.json` and `shots.geojson` of OpenSfM and OpenDroneMap, or a table of centres.
+    """Read the cameras in the frame of the model; the format is detected by content.
 
-    bounds : (2, 3) lowest and highest corner of the model, by which programs' several frames are
-        told apart; None takes the first
-    Raises InputError with file and line or field.
+    Formats are `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or binary),
+    Metashape XML, `reconstruction.json` and `shots.geojson` of OpenSfM and OpenDroneMap, or a
+    table of centres.
+
+    Parameters
+    ----------
+    bounds : (2, 3) float64 or None
+        Lowest and highest corner of the model, which distinguish the frames of a program; None
+        selects the first.
+
+    Raises
+    ------
+    InputError
+        With file and line or field.
     """
     path = Path(path)
     folder = colmap.folder_of(path)
     if folder is not None:
         return colmap.read_colmap(folder)
     if path.is_dir():
-        inside = find_own_cameras(path / "model", beside=False)
-        if inside is None:
+        camera_file = find_own_cameras(path / "model", search_parents=False)
+        if camera_file is None:
             raise InputError(Finding("cameras.none-in-folder"), file=path)
-        return read_own_cameras(inside, bounds)
+        return read_own_cameras(camera_file, bounds)
     require_file(path)
     if is_xml(path):
         root = read_xml(path)
         if metashape.is_metashape(root):
-            return best_of(path, metashape.read_metashape(path, root), bounds)
+            return select_frame(path, metashape.read_metashape(path, root), bounds)
         refuse_other_kind(path, ("xml", "metashape-xml"))
         raise InputError(
             Finding("file.other-format", format="Agisoft XML"),
@@ -63,29 +72,29 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
             field=root.tag,
         )
     if _is_json(path):
-        return _of_json(path, bounds)
+        return _read_json_cameras(path, bounds)
     return centres.read_centres(path)
 
 
-def find_own_cameras(model: str | Path, *, beside: bool = True) -> Path | None:
-    """The file of cameras beside a model, by the names that programs give it; our own first.
+def find_own_cameras(model: str | Path, *, search_parents: bool = True) -> Path | None:
+    """Return the camera file beside a model, by the usual names; ours first.
 
-    beside : folders above count too
+    `search_parents` includes parent folders.
     """
     folder = Path(model).parent
-    for name in _BESIDE:
+    for name in _CAMERA_FILES:
         path = folder / name
-        if not beside and name.startswith(".."):
+        if not search_parents and name.startswith(".."):
             continue
-        if path.is_file() and name != "." and not _of_lenses(path):
+        if path.is_file() and name != "." and not _has_lenses_only(path):
             return path
         if colmap.folder_of(path) is not None:
             return path
     return None
 
 
-def _of_lenses(path: Path) -> bool:
-    """OpenDroneMap calls its file of lenses alone `cameras.json` too."""
+def _has_lenses_only(path: Path) -> bool:
+    """Return whether a file contains lenses only; OpenDroneMap names it `cameras.json`, too."""
     if not is_regular(path):
         return False
     with open_regular(path) as stream:
@@ -93,7 +102,7 @@ def _of_lenses(path: Path) -> bool:
     return path.name == FILE_NAME and b"vomstudio" not in head
 
 
-def _of_json(path: Path, bounds: FloatArray | None) -> OwnCameras:
+def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
     data = opensfm.load_json(path)
     candidates: list[Candidate]
     if opensfm.is_opensfm(data):
@@ -105,8 +114,8 @@ def _of_json(path: Path, bounds: FloatArray | None) -> OwnCameras:
         cameras = read_cameras(path)
         origin = np.array(cameras.origin, np.float64)
         views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
-        return of_views(path, views, find_photos(cameras, path))
-    return best_of(path, candidates, bounds)
+        return cameras_of_views(path, views, find_photos(cameras, path))
+    return select_frame(path, candidates, bounds)
 
 
 def _is_json(path: Path) -> bool:

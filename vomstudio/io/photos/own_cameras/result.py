@@ -1,4 +1,4 @@
-"""What a file says of the cameras of a model."""
+"""Cameras of a model as read from a file."""
 
 from __future__ import annotations
 
@@ -15,16 +15,23 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.coordinate_limits import no_places
 
-# How far a matrix may be from a rotation: files round to six figures and more.
-_ROUNDED = 1e-3
+# Maximum deviation of a matrix from a rotation: files have at least six digits.
+MAX_ROTATION_DEVIATION = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class OwnCameras:
-    """views : by the names of their photos, in the frame of the model
-    centres : (3,) of every photo, also where the file holds no more than that
-    photos : the folder where they may be, None where the file does not say
-    warnings : what is to be known of them
+    """Cameras of a model.
+
+    Attributes
+    ----------
+    views : mapping of str to View
+        By photo name, in the frame of the model.
+    centres : mapping of str to (3,) float64
+        Of every photo, even without a view.
+    photos : Path or None
+        Folder of the photos, if stated.
+    warnings : tuple of Finding
     """
 
     path: Path
@@ -34,50 +41,55 @@ class OwnCameras:
     warnings: tuple[Finding, ...] = field(default=())
 
 
-def of_views(
+def cameras_of_views(
     path: Path,
     views: Iterable[View],
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
 ) -> OwnCameras:
-    """Raises InputError where two views have one name, or there is none."""
-    named: dict[str, View] = {}
+    """Return the cameras of views. Raises InputError for repeated names, or without any view."""
+    views_by_name: dict[str, View] = {}
     for view in views:
-        if view.name in named:
+        if view.name in views_by_name:
             raise InputError(
                 Finding("cameras.repeated-photo", photo=view.name), file=path, field=view.name
             )
-        named[view.name] = view
-    if not named:
+        views_by_name[view.name] = view
+    if not views_by_name:
         raise InputError(Finding("cameras.none-aligned"), file=path)
-    centres = {name: view.centre for name, view in named.items()}
-    return OwnCameras(path, named, centres, photos, tuple(warnings))
+    centres = {name: view.centre for name, view in views_by_name.items()}
+    return OwnCameras(path, views_by_name, centres, photos, tuple(warnings))
 
 
-def posed(name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray) -> View:
-    """A view whose rotation is one. Raises ValueError where it is none, or is nowhere."""
+def view_of_pose(
+    name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray
+) -> View:
+    """Return a view with an exact rotation. Raises ValueError for an invalid pose."""
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
     if no_places(translation[None]).any():
         raise ValueError(tr("the position is nowhere on Earth"))
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(rotation) < 0:
+    if (
+        np.abs(rotation @ rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION
+        or np.linalg.det(rotation) < 0
+    ):
         raise ValueError(tr("the matrix of the pose is no rotation"))
     u, _, vt = np.linalg.svd(rotation)
-    # What files round is made a rotation again, the camera staying where it is.
-    better = np.asarray(u @ vt, np.float64)
-    return View(name, lens, better, better @ rotation.T @ translation)
+    # Restore the orthogonality lost by rounding, with the camera centre unchanged.
+    orthogonal = np.asarray(u @ vt, np.float64)
+    return View(name, lens, orthogonal, orthogonal @ rotation.T @ translation)
 
 
 def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
-    """As `posed`, from the projection centre."""
-    view = posed(name, lens, rotation, np.zeros(3))
+    """Return `view_of_pose` for a projection centre."""
+    view = view_of_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or no_places(centre[None]).any():
         raise ValueError(tr("the position is nowhere on Earth"))
     return View(name, lens, view.rotation, -view.rotation @ centre)
 
 
-def straight(width: int, height: int, focal: float) -> Intrinsics:
-    """A lens that draws straight lines, where that of the file is not known here."""
+def pinhole_lens(width: int, height: int, focal: float) -> Intrinsics:
+    """Return a lens without distortion, for unsupported lens models."""
     return Intrinsics.pinhole(width, height, focal, width / 2, height / 2)
 
 

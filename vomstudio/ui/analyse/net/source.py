@@ -75,7 +75,7 @@ class NetSource:
         shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
         features = [
             f
-            for f in studio.session.records.once(on_the_net)[0]
+            for f in studio.session.records.cached(on_the_net)[0]
             if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
@@ -123,7 +123,7 @@ class NetSource:
     def left_out(self) -> tuple[str, ...]:
         """How many visible features are not shown since they repeat others; nothing for none."""
         studio = self._studio
-        again = studio.session.records.once(on_the_net)[1]
+        again = studio.session.records.cached(on_the_net)[1]
         left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
         return repeats_note(left)
 

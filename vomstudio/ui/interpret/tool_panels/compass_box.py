@@ -78,7 +78,7 @@ class CompassBox(QWidget):
         """reading : planes and lines are chosen to be read; used : how azimuths are counted, None
         where that cannot be said"""
         self._model, self._used = model, used
-        counted = any(line.by_compass or line.kind == "azimuth" for line in lines)
+        counted = any(line.is_read or line.kind == "azimuth" for line in lines)
         self._form.setRowVisible(self.of, reading)
         self._form.setRowVisible(self._row, reading)
         self._form.setRowVisible(self.north, reading or counted)

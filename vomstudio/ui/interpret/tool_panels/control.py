@@ -160,7 +160,9 @@ class ControlPanel(QWidget):
             return
         known = {line.id for line in self._lines}
         same = model is not None and self.model is not None and model.id == self.model.id
-        new = [row for row, line in enumerate(lines) if line.id not in known and not line.complete]
+        new = [
+            row for row, line in enumerate(lines) if line.id not in known and not line.is_complete
+        ]
         if model is None or self.model is None or model.id != self.model.id:
             with QSignalBlocker(self.field), QSignalBlocker(self.keep_scale):
                 self.field.setText("" if model is None else model.frame.crs or "")

@@ -39,7 +39,7 @@ def in_short(
     if placement_lines(lines) or placement_readings(lines, readings.seen):
         return finding_of(error)
     if not points:
-        if any(not line.complete for line in lines):
+        if any(not line.is_complete for line in lines):
             return Finding("line.value-missing")
         return Finding("registration.not-begun")
     if not found and not any(p.position for p in points):
@@ -83,7 +83,7 @@ def reading_tips(
 
     tips = {}
     for line in lines:
-        if not line.by_compass:
+        if not line.is_read:
             continue
         if line.id not in readings.seen:
             feature = get_feature(studio.records, line.feature_id)
@@ -104,7 +104,7 @@ def _of_reading(
     from dataclasses import replace
 
     from vomstudio.geology.orientation import Line, Plane
-    from vomstudio.project.kinds.known_line import as_read
+    from vomstudio.project.kinds.known_line import format_reading
     from vomstudio.studio.placing.known_planes import placed_direction
 
     seen = readings.seen[line.id]
@@ -115,9 +115,13 @@ def _of_reading(
     else:
         axis = Line.from_vector(there)
         angles = round(axis.trend_deg, 1), round(axis.plunge_deg, 1)
-    shown = as_read(replace(line, value=angles[0] % 360.0, inclination_deg=angles[1]), notation)
+    shown = format_reading(
+        replace(line, value=angles[0] % 360.0, inclination_deg=angles[1]), notation
+    )
     read = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
-    said = [tr("Placed: {placed}; read: {read}.", placed=shown, read=as_read(read, notation))]
+    said = [
+        tr("Placed: {placed}; read: {read}.", placed=shown, read=format_reading(read, notation))
+    ]
     if seen.sigma_deg is not None and line.sigma is not None:
         said.append(
             tr(

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTab
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.kinds.known_line import KINDS, KnownLine, as_read
+from vomstudio.project.kinds.known_line import KINDS, KnownLine, format_reading
 from vomstudio.ui.common import theme
 
 TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
@@ -115,15 +115,15 @@ class KnownTable(QTableWidget):
                     continue
                 miss = off.get(line.id)
                 unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
-                sign = "" if line.by_compass else "+"
+                sign = "" if line.is_read else "+"
                 # Without a sign where nothing is left over.
                 miss = None if miss is None else round(miss, digits) or 0.0
                 left.setText(
                     "" if miss is None else f"{miss:{sign}.{digits}f}{unit}" if miss else "0"
                 )
-                if not line.complete:
+                if not line.is_complete:
                     left.setText(tr("type its value"))
-                elif line.by_compass and miss is None and line.id in tips:
+                elif line.is_read and miss is None and line.id in tips:
                     left.setText(tr("not there"))
                 left.setToolTip(tips.get(line.id, ""))
                 label.setIcon(alert if line.name in wrong else QIcon())
@@ -145,7 +145,7 @@ def typed(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -
     text = item.text().strip()
     if column == LABEL:
         return replace(line, name=text or line.name)
-    if line.by_compass and column == VALUE:
+    if line.is_read and column == VALUE:
         return _read_anew(line, text, notation)
     if not text:
         return replace(line, value=None) if column == VALUE else replace(line, sigma=None)
@@ -167,8 +167,8 @@ def typed(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -
 
 def value_text(line: KnownLine, notation: str) -> str:
     """What is known of a line or plane, as it is typed."""
-    if line.by_compass:
-        return as_read(line, notation)
+    if line.is_read:
+        return format_reading(line, notation)
     return "" if line.value is None else _short(line.value)
 
 

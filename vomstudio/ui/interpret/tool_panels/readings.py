@@ -35,7 +35,7 @@ class Readings:
         if model is None:
             return cls.none()
         compass = compass_of(studio.records, model.id)
-        there = {line.feature_id for line in lines if line.by_compass} & set(studio.records)
+        there = {line.feature_id for line in lines if line.is_read} & set(studio.records)
         if not there:
             return cls(compass, {})
         from vomstudio.studio.placing.known_planes import measure_directions
@@ -73,12 +73,14 @@ def known_north(
 
 def counted(lines: Sequence[KnownLine]) -> bool:
     """Whether azimuths are among what is known."""
-    return any(line.by_compass or line.kind == "azimuth" for line in lines)
+    return any(line.is_read or line.kind == "azimuth" for line in lines)
 
 
 def used_north(used: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
     """How azimuths were counted that place a model; None where none does."""
-    return used if counted([line for line in lines if line.complete and not line.check]) else None
+    return (
+        used if counted([line for line in lines if line.is_complete and not line.check]) else None
+    )
 
 
 def _figures(readings: Readings) -> dict[str, tuple[tuple[float, ...], float | None]]:

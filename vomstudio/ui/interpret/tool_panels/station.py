@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.kinds.station import WHATS
+from vomstudio.project.kinds.station import STATION_KINDS
 from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.explained import explain
@@ -26,7 +26,7 @@ class StationPanel(QWidget):
         self._tool = studio.tool_of(StationTool)
         self.what_box = ComboBox()
         self.what_box.setObjectName("station_what")
-        for what, name in WHATS:
+        for what, name in STATION_KINDS:
             self.what_box.addItem(tr(name), what)
         self.what_box.activated.connect(self._chosen)
         self.number_edit, self.photo_edit = QLineEdit(), QLineEdit()
