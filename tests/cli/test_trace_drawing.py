@@ -16,7 +16,8 @@ import shapely
 
 import vomstudio as vs
 from tests.messages import codes, error_of, shown_codes
-from vomstudio.io.gis.svg_lines import read_svg, transform_of
+from vomstudio.io.gis.svg_lines import read_svg
+from vomstudio.io.gis.svg_paths import parse_transform
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
 GSD = 0.02
@@ -240,7 +241,7 @@ def test_curves_of_paths_are_those_of_the_standard(tmp_path: Path) -> None:
     assert cubic[16 + 8] == pytest.approx([6.0, -1.5])
     assert square.tolist() == [[1, 1], [3, 1], [3, 3], [1, 3], [1, 1]]
     assert last.tolist() == [[6, 6], [7, 5]]
-    assert transform_of("translate(3) rotate(90 1 1) skewX(45)") @ [2, 1, 1] == pytest.approx(
+    assert parse_transform("translate(3) rotate(90 1 1) skewX(45)") @ [2, 1, 1] == pytest.approx(
         [4, 3, 1]
     )
 

@@ -10,20 +10,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.orientation import Array, lines_to_vectors, planes_to_poles
+from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 
 METHODS = densities.DENSITY_METHODS
 SMOOTH = ("exponential_kamb", "linear_kamb")
 
 
-def scatter(n: int, seed: int, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
+def scatter(n: int, seed: int, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
     v = np.random.default_rng(seed).normal(size=(n, 3)) + pull
     return np.asarray(v / np.linalg.norm(v, axis=1)[:, None])
 
 
-def even(n: int) -> Array:
+def even(n: int) -> FloatArray:
     """Unit vectors, spread as evenly over the hemisphere as a spiral of the golden angle does."""
     i = np.arange(n) + 0.5
     z, turn = -i / n, math.pi * (1.0 + math.sqrt(5.0)) * i
@@ -31,7 +32,7 @@ def even(n: int) -> Array:
     return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
 
 
-def turned(vectors: Array, axis: Array, degrees: float) -> Array:
+def turned(vectors: FloatArray, axis: FloatArray, degrees: float) -> FloatArray:
     """About an axis, by Rodrigues' formula."""
     a, t = axis / np.linalg.norm(axis), math.radians(degrees)
     along = (vectors @ a)[:, None] * a
