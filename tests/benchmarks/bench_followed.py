@@ -31,7 +31,7 @@ import numpy.typing as npt
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, follow_best
-from vomstudio.extraction.followed_trace import near_surface
+from vomstudio.extraction.followed_trace import index_vertices
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -196,7 +196,7 @@ def measured(made: Outcrop, cost: str) -> Followed | None:
     """The plane of a followed trace; None if there is none."""
     try:
         surface = SurfaceGraph(made.data)
-        near = near_surface(surface)
+        near = index_vertices(surface)
         if cost == AUTO:
             spacing, face_near = made.spacing, near.outcrop_normal
             path = follow_best(surface, made.way_points, lambda _: spacing, face_near)[0]

@@ -17,9 +17,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from vomstudio.extraction.selection.field_values import within
-from vomstudio.extraction.selection.neighbours import Neighbours, neighbours_of
-from vomstudio.extraction.selection.visible_region import Looking
+from vomstudio.extraction.selection.field_values import select_by_value
+from vomstudio.extraction.selection.neighbours import Neighbours, build_neighbours
+from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -54,11 +54,11 @@ def scan(points: int) -> PointCloud:
     return PointCloud(np.stack([x, y, z], axis=1) + CORNER)
 
 
-def looking() -> Looking:
+def looking() -> ViewSnapshot:
     axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     depth = np.full((1000, 1600), 121.0, np.float32)
     place = CORNER + [WIDE / 2, -120.0, HIGH / 2]
-    return Looking(place, axes[0], axes[1], axes[2], 0.268, False, (1600, 1000), 1.0, depth)
+    return ViewSnapshot(place, axes[0], axes[1], axes[2], 0.268, False, (1600, 1000), 1.0, depth)
 
 
 def timed(label: str, work: Callable[[], T], repeats: int) -> T:
@@ -95,7 +95,7 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
     timed("lasso, through", lambda: shape(True), repeats)
     print(f"    {np.count_nonzero(seen):,} chosen")
     started = time.perf_counter()
-    near = neighbours_of(data, spacing)
+    near = build_neighbours(data, spacing)
     print(f"  neighbours (background)      {time.perf_counter() - started:7.3f} s")
     seed = n // 2
     distance = half_a_million(near, seed)
@@ -107,7 +107,9 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
     print(f"    {piece.count:,} chosen")
     timed("a ring more", lambda: near.wider(piece.mask), repeats)
     timed("a ring less", lambda: near.narrower(piece.mask), repeats)
-    timed("a range of height", lambda: within(data, here, "elevation", 110.0, 130.0), repeats)
+    timed(
+        "a range of height", lambda: select_by_value(data, here, "elevation", 110.0, 130.0), repeats
+    )
 
 
 def main() -> None:

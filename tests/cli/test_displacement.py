@@ -140,9 +140,9 @@ def test_a_rake_needs_a_strike(run, write) -> None:
 
 
 def test_a_rake_on_a_level_plane_of_the_net_counts_from_the_typed_strike() -> None:
-    from vomstudio.products.net.net_options import typed_slip
+    from vomstudio.products.net.net_options import parse_slip
 
     for direction in (0.0, 77.0, 200.0):
-        level, nearly = (typed_slip(f"{direction}/{dip}/30")[1].line for dip in (0, 0.01))
+        level, nearly = (parse_slip(f"{direction}/{dip}/30")[1].line for dip in (0, 0.01))
         turn = (level.trend_deg - nearly.trend_deg + 90.0) % 180.0 - 90.0
         assert abs(turn) < 0.1

@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 
 from tests.messages import by_code, error_of, shown_codes
 from vomstudio.geology.roses import rose_of
-from vomstudio.products.net.rose import draw_roses, rings_of
+from vomstudio.products.net.rose import choose_rings, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 
 TABLE = "set,dipdir,dip,length\n" + "".join(
@@ -100,7 +100,7 @@ def test_petals_are_to_scale(by_area: bool) -> None:
     shares = np.array([4, 2, 1]) / 7
     size = np.square(lengths) if by_area else np.array(lengths)
     np.testing.assert_allclose(size / size.sum(), shares, rtol=1e-9)
-    outermost = rings_of(4 / 7)[-1]
+    outermost = choose_rings(4 / 7)[-1]
     assert size[0] == pytest.approx(4 / 7 / outermost)
     for petal, middle in zip(petals, (5.0, 15.0, 95.0), strict=True):
         east, north = petal[7]
@@ -109,7 +109,7 @@ def test_petals_are_to_scale(by_area: bool) -> None:
 
 @pytest.mark.parametrize("top", [0.001, 0.02, 0.06, 0.11, 0.3, 0.5, 0.61, 0.8, 1.0])
 def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
-    rings = rings_of(top)
+    rings = choose_rings(top)
     assert 2 <= len(rings) <= 3
     assert rings[-1] >= top - 1e-9
     np.testing.assert_allclose(rings, rings[0] * np.arange(1, len(rings) + 1))

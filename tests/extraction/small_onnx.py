@@ -10,12 +10,12 @@ import numpy as np
 
 def _varint(value: int) -> bytes:
     value &= (1 << 64) - 1
-    found = bytearray()
+    result = bytearray()
     while True:
         low, value = value & 0x7F, value >> 7
-        found.append(low | (0x80 if value else 0))
+        result.append(low | (0x80 if value else 0))
         if not value:
-            return bytes(found)
+            return bytes(result)
 
 
 def _int(field: int, value: int) -> bytes:

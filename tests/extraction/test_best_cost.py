@@ -10,7 +10,7 @@ import pytest
 
 from tests.benchmarks.bench_followed import holds, outcrop
 from vomstudio.core.errors import GeometryError
-from vomstudio.extraction.best_cost import best_of, costs_of, follow_best
+from vomstudio.extraction.best_cost import available_costs, follow_best, select_best_path
 from vomstudio.extraction.followed_trace import followed_trace
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -29,30 +29,30 @@ def bedded(colours: bool = True) -> tuple[PointCloud, np.ndarray]:
     x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 4, 0.04), np.arange(0, 4, 0.04)))
     z = 0.5 * y + 0.4 * np.sin(2 * x)
     grey = np.where(np.abs(z - 1.0) < 0.06, 20, 180).astype(np.uint8)
-    made = PointCloud(
+    output = PointCloud(
         np.column_stack([x, y, z]),
         colors=np.repeat(grey[:, None], 3, axis=1) if colours else None,
     )
     at = np.array([0.2, 2.0, 3.7])
     clicks = np.column_stack([at, 2.0 * (1.0 - 0.4 * np.sin(2 * at)), np.ones(3)])
-    return made, clicks
+    return output, clicks
 
 
 def test_the_path_with_the_least_stated_error_is_taken() -> None:
     data, clicks = bedded()
     surface = SurfaceGraph(data)
-    path, cost, tried = follow_best(surface, clicks, lambda _: 0.04)
-    assert {one.cost for one in tried} == {"colour", "dark", "light", "gradient", "curvature"}
-    assert cost == tried[0].cost
+    path, cost, candidates = follow_best(surface, clicks, lambda _: 0.04)
+    assert {one.cost for one in candidates} == {"colour", "dark", "light", "gradient", "curvature"}
+    assert cost == candidates[0].cost
     assert np.array_equal(path.points, Follower(surface, cost).follow(clicks).points)
-    errors = [one.error95_deg for one in tried if one.error95_deg is not None]
+    errors = [one.error95_deg for one in candidates if one.error95_deg is not None]
     assert errors[0] == min(errors)
     assert np.abs(path.points[:, 2] - 1.0).max() < 0.1
-    found = followed_trace(surface, clicks, cost="auto", resolution=0.04, model="m", frame="local")
-    assert found.cost == found.to_dict()["tried"][0]["cost"]
-    assert found.plane is not None
-    assert found.plane["quality"] == "good"
-    assert found.plane["dip_deg"] < found.plane["total95_deg"] + 0.5
+    result = followed_trace(surface, clicks, cost="auto", resolution=0.04, model="m", frame="local")
+    assert result.cost == result.to_dict()["tried"][0]["cost"]
+    assert result.plane is not None
+    assert result.plane["quality"] == "good"
+    assert result.plane["dip_deg"] < result.plane["total95_deg"] + 0.5
 
 
 def test_a_path_that_strays_alone_is_not_taken_for_the_plane_that_it_makes_by_straying() -> None:
@@ -68,19 +68,21 @@ def test_a_path_that_strays_alone_is_not_taken_for_the_plane_that_it_makes_by_st
     off = 0.4 * np.exp(-((way - 1.5) ** 2))
     wrong = np.column_stack([way, off, 0.4 * off + 0.06 * rng.normal(size=90)])
     ways = {"colour": along(""), "dark": along(""), "gradient": along(""), "light": wrong}
-    path, cost, tried = best_of(list(ways), lambda cost: Path(ways[cost]), lambda _: 0.04)
-    stated = {one.cost: one.error95_deg for one in tried}
+    path, cost, candidates = select_best_path(
+        list(ways), lambda cost: Path(ways[cost]), lambda _: 0.04
+    )
+    stated = {one.cost: one.error95_deg for one in candidates}
     assert stated["light"] is not None
     assert 5.0 < stated["light"] < 45.0
     assert stated["dark"] == 90.0
     assert cost != "light"
-    assert cost == tried[0].cost
+    assert cost == candidates[0].cost
     assert path.points is ways[cost]
 
 
 def test_without_colours_the_surface_is_followed() -> None:
     data, clicks = bedded(colours=False)
-    assert costs_of(SurfaceGraph(data)) == ("curvature",)
+    assert available_costs(SurfaceGraph(data)) == ("curvature",)
     assert follow_best(SurfaceGraph(data), clicks, lambda _: 0.04)[1] == "curvature"
 
 
@@ -99,21 +101,21 @@ def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> N
     rng = np.random.default_rng(5)
     count, held = 0, 0
     while count < 2:
-        made = outcrop(rng, mesh=mesh, flat=True)
-        if made is None:
+        output = outcrop(rng, mesh=mesh, flat=True)
+        if output is None:
             continue
-        found = followed_trace(
-            SurfaceGraph(made.data),
-            made.way_points,
+        result = followed_trace(
+            SurfaceGraph(output.data),
+            output.way_points,
             cost=cost,
-            resolution=made.spacing,
+            resolution=output.spacing,
             model="",
             frame="local",
         )
-        assert found.plane is not None
+        assert result.plane is not None
         count += 1
-        held += found.plane["quality"] == "poor" and found.plane["total95_deg"] > 60.0
-        held += found.band is not None and found.band.turn95_deg > 60.0
+        held += result.plane["quality"] == "poor" and result.plane["total95_deg"] > 60.0
+        held += result.band is not None and result.band.turn95_deg > 60.0
     assert held == 4
 
 
@@ -123,19 +125,21 @@ def test_the_stated_error_of_the_best_holds(mesh: bool) -> None:
     rng = np.random.default_rng(3)
     joint, total, good_but_off, good = [], [], 0, 0
     while len(total) < 120:
-        made = outcrop(rng, mesh=mesh)
-        if made is None:
+        output = outcrop(rng, mesh=mesh)
+        if output is None:
             continue
-        spacing = made.spacing
+        spacing = output.spacing
         try:
-            path = follow_best(SurfaceGraph(made.data), made.way_points, lambda _, s=spacing: s)[0]
+            path = follow_best(
+                SurfaceGraph(output.data), output.way_points, lambda _, s=spacing: s
+            )[0]
             fit = fit_plane(path.points)
         except GeometryError:
             continue
         stated = total_error_deg(fit, spacing)
-        cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
+        cosine = min(abs(float(fit.normal @ output.normal)), 1.0)
         error = float(np.degrees(np.arccos(cosine)))
-        joint.append(holds(fit, made.normal))
+        joint.append(holds(fit, output.normal))
         total.append(stated is None or error <= stated)
         if judge(fit, resolution_m=spacing, outcrop_normal=None).quality == "good":
             good += 1

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import Delaunay
 
 from tests.extraction.planes_by_construction import axes_of, normal_of
-from vomstudio.extraction.borders.polygons import polygon_of_points
+from vomstudio.extraction.borders.polygons import enclose_points
 from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
 
@@ -52,7 +52,7 @@ def test_a_border_goes_around_the_triangles_with_small_circles(name: str, count:
     flat = shapes(count)[name]
     spacing = float(np.sqrt(4.0 / count))
     points = np.column_stack([flat, np.zeros(len(flat))]) + CENTRE
-    polygon, axes = polygon_of_points(points, spacing, CENTRE, NORMAL)
+    polygon, axes = enclose_points(points, spacing, CENTRE, NORMAL)
     own = by_triangles((points - CENTRE) @ axes.T, radius_of(len(flat), spacing))
     # The radius is worked out in another way, and may be off in the sixth figure.
     assert shapely.symmetric_difference(polygon, own).area <= 1e-4 * max(own.area, spacing**2)
@@ -60,12 +60,12 @@ def test_a_border_goes_around_the_triangles_with_small_circles(name: str, count:
 
 def test_a_lattice_has_its_rectangle_and_points_on_a_line_have_none() -> None:
     lattice = np.stack(np.meshgrid(np.arange(90.0), np.arange(70.0), [0.0]), -1).reshape(-1, 3)
-    polygon, _ = polygon_of_points(lattice, 1.0, CENTRE, NORMAL)
+    polygon, _ = enclose_points(lattice, 1.0, CENTRE, NORMAL)
     assert polygon.equals(shapely.box(*polygon.bounds))
     assert polygon.area == pytest.approx(89.0 * 69.0)
     line = np.column_stack([np.arange(100.0), np.arange(100.0), np.zeros(100)])
-    assert polygon_of_points(line, 1.0, CENTRE, NORMAL)[0].is_empty
-    assert polygon_of_points(lattice[:2], 1.0, CENTRE, NORMAL)[0].is_empty
+    assert enclose_points(line, 1.0, CENTRE, NORMAL)[0].is_empty
+    assert enclose_points(lattice[:2], 1.0, CENTRE, NORMAL)[0].is_empty
 
 
 @pytest.mark.full
@@ -75,7 +75,7 @@ def test_many_points_have_the_border_of_all_of_them() -> None:
     flat = flat[np.hypot(*(flat - 1.0).T) > 0.4]
     points = np.column_stack([flat, np.zeros(len(flat))])
     spacing = 2.0 / np.sqrt(60_000)
-    polygon, axes = polygon_of_points(points, spacing, np.zeros(3), NORMAL)
+    polygon, axes = enclose_points(points, spacing, np.zeros(3), NORMAL)
     own = by_triangles(points @ axes.T, radius_of(len(flat), spacing))
     assert shapely.symmetric_difference(polygon, own).area < 1e-4 * own.area
     assert len(polygon.interiors) == 1
@@ -90,8 +90,8 @@ def test_where_points_get_thin_the_facet_goes_on(count: int) -> None:
     along, across = rng.uniform(0.0, 1.0, count) ** 3 * 20.0, rng.uniform(-2.0, 2.0, count)
     points = along[:, None] * u + across[:, None] * v
     points += 0.003 * rng.standard_normal((count, 1)) * normal_of(100.0, 80.0)
-    found = find_facets(PointCloud(points))
-    assert len(found.facets) == 1
-    assert found.facets[0].area == pytest.approx(80.0, rel=0.03)
-    border = shapely.from_wkt(found.facets[0].border)
+    result = find_facets(PointCloud(points))
+    assert len(result.facets) == 1
+    assert result.facets[0].area == pytest.approx(80.0, rel=0.03)
+    border = shapely.from_wkt(result.facets[0].border)
     assert sum(len(part.interiors) for part in shapely.get_parts(border)) <= 1

@@ -8,7 +8,7 @@ import pytest
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.progress import Silent
-from vomstudio.extraction.cells.planes import begun_on_cells
+from vomstudio.extraction.cells.planes import find_cell_planes
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -57,7 +57,7 @@ def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does()
     points = np.concatenate([floor, wall])
     points += 0.002 * rng.standard_normal(points.shape)
     local = points - np.floor(points.min(axis=0))
-    grid, begun = begun_on_cells(local, 20.0, None, 50, 0.0, Silent())
+    grid, begun = find_cell_planes(local, 20.0, None, 50, 0.0, Silent())
     corner = np.hypot(points[grid.rows, 0], points[grid.rows, 2])
     assert begun.open[corner < 0.02].all()
     assert begun.open[corner > 0.3].mean() < 0.05
@@ -78,8 +78,8 @@ def test_planes_of_a_dense_cloud_are_those_that_were_made(noise: float) -> None:
     ]
     clutter = rng.uniform([-2.0, -2.0, -2.0], [10.0, 2.0, 2.0], (4_000, 3))
     cloud, part = clouds_of(*parts, clutter)
-    found = find_facets(cloud, FacetOptions(min_area_m2=0.5))
-    planes = [(facet, int(np.bincount(part[facet.rows]).argmax())) for facet in found.facets]
+    result = find_facets(cloud, FacetOptions(min_area_m2=0.5))
+    planes = [(facet, int(np.bincount(part[facet.rows]).argmax())) for facet in result.facets]
     planes = [(facet, which) for facet, which in planes if which < 3]
     assert sorted(which for _, which in planes) == [0, 1, 2]
     for facet, which in planes:
@@ -97,10 +97,10 @@ def test_small_planes_beside_large_ones_are_found_in_a_dense_cloud() -> None:
         for k in range(5)
     ]
     cloud, part = clouds_of(large, *small)
-    found = find_facets(cloud)
-    own = sorted(int(np.bincount(part[facet.rows]).argmax()) for facet in found.facets)
+    result = find_facets(cloud)
+    own = sorted(int(np.bincount(part[facet.rows]).argmax()) for facet in result.facets)
     assert own == [0, 1, 2, 3, 4, 5]
-    for facet in found.facets[1:]:
+    for facet in result.facets[1:]:
         assert angle_deg(facet.fit.normal, normal_of(40.0, 70.0)) < 1.0
 
 
@@ -115,13 +115,13 @@ def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() 
     twins = PointCloud(np.repeat(cloud.points, 2, axis=0) + [500_000.0, 5_000_000.0, 100.0])
     assert [facet.fit.n for facet in find_facets(twins).facets] == pytest.approx(plain, rel=0.001)
     normals = np.array([normal_of(*ATTITUDES[i]) for i in part], np.float32)
-    given = find_facets(PointCloud(cloud.points, normals=normals))
-    assert [facet.fit.n for facet in given.facets] == pytest.approx(plain, rel=0.002)
+    inputs = find_facets(PointCloud(cloud.points, normals=normals))
+    assert [facet.fit.n for facet in inputs.facets] == pytest.approx(plain, rel=0.002)
     broken = cloud.points.copy()
     broken[::1000] = np.nan
-    found = find_facets(PointCloud(broken))
-    assert len(found.facets) == 3
-    assert (found.labels[::1000] == -1).all()
+    result = find_facets(PointCloud(broken))
+    assert len(result.facets) == 3
+    assert (result.labels[::1000] == -1).all()
 
 
 @pytest.mark.full
@@ -137,10 +137,10 @@ def test_dense_clouds_without_an_edge_or_without_a_surface_end_plainly() -> None
         (np.concatenate([exact, [[1e7, 0.0, 0.0], [np.inf, 0.0, 0.0]]]), truth),
         (grid, np.array([0.0, 0.0, 1.0])),
     ):
-        found = find_facets(PointCloud(points))
-        assert len(found.facets) == 1
-        assert angle_deg(found.facets[0].fit.normal, normal) < 1e-3
-        assert len(found.facets[0].rows) >= len(points) - 60
+        result = find_facets(PointCloud(points))
+        assert len(result.facets) == 1
+        assert angle_deg(result.facets[0].fit.normal, normal) < 1e-3
+        assert len(result.facets[0].rows) >= len(points) - 60
     line = np.stack([np.linspace(0.0, 10.0, 60_000), *np.zeros((2, 60_000))], axis=1)
     assert not find_facets(PointCloud(line)).facets
     with pytest.raises(GeometryError):

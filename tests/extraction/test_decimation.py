@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from tests.extraction.test_measurable import waves
-from vomstudio.extraction.decimation import Thinner, thinner
+from vomstudio.extraction.decimation import ThinnedMesh, thin_mesh
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.mesh import Mesh
@@ -47,46 +47,46 @@ def area_of(vertices: Floats, faces: Ints) -> float:
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def faces_of_edges(found: Thinner) -> Ints:
-    ends = np.stack([found.faces, np.roll(found.faces, -1, axis=1)], axis=2).reshape(-1, 2)
+def faces_of_edges(result: ThinnedMesh) -> Ints:
+    ends = np.stack([result.faces, np.roll(result.faces, -1, axis=1)], axis=2).reshape(-1, 2)
     return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)[1]
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.23, 0.6])
 def test_a_closed_surface_stays_closed_and_keeps_its_area(cell: float) -> None:
     vertices, faces = ball(6)
-    found = thinner(vertices, faces, cell)
-    assert len(found.faces) < 0.3 * len(faces)
-    assert np.all(faces_of_edges(found) % 2 == 0)
-    assert found.areas.sum() == pytest.approx(area_of(vertices, faces), rel=1e-9)
+    result = thin_mesh(vertices, faces, cell)
+    assert len(result.faces) < 0.3 * len(faces)
+    assert np.all(faces_of_edges(result) % 2 == 0)
+    assert result.areas.sum() == pytest.approx(area_of(vertices, faces), rel=1e-9)
     # Each vertex is put where those of its own cube are.
-    moved = found.vertices[found.nodes] - vertices
+    moved = result.vertices[result.nodes] - vertices
     assert np.abs(moved).max() <= cell
-    assert np.linalg.norm(found.vertices, axis=1).min() > 1.0 - cell**2
+    assert np.linalg.norm(result.vertices, axis=1).min() > 1.0 - cell**2
     # A face stands for one that there was.
-    assert np.array_equal(found.nodes[faces[found.rows]], found.faces)
+    assert np.array_equal(result.nodes[faces[result.rows]], result.faces)
 
 
 def test_what_only_lies_close_by_is_not_put_together() -> None:
     vertices, faces = ball(5)
     both = np.concatenate([vertices, 1.001 * vertices])
-    found = thinner(both, np.concatenate([faces, faces + len(vertices)]), 0.2)
-    inner, outer = found.nodes[: len(vertices)], found.nodes[len(vertices) :]
+    result = thin_mesh(both, np.concatenate([faces, faces + len(vertices)]), 0.2)
+    inner, outer = result.nodes[: len(vertices)], result.nodes[len(vertices) :]
     assert not np.isin(inner, outer).any()
 
 
 def test_pieces_smaller_than_a_cube_stay_and_no_vertex_is_without_a_face() -> None:
     vertices, faces = ball(3)
     places = np.concatenate([vertices, 0.01 * vertices + (5.2, 0.2, 0.2)])
-    found = thinner(places, np.concatenate([faces, faces + len(vertices)]), 0.5)
-    assert (found.rows >= len(faces)).sum() == len(faces)
-    assert np.array_equal(np.unique(found.faces), np.unique(found.nodes))
+    result = thin_mesh(places, np.concatenate([faces, faces + len(vertices)]), 0.5)
+    assert (result.rows >= len(faces)).sum() == len(faces)
+    assert np.array_equal(np.unique(result.faces), np.unique(result.nodes))
     # A band of one row of faces, whose tips have one face each.
     along = np.repeat(np.linspace(0.0, 10.0, 400), 2)[:, None] * (1.0, 0.0, 0.0)
     along[1::2, 2] = 0.01
     band = np.arange(798)[:, None] + np.arange(3)
-    found = thinner(along, band, 0.3)
-    assert np.array_equal(np.unique(found.faces), np.unique(found.nodes))
+    result = thin_mesh(along, band, 0.3)
+    assert np.array_equal(np.unique(result.faces), np.unique(result.nodes))
 
 
 def test_a_mesh_divided_finer_has_the_same_map() -> None:

@@ -13,7 +13,7 @@ from tests.messages import refused
 from vomstudio.core.errors import Cancelled, UsageError
 from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.extraction.proposals.edge_network import EdgeNetwork
-from vomstudio.extraction.proposals.edge_pictures import wearing_edges, write_edges
+from vomstudio.extraction.proposals.edge_pictures import colour_by_edges, write_edges
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 
@@ -38,10 +38,10 @@ def by_hand(picture: np.ndarray) -> np.ndarray:
 def test_every_pixel_has_the_answer_in_closed_form(tmp_path, size, shape) -> None:
     picture = np.random.default_rng(2).integers(0, 256, (*shape, 3), np.uint8)
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"], size=size)))
-    found = net.probability(picture, Silent())
-    assert found.shape == shape
+    result = net.probability(picture, Silent())
+    assert result.shape == shape
     # Also where tiles meet.
-    np.testing.assert_allclose(found[1:-1, 1:-1], by_hand(picture), atol=1e-5)
+    np.testing.assert_allclose(result[1:-1, 1:-1], by_hand(picture), atol=1e-5)
 
 
 def test_of_one_channel_too(tmp_path) -> None:
@@ -115,10 +115,12 @@ def test_textures_become_edges(tmp_path) -> None:
         material_offsets=np.array([0, 1, 1]),
     )
     net = network(tmp_path, convolution(SOBEL, after=["Abs"]))
-    made = wearing_edges(mesh, 1.0, lambda p, f: write_edges(net, p, f, Silent()), tmp_path / "e")
-    worn = np.asarray(Image.open(made.materials[0].texture))
+    output = colour_by_edges(
+        mesh, 1.0, lambda p, f: write_edges(net, p, f, Silent()), tmp_path / "e"
+    )
+    worn = np.asarray(Image.open(output.materials[0].texture))
     assert worn.shape == (64, 64)
-    assert made.materials[1].texture is None
+    assert output.materials[1].texture is None
     edge = round(255 * (1.0 - 200 / 255 / 2.0))
     assert set(worn[:, [31, 32]].ravel().tolist()) == {edge}
     assert (np.delete(worn, [31, 32], axis=1)[:, :60] == 255).all()
@@ -134,12 +136,12 @@ def test_points_become_edges_where_they_are_seen(tmp_path) -> None:
     cloud = PointCloud(points, colors=shades)
     net = network(tmp_path, convolution(SOBEL, after=["Abs"]))
     find = lambda p, f: write_edges(net, p, f, Silent())  # noqa: E731
-    made = wearing_edges(cloud, 0.1, find, tmp_path / "e").colors
-    grey = made[:, 0].astype(int)
+    output = colour_by_edges(cloud, 0.1, find, tmp_path / "e").colors
+    grey = output[:, 0].astype(int)
     inner = (y > 0.35) & (y < 3.55) & (x > 0.35) & (x < 5.55)
     # The picture may lie a little askew to the rows of points.
     assert np.median(grey[: len(x)][inner & (np.abs(x - 2.95) < 0.1)]) < 200
     assert grey[: len(x)][inner & (np.abs(x - 2.95) > 0.25)].min() >= 250
     assert (grey[len(x) :] == 255).all()
     with refused("model.no-colours", UsageError, field="--cost"):
-        wearing_edges(replace(cloud, colors=None), 0.1, find, tmp_path / "e")
+        colour_by_edges(replace(cloud, colors=None), 0.1, find, tmp_path / "e")

@@ -49,12 +49,12 @@ def errors(found: Facets, part: np.ndarray) -> dict[int, float]:
 
 def test_planes_of_a_cloud_are_found_with_their_attitudes() -> None:
     cloud, part = three_sheets(np.random.default_rng(1))
-    found = find_facets(cloud)
-    assert len(found.facets) == 3
-    assert max(errors(found, part).values()) < 0.03
-    assert found.exposure.coverage is not None
-    assert found.exposure.coverage > 0.97
-    for facet in found.facets:
+    result = find_facets(cloud)
+    assert len(result.facets) == 3
+    assert max(errors(result, part).values()) < 0.03
+    assert result.exposure.coverage is not None
+    assert result.exposure.coverage > 0.97
+    for facet in result.facets:
         # 4 m2, but for the half spacing that the points leave free at the border.
         assert facet.area == pytest.approx(4.0, rel=0.05)
         assert len(facet.rows) > 3900
@@ -97,11 +97,11 @@ def test_unequal_density_and_clutter_hide_no_plane() -> None:
     ]
     clutter = rng.uniform([-2.0, -2.0, -2.0], [10.0, 2.0, 2.0], (2_000, 3))
     cloud, part = clouds_of(*parts, clutter)
-    found = find_facets(cloud)
-    own = [int(np.bincount(part[facet.rows]).argmax()) for facet in found.facets]
+    result = find_facets(cloud)
+    own = [int(np.bincount(part[facet.rows]).argmax()) for facet in result.facets]
     assert sorted(own) == [0, 1, 2]
-    assert max(errors(found, part).values()) < 0.2
-    for facet in found.facets:
+    assert max(errors(result, part).values()) < 0.2
+    for facet in result.facets:
         assert np.bincount(part[facet.rows]).max() > 0.97 * len(facet.rows)
 
 
@@ -122,22 +122,22 @@ def test_the_treads_and_risers_of_a_staircase_are_facets_of_their_own() -> None:
         profile += [(x, high * number) for x in np.arange(0.5 * number, 0.5 * (number + 1), step)]
         profile += [(0.5 * (number + 1), z) for z in high * number + np.arange(0.0, high, step)]
     points = np.array([(x, v, z) for x, z in profile for v in y])
-    found = find_facets(PointCloud(points))
-    dips = sorted(round(f.fit.dip_deg or 0.0, 3) for f in found.facets)
+    result = find_facets(PointCloud(points))
+    dips = sorted(round(f.fit.dip_deg or 0.0, 3) for f in result.facets)
     assert dips == [0.0] * 4 + [90.0] * 4
-    levels = sorted(f.fit.centroid[2] for f in found.facets if (f.fit.dip_deg or 0.0) < 1.0)
+    levels = sorted(f.fit.centroid[2] for f in result.facets if (f.fit.dip_deg or 0.0) < 1.0)
     assert np.allclose(np.diff(levels), high, atol=1e-6)
 
 
 def test_a_curved_surface_is_said_to_be_one() -> None:
     angle, along = np.meshgrid(np.arange(0.0, np.pi, 0.01), np.arange(0.0, 3.0, 0.02))
     cylinder = np.stack([2.0 * np.cos(angle), along, 2.0 * np.sin(angle)], axis=-1)
-    found = find_facets(PointCloud(cylinder.reshape(-1, 3)))
-    assert len(found.facets) > 3
-    assert "facets.wavy" in by_code(found.warnings)
+    result = find_facets(PointCloud(cylinder.reshape(-1, 3)))
+    assert len(result.facets) > 3
+    assert "facets.wavy" in by_code(result.warnings)
     ball = np.random.default_rng(5).standard_normal((6000, 3))
-    found = find_facets(PointCloud(ball / np.linalg.norm(ball, axis=1)[:, None]))
-    assert "facets.wavy" in by_code(found.warnings)
+    result = find_facets(PointCloud(ball / np.linalg.norm(ball, axis=1)[:, None]))
+    assert "facets.wavy" in by_code(result.warnings)
     assert not find_facets(tent(0.001)).warnings
     flat, _ = three_sheets(np.random.default_rng(5))
     assert not find_facets(flat).warnings
@@ -150,26 +150,26 @@ def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) 
     x, y = np.random.default_rng(77).uniform(0.0, 8.0, (2, 26_000))
     z = amplitude * np.sin(2.0 * np.pi * x / wavelength)
     z += 0.003 * np.random.default_rng(78).standard_normal(len(x))
-    found = find_facets(PointCloud(np.column_stack([x, y, z])))
-    assert "facets.wavy" in by_code(found.warnings)
+    result = find_facets(PointCloud(np.column_stack([x, y, z])))
+    assert "facets.wavy" in by_code(result.warnings)
 
 
 def test_chevrons_and_flat_steps_are_not_said_to_be_curved() -> None:
     rng = np.random.default_rng(79)
     x, y = rng.uniform(0.0, 8.0, (2, 26_000))
     z = 0.6 / np.pi * np.arcsin(np.sin(2.0 * np.pi * x / 4.0)) + 0.01 * rng.standard_normal(len(x))
-    found = find_facets(PointCloud(np.column_stack([x, y, z])))
-    assert len(found.facets) >= 4
-    assert not found.warnings
+    result = find_facets(PointCloud(np.column_stack([x, y, z])))
+    assert len(result.facets) >= 4
+    assert not result.warnings
     down, normal = axes_of(100.0, 60.0)[1], normal_of(100.0, 60.0)
     for step in (0.03, 0.05):
         parts = [
             sheet(rng, (100.0, 60.0), tuple(i * down + step * i * normal), size=1.0, noise=0.002)
             for i in range(8)
         ]
-        found = find_facets(PointCloud(np.concatenate(parts)))
-        assert len(found.facets) == 8
-        assert not found.warnings
+        result = find_facets(PointCloud(np.concatenate(parts)))
+        assert len(result.facets) == 8
+        assert not result.warnings
 
 
 def rough(rng: np.random.Generator, *, steep: bool) -> np.ndarray:
@@ -183,12 +183,12 @@ def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
     rng = np.random.default_rng(6)
     plane = sheet(rng, (90.0, 80.0), (14.0, 5.0, 0.0), size=2.0, count=4000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=True), plane]))
-    found = find_facets(cloud, FacetOptions(min_area_m2=1.0))
-    assert len(found.facets) == 1
-    share = found.exposure.near_planar_share
+    result = find_facets(cloud, FacetOptions(min_area_m2=1.0))
+    assert len(result.facets) == 1
+    share = result.exposure.near_planar_share
     assert share is not None
     assert share < 0.1
-    assert by_code(found.warnings)["facets.little-planar"]["recommended_percent"] == 30.0
+    assert by_code(result.warnings)["facets.little-planar"]["recommended_percent"] == 30.0
 
 
 @pytest.mark.full
@@ -196,12 +196,12 @@ def test_debris_at_the_foot_of_a_wall_is_no_exposure() -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 80.0), (14.0, 5.0, 5.0), size=8.0, count=40_000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=False), wall]))
-    found = find_facets(cloud, FacetOptions(min_area_m2=1.0))
-    assert found.exposure.coverage is not None
-    assert found.exposure.coverage < 0.5
-    assert found.exposure.debris_share > 0.3
-    assert found.exposure.near_planar_share is not None
-    assert found.exposure.near_planar_share > 0.8
+    result = find_facets(cloud, FacetOptions(min_area_m2=1.0))
+    assert result.exposure.coverage is not None
+    assert result.exposure.coverage < 0.5
+    assert result.exposure.debris_share > 0.3
+    assert result.exposure.near_planar_share is not None
+    assert result.exposure.near_planar_share > 0.8
 
 
 def tent(noise: float = 0.0, seed: int = 0) -> Mesh:
@@ -216,15 +216,15 @@ def tent(noise: float = 0.0, seed: int = 0) -> Mesh:
 
 @pytest.mark.parametrize(("noise", "within"), [(0.0, 1e-6), (0.002, 0.1)])
 def test_the_faces_of_a_mesh_are_told_apart_at_a_ridge(noise: float, within: float) -> None:
-    found = find_facets(tent(noise))
-    assert len(found.facets) == 2
+    result = find_facets(tent(noise))
+    assert len(result.facets) == 2
     for facet, truth in zip(
-        sorted(found.facets, key=lambda f: f.fit.centroid[0]), [(270, 30), (90, 30)], strict=True
+        sorted(result.facets, key=lambda f: f.fit.centroid[0]), [(270, 30), (90, 30)], strict=True
     ):
         assert angle_deg(facet.fit.normal, normal_of(*truth)) < within
         assert facet.area == pytest.approx(1.6 / np.cos(np.radians(30.0)), rel=0.06)
-    assert found.exposure.coverage is not None
-    assert found.exposure.coverage > 0.95
+    assert result.exposure.coverage is not None
+    assert result.exposure.coverage > 0.95
 
 
 def test_a_mesh_of_few_large_faces_has_facets() -> None:
@@ -246,10 +246,10 @@ def test_a_mesh_of_few_large_faces_has_facets() -> None:
         ],
         np.int32,
     )
-    found = find_facets(Mesh(corners, faces))
-    assert len(found.facets) == 6
-    assert sorted(round(f.area, 9) for f in found.facets) == [1.0] * 6
-    assert found.exposure.coverage == pytest.approx(1.0)
+    result = find_facets(Mesh(corners, faces))
+    assert len(result.facets) == 6
+    assert sorted(round(f.area, 9) for f in result.facets) == [1.0] * 6
+    assert result.exposure.coverage == pytest.approx(1.0)
 
 
 def test_a_seam_of_the_texture_parts_no_facet() -> None:
@@ -271,11 +271,11 @@ def test_zero_area_faces_islands_and_shared_edges_do_no_harm() -> None:
         [[0, 0, 1], [5, 6, 5], [n, n + 1, n + 2], [0, 1, n], [0, 1, n + 1], [0, 1, n + 3]], np.int32
     )
     spoilt = Mesh(np.concatenate([mesh.vertices, extra]), np.concatenate([mesh.faces, faces]))
-    found = find_facets(spoilt)
-    assert len(found.facets) == 2
-    assert found.labels.dtype == np.int32
-    assert len(found.labels) == n + 4
-    assert (found.labels[n:] == -1).all()
+    result = find_facets(spoilt)
+    assert len(result.facets) == 2
+    assert result.labels.dtype == np.int32
+    assert len(result.labels) == n + 4
+    assert (result.labels[n:] == -1).all()
 
 
 def test_the_border_has_holes_and_the_area_of_the_facet() -> None:
@@ -285,9 +285,9 @@ def test_the_border_has_holes_and_the_area_of_the_facet() -> None:
         [np.cos(np.radians(250.0)), -np.sin(np.radians(250.0)), 0.0]
     )
     inside = (np.abs(u) < 0.4) & (np.abs(points[:, 2] - 50.0) < 0.2)
-    found = find_facets(PointCloud(points[~inside]))
-    assert len(found.facets) == 1
-    facet = found.facets[0]
+    result = find_facets(PointCloud(points[~inside]))
+    assert len(result.facets) == 1
+    facet = result.facets[0]
     border = shapely.from_wkt(facet.border)
     assert border.has_z
     assert border.geom_type == "Polygon"
@@ -303,10 +303,10 @@ def test_the_hole_of_a_mesh_is_a_hole_of_its_border() -> None:
     mesh = grid_mesh(np.zeros((41, 41)), 0.05)
     middle = mesh.vertices[mesh.faces].mean(axis=1)
     kept = np.abs(middle - [1.0, 1.0, 0.0]).max(axis=1) > 0.25
-    found = find_facets(replace(mesh, faces=mesh.faces[kept]))
-    border = shapely.from_wkt(found.facets[0].border)
+    result = find_facets(replace(mesh, faces=mesh.faces[kept]))
+    border = shapely.from_wkt(result.facets[0].border)
     assert border.area == pytest.approx(4.0 - 0.25, abs=1e-6)
-    assert found.facets[0].area == pytest.approx(4.0 - 0.25, abs=1e-9)
+    assert result.facets[0].area == pytest.approx(4.0 - 0.25, abs=1e-9)
     assert len(border.interiors) == 1
 
 
@@ -314,9 +314,9 @@ def test_wrong_normals_of_a_file_are_not_used() -> None:
     cloud, part = three_sheets(np.random.default_rng(8))
     up = np.zeros((len(cloud.points), 3), np.float32)
     up[:, 0] = 1.0
-    found = find_facets(PointCloud(cloud.points, normals=up))
-    assert max(errors(found, part).values()) < 0.03
-    assert by_code(found.warnings)["cloud.normals-unused"]["angle_deg"] > 30.0
+    result = find_facets(PointCloud(cloud.points, normals=up))
+    assert max(errors(result, part).values()) < 0.03
+    assert by_code(result.warnings)["cloud.normals-unused"]["angle_deg"] > 30.0
 
 
 def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
@@ -327,18 +327,18 @@ def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
             for i, attitude in enumerate(ATTITUDES)
         )
     )
-    found = find_facets(cloud)
-    assert len(found.facets) == 3
-    assert max(errors(found, part).values()) < 0.1
+    result = find_facets(cloud)
+    assert len(result.facets) == 3
+    assert max(errors(result, part).values()) < 0.1
 
 
 def test_thresholds_that_select_nothing_get_a_plain_answer() -> None:
     cloud, _ = three_sheets(np.random.default_rng(10), count=500)
-    found = find_facets(cloud, FacetOptions(min_area_m2=1e6))
-    assert found.facets == []
-    assert (found.labels == -1).all()
-    assert found.exposure.coverage == 0.0
-    assert found.warnings == (Finding("facets.none"),)
+    result = find_facets(cloud, FacetOptions(min_area_m2=1e6))
+    assert result.facets == []
+    assert (result.labels == -1).all()
+    assert result.exposure.coverage == 0.0
+    assert result.warnings == (Finding("facets.none"),)
     everything = find_facets(cloud, FacetOptions(angle_deg=89.0, max_distance_m=1e6, min_points=3))
     assert everything.facets or everything.warnings
 

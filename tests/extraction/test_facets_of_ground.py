@@ -26,22 +26,24 @@ def scene(seed: int, ground_dip: float, ground: tuple[int, int, int], wall_dip: 
 
 @pytest.mark.parametrize("seed", range(740, 743))
 def test_a_smooth_lawn_is_vegetation_and_no_facet(seed: int) -> None:
-    found = scene(seed, 4.0, GRASS, 75.0)
-    assert len(found.facets) == 1
-    assert found.facets[0].fit.dip_deg == pytest.approx(75.0, abs=0.1)
-    assert found.exposure.vegetation_share == pytest.approx(0.8, abs=0.03)
-    assert found.exposure.area_m2 == pytest.approx(125.0, rel=0.1)
-    assert found.exposure.exposed_m2 == pytest.approx(25.0, rel=0.1)
-    assert found.exposure.level_share == 0.0
-    assert by_code(found.warnings)["facets.vegetation"]["share_percent"] == pytest.approx(80, abs=9)
+    result = scene(seed, 4.0, GRASS, 75.0)
+    assert len(result.facets) == 1
+    assert result.facets[0].fit.dip_deg == pytest.approx(75.0, abs=0.1)
+    assert result.exposure.vegetation_share == pytest.approx(0.8, abs=0.03)
+    assert result.exposure.area_m2 == pytest.approx(125.0, rel=0.1)
+    assert result.exposure.exposed_m2 == pytest.approx(25.0, rel=0.1)
+    assert result.exposure.level_share == 0.0
+    assert by_code(result.warnings)["facets.vegetation"]["share_percent"] == pytest.approx(
+        80, abs=9
+    )
 
 
 @pytest.mark.parametrize("seed", range(743, 746))
 def test_level_ground_is_told_beside_the_share(seed: int) -> None:
-    found = scene(seed, 4.0, (120, 120, 120), 75.0)
-    assert len(found.facets) == 2
-    assert found.exposure.level_share == pytest.approx(0.8, abs=0.03)
-    assert by_code(found.warnings)["facets.ground"]["limit_deg"] == 10
+    result = scene(seed, 4.0, (120, 120, 120), 75.0)
+    assert len(result.facets) == 2
+    assert result.exposure.level_share == pytest.approx(0.8, abs=0.03)
+    assert by_code(result.warnings)["facets.ground"]["limit_deg"] == 10
     steep = scene(seed, 14.0, (120, 120, 120), 75.0)
     assert steep.exposure.level_share == 0.0
     assert not steep.warnings
@@ -49,6 +51,6 @@ def test_level_ground_is_told_beside_the_share(seed: int) -> None:
 
 @pytest.mark.parametrize("colour", [(60, 255, 30), (115, 118, 110), (130, 110, 90)])
 def test_greenish_rock_and_drawn_scales_are_no_grass(colour: tuple[int, int, int]) -> None:
-    found = scene(746, 14.0, colour, 75.0)
-    assert len(found.facets) == 2
-    assert found.exposure.vegetation_share < 0.01
+    result = scene(746, 14.0, colour, 75.0)
+    assert len(result.facets) == 2
+    assert result.exposure.vegetation_share < 0.01

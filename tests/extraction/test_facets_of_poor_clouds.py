@@ -32,12 +32,12 @@ def squares(
     ]
 
 
-def worst(found: Facets, part: np.ndarray) -> float:
+def worst(result: Facets, part: np.ndarray) -> float:
     return max(
         angle_deg(
             facet.fit.normal, normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax()) % 3])
         )
-        for facet in found.facets
+        for facet in result.facets
     )
 
 
@@ -45,19 +45,19 @@ def worst(found: Facets, part: np.ndarray) -> float:
 def test_noise_of_some_spacings_hides_no_plane_and_makes_none(times: float) -> None:
     rng = np.random.default_rng(1)
     cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
-    found = find_facets(cloud)
-    assert len(found.facets) == 3
-    assert worst(found, part) < 0.5
-    assert by_code(found.warnings)["cloud.noisy"]["times"] == pytest.approx(times, rel=0.3)
+    result = find_facets(cloud)
+    assert len(result.facets) == 3
+    assert worst(result, part) < 0.5
+    assert by_code(result.warnings)["cloud.noisy"]["times"] == pytest.approx(times, rel=0.3)
 
 
 def test_connected_walls_with_much_noise_are_told_apart() -> None:
     rng = np.random.default_rng(2)
     places = rng.uniform(0.0, 4.0, (3, 15_000, 2))
     walls = [np.insert(places[k], k, 0.08 * rng.standard_normal(15_000), axis=1) for k in range(3)]
-    found = find_facets(PointCloud(np.concatenate(walls)))
-    assert len(found.facets) == 3
-    axes = np.abs([facet.fit.normal for facet in found.facets])
+    result = find_facets(PointCloud(np.concatenate(walls)))
+    assert len(result.facets) == 3
+    axes = np.abs([facet.fit.normal for facet in result.facets])
     assert np.sort(axes.argmax(axis=1)).tolist() == [0, 1, 2]
     assert axes.max(axis=1).min() > np.cos(np.radians(0.5))
 
@@ -69,18 +69,18 @@ def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
         rng.uniform(0.0, 1.0, (number, 3)),
         np.concatenate(squares(rng, 3, 0.03 * np.sqrt(number / 3), 0.03, 1.0)),
     ):
-        found = find_facets(PointCloud(points))
-        assert not found.facets
-        assert found.warnings == (VOLUME,)
+        result = find_facets(PointCloud(points))
+        assert not result.facets
+        assert result.warnings == (VOLUME,)
 
 
 def test_a_volume_beside_a_quiet_square_has_no_facet() -> None:
     rng = np.random.default_rng(4)
     quiet = squares(rng, 1, 2.5, 0.03, 0.003)[0]
-    found = find_facets(PointCloud(np.concatenate([quiet, rng.uniform(3.0, 5.0, (15_000, 3))])))
-    rows = found.facets[0].rows
+    result = find_facets(PointCloud(np.concatenate([quiet, rng.uniform(3.0, 5.0, (15_000, 3))])))
+    rows = result.facets[0].rows
     assert (rows < len(quiet)).mean() > 0.99
-    assert sum((facet.rows >= len(quiet)).sum() for facet in found.facets) < 0.01 * 15_000
+    assert sum((facet.rows >= len(quiet)).sum() for facet in result.facets) < 0.01 * 15_000
 
 
 @pytest.mark.parametrize(("share", "times"), [(0.002, 1.0), (0.01, 0.5), (0.05, 1.0), (0.1, 0.3)])
@@ -90,13 +90,13 @@ def test_scattered_points_break_no_plane_up_and_are_no_rock(share: float, times:
     count = sum(map(len, parts))
     low, high = [-5.0, -5.0, -5.0], [50.0, 5.0, 5.0]
     cloud, part = clouds_of(*parts, rng.uniform(low, high, (int(share * count), 3)))
-    found = find_facets(cloud)
-    assert len(found.facets) == 6
-    assert worst(found, part) < 0.3
-    assert (found.labels[part < 6] >= 0).mean() > 0.99
-    assert found.exposure.near_planar_share is not None
-    assert found.exposure.near_planar_share > 0.93
-    assert not found.warnings
+    result = find_facets(cloud)
+    assert len(result.facets) == 6
+    assert worst(result, part) < 0.3
+    assert (result.labels[part < 6] >= 0).mean() > 0.99
+    assert result.exposure.near_planar_share is not None
+    assert result.exposure.near_planar_share > 0.93
+    assert not result.warnings
 
 
 @pytest.mark.parametrize("depth", [0.2, 0.5, 1.0])
@@ -108,20 +108,20 @@ def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
     count = int(hidden.sum())
     along, down, out = rng.uniform(0.0, [[4.0], [4.0], [depth]], (3, count))
     plants = along[:, None] * u + down[:, None] * v + out[:, None] * normal_of(90.0, 85.0)
-    found = find_facets(PointCloud(np.concatenate([wall[~hidden], plants])))
-    assert (found.covers[-count:] == 2).mean() > 0.9
-    assert found.exposure.vegetation_share == pytest.approx(0.25, abs=0.04)
-    assert found.exposure.near_planar_share is not None
-    assert found.exposure.near_planar_share > 0.97
+    result = find_facets(PointCloud(np.concatenate([wall[~hidden], plants])))
+    assert (result.covers[-count:] == 2).mean() > 0.9
+    assert result.exposure.vegetation_share == pytest.approx(0.25, abs=0.04)
+    assert result.exposure.near_planar_share is not None
+    assert result.exposure.near_planar_share > 0.97
 
 
 def test_more_noise_than_faces_allow_makes_no_plane() -> None:
     rng = np.random.default_rng(7)
     for times in (4.0, 8.0):
         cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
-        found = find_facets(cloud)
-        assert not found.facets or (len(found.facets) == 3 and worst(found, part) < 1.0)
-        assert found.warnings
+        result = find_facets(cloud)
+        assert not result.facets or (len(result.facets) == 3 and worst(result, part) < 1.0)
+        assert result.warnings
 
 
 def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
@@ -138,9 +138,9 @@ def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
 @pytest.mark.parametrize("off", [0.015, 0.02, 0.025])
 def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) -> None:
     cloud, part = two_scans(off)
-    found = find_facets(cloud)
-    assert len(found.facets) == 3
-    for facet in found.facets:
+    result = find_facets(cloud)
+    assert len(result.facets) == 3
+    for facet in result.facets:
         truth = normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax())])
         assert angle_deg(facet.fit.normal, truth) < (facet.fit.max_confidence95_deg or 0.0)
 

@@ -12,7 +12,7 @@ import shapely
 from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
 from tests.messages import by_code
 from vomstudio.extraction.facets import find_facets
-from vomstudio.extraction.selection.neighbours import neighbours_of
+from vomstudio.extraction.selection.neighbours import build_neighbours
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -29,20 +29,22 @@ def test_corners_that_are_nearly_at_one_place_are_one(jitter: float) -> None:
     corners = mesh.vertices[mesh.faces.ravel()]
     corners = corners + jitter * np.random.default_rng(1).standard_normal(corners.shape)
     faces = np.arange(mesh.faces.size, dtype=np.int32).reshape(-1, 3)
-    found, whole = find_facets(Mesh(corners, faces)), find_facets(mesh)
-    assert len(found.facets) == len(whole.facets) == 2
-    assert [f.area for f in found.facets] == pytest.approx([f.area for f in whole.facets], rel=0.01)
-    assert found.labels.shape == (len(corners),)
-    assert not found.warnings
+    result, whole = find_facets(Mesh(corners, faces)), find_facets(mesh)
+    assert len(result.facets) == len(whole.facets) == 2
+    assert [f.area for f in result.facets] == pytest.approx(
+        [f.area for f in whole.facets], rel=0.01
+    )
+    assert result.labels.shape == (len(corners),)
+    assert not result.warnings
 
 
 def test_faces_that_are_apart_are_said_to_be() -> None:
     rng = np.random.default_rng(2)
     corners = rng.uniform(0.0, 10.0, (500, 1, 3)) + rng.normal(0.0, 0.05, (500, 3, 3))
-    found = find_facets(
+    result = find_facets(
         Mesh(corners.reshape(-1, 3), np.arange(1500, dtype=np.int32).reshape(-1, 3))
     )
-    assert by_code(found.warnings)["mesh.faces-apart"]["share_percent"] > 90.0
+    assert by_code(result.warnings)["mesh.faces-apart"]["share_percent"] > 90.0
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -51,11 +53,11 @@ def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
     again = mesh.faces[:, ::-1] if turned else np.roll(mesh.faces, 1, axis=1)
     whole = find_facets(mesh)
     for faces in (again, again[::2]):
-        found = find_facets(replace(mesh, faces=np.concatenate([mesh.faces, faces])))
-        assert [f.area for f in found.facets] == pytest.approx([f.area for f in whole.facets])
-        assert found.exposure.area_m2 == pytest.approx(whole.exposure.area_m2)
-        assert [f.fit.n for f in found.facets] == [f.fit.n for f in whole.facets]
-        assert "mesh.faces-doubled" in by_code(found.warnings)
+        result = find_facets(replace(mesh, faces=np.concatenate([mesh.faces, faces])))
+        assert [f.area for f in result.facets] == pytest.approx([f.area for f in whole.facets])
+        assert result.exposure.area_m2 == pytest.approx(whole.exposure.area_m2)
+        assert [f.fit.n for f in result.facets] == [f.fit.n for f in whole.facets]
+        assert "mesh.faces-doubled" in by_code(result.warnings)
     assert not whole.warnings
 
 
@@ -71,11 +73,11 @@ def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
     normals = np.repeat([normal_of(*a) for a in attitudes], 4000, axis=0)
     bad = rng.random(len(normals)) < share
     normals = np.where(bad[:, None], rng.standard_normal(normals.shape), normals)
-    found = find_facets(PointCloud(points, normals=normals.astype(np.float32)))
-    assert found.exposure.coverage is not None
-    assert found.exposure.coverage > 0.99
-    assert len(found.facets) == 3
-    assert ("cloud.normals-partly-unused" in by_code(found.warnings)) == (share > 0.0)
+    result = find_facets(PointCloud(points, normals=normals.astype(np.float32)))
+    assert result.exposure.coverage is not None
+    assert result.exposure.coverage > 0.99
+    assert len(result.facets) == 3
+    assert ("cloud.normals-partly-unused" in by_code(result.warnings)) == (share > 0.0)
 
 
 def two_tiles(apart: float = 0.0, gap: float = 0.0, coarse: int = 1) -> Mesh:
@@ -105,21 +107,21 @@ UNSTITCHED = [
 
 @pytest.mark.parametrize("tiles", UNSTITCHED)
 def test_a_plane_across_unstitched_tiles_is_one_facet(tiles: dict[str, float]) -> None:
-    found = find_facets(two_tiles(**tiles))
-    assert len(found.facets) == 1
-    facet = found.facets[0]
+    result = find_facets(two_tiles(**tiles))
+    assert len(result.facets) == 1
+    facet = result.facets[0]
     assert facet.area == pytest.approx(8.0, rel=0.01)
     border = shapely.from_wkt(facet.border)
     assert border.geom_type == "Polygon"
     assert len(border.interiors) == 0
     assert border.area == pytest.approx(8.0 + 2.0 * tiles.get("gap", 0.0), rel=0.005)
-    assert "mesh.faces-apart" not in by_code(found.warnings)
+    assert "mesh.faces-apart" not in by_code(result.warnings)
 
 
 @pytest.mark.parametrize("tiles", UNSTITCHED)
 def test_growing_from_a_click_goes_on_across_tiles(tiles: dict[str, float]) -> None:
     mesh = two_tiles(**tiles)
-    near = neighbours_of(mesh, 0.05)
+    near = build_neighbours(mesh, 0.05)
     assert near.piece(100, angle_deg=15.0, distance=0.02, left_out=None).mask.all()
 
 

@@ -30,13 +30,13 @@ def at_two_levels(seed: int, times: float, share: float = 0.5, *, over: bool = F
     return PointCloud(turned(x, y, NOISE * (rng.standard_normal(8000) + times * up)))
 
 
-def are_told(found: Facets) -> bool:
+def are_told(result: Facets) -> bool:
     """The two levels are two good planes of the right attitude, or the one is said to be none."""
-    if len(found.facets) == 1:
-        verdict = found.facets[0].verdict
+    if len(result.facets) == 1:
+        verdict = result.facets[0].verdict
         return verdict.quality != "good" and "plane.levels" in by_code(verdict.reasons)
     return all(
-        angle_deg(facet.fit.normal, normal_of(*ATTITUDE)) < 0.1 for facet in found.facets[:2]
+        angle_deg(facet.fit.normal, normal_of(*ATTITUDE)) < 0.1 for facet in result.facets[:2]
     )
 
 
@@ -52,10 +52,10 @@ def test_a_step_of_some_times_the_noise_is_told(times: float, share: float, seed
 @pytest.mark.parametrize("seed", first_in_default_tier(range(704, 708)))
 @pytest.mark.parametrize("times", first_in_default_tier([4.0, 5.0, 7.0]))
 def test_a_layer_over_another_is_told(times: float, seed: int) -> None:
-    found = find_facets(at_two_levels(seed, times, over=True))
-    assert len(found.facets) == 1
-    assert are_told(found)
-    assert found.facets[0].level_gap == pytest.approx(times * NOISE, rel=0.1)
+    result = find_facets(at_two_levels(seed, times, over=True))
+    assert len(result.facets) == 1
+    assert are_told(result)
+    assert result.facets[0].level_gap == pytest.approx(times * NOISE, rel=0.1)
 
 
 @pytest.mark.parametrize("seed", range(708, 711))
@@ -79,9 +79,9 @@ def test_one_level_is_not_told_to_be_two(seed: int) -> None:
         NOISE * (noise + 4.0 * x * x),
         NOISE * (noise + np.sin(8.0 * x)),
     ):
-        found = find_facets(PointCloud(turned(x, y, height)))
-        assert found.facets[0].level_gap is None
-        assert found.facets[0].verdict.quality == "good"
+        result = find_facets(PointCloud(turned(x, y, height)))
+        assert result.facets[0].level_gap is None
+        assert result.facets[0].verdict.quality == "good"
 
 
 @pytest.mark.parametrize("dip", [0.0, 0.3, 5.0])
@@ -90,9 +90,9 @@ def test_coordinates_on_a_grid_are_no_levels(dip: float) -> None:
     x, y = rng.uniform(-1.0, 1.0, (2, 8000))
     height = x * np.tan(np.radians(dip)) + NOISE * rng.standard_normal(8000)
     points = np.round(np.stack([x, y, height], axis=1), 2)
-    found = find_facets(PointCloud(points))
-    assert found.facets[0].level_gap is None
-    assert found.facets[0].verdict.quality == "good"
+    result = find_facets(PointCloud(points))
+    assert result.facets[0].level_gap is None
+    assert result.facets[0].verdict.quality == "good"
 
 
 def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
@@ -118,11 +118,11 @@ def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(see
     x, y = rng.uniform(0.0, 8.0, (2, 26_000))
     egg_box = 0.3 * np.sin(np.pi * x) * np.sin(np.pi * y) + 0.003 * rng.standard_normal(26_000)
     for points, share in ((ball, 0.6), (np.stack([x, y, egg_box], axis=1), 0.5)):
-        found = find_facets(PointCloud(points))
-        assert "facets.wavy" in by_code(found.warnings)
-        area = sum(f.area for f in found.facets)
-        assert sum(f.area for f in found.facets if f.bent) > share * area
-        assert not any(f.bent and f.verdict.quality == "good" for f in found.facets)
+        result = find_facets(PointCloud(points))
+        assert "facets.wavy" in by_code(result.warnings)
+        area = sum(f.area for f in result.facets)
+        assert sum(f.area for f in result.facets if f.bent) > share * area
+        assert not any(f.bent and f.verdict.quality == "good" for f in result.facets)
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(718, 721)))
@@ -130,8 +130,8 @@ def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(see
 def test_a_mesh_whose_noise_is_as_long_as_its_sides_is_one_plane(times: float, seed: int) -> None:
     heights = times * 0.02 * np.random.default_rng(seed).standard_normal((100, 100))
     mesh = grid_mesh(heights, 0.02)
-    found = find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces))
-    assert len(found.facets) == 1
-    assert found.exposure.coverage is not None
-    assert found.exposure.coverage > 0.97
-    assert angle_deg(found.facets[0].fit.normal, normal_of(*ATTITUDE)) < 0.1
+    result = find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces))
+    assert len(result.facets) == 1
+    assert result.exposure.coverage is not None
+    assert result.exposure.coverage > 0.97
+    assert angle_deg(result.facets[0].fit.normal, normal_of(*ATTITUDE)) < 0.1

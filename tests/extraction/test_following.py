@@ -14,7 +14,7 @@ from tests.extraction.planes_by_construction import grid_mesh
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.followed_trace import plane_of
+from vomstudio.extraction.followed_trace import fit_trace_plane
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.profiles import DEFAULTS
@@ -185,9 +185,9 @@ def test_a_textured_mesh_is_followed_to_the_pixel(tmp_path: object) -> None:
     ends = np.array([[0.02, 0.0, on[5]], [0.98, 0.0, on[250]]])
     path = Follower(SurfaceGraph(mesh), "dark").follow(ends)
     middle = path.points[5:-5]
-    wanted = np.interp(middle[:, 0], (column + 0.5) / 256.0, on)
+    expected = np.interp(middle[:, 0], (column + 0.5) / 256.0, on)
     # The line is 5/256 m wide, and so is the way across it.
-    assert np.abs(middle[:, 2] - wanted).max() < 0.02
+    assert np.abs(middle[:, 2] - expected).max() < 0.02
     assert path.snaps.max() < 0.01
 
 
@@ -238,10 +238,10 @@ def test_duplicates_and_points_without_places_do_no_harm() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
 def test_the_stated_95_percent_of_followed_traces_holds(mesh: bool) -> None:
-    found = population(200, 1, mesh=mesh, cost="colour")
-    assert found["joint"] >= 0.93
-    assert found["total"] >= 0.93
-    assert found["good_but_off"] <= 0.05
+    result = population(200, 1, mesh=mesh, cost="colour")
+    assert result["joint"] >= 0.93
+    assert result["total"] >= 0.93
+    assert result["good_but_off"] <= 0.05
 
 
 def test_an_edge_is_followed_through_grain() -> None:
@@ -265,7 +265,7 @@ def test_a_path_along_a_straight_line_has_the_reason_why_it_has_no_plane() -> No
     x = np.arange(5.0)
     straight = np.column_stack([x, 0.0 * x, 0.0 * x])
     surface = VertexSurface(straight)
-    row, band, messages = plane_of(
+    row, band, messages = fit_trace_plane(
         straight, surface, model="m", frame="local", thresholds=DEFAULTS, notes="", priors=()
     )
     assert row is None

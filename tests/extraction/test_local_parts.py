@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.extraction.planes_by_construction import grid_mesh
-from vomstudio.extraction.local_parts import part_in_view
+from vomstudio.extraction.local_parts import extract_visible_part
 from vomstudio.geometry.cloud import PointCloud
 
 
@@ -19,7 +19,7 @@ def walls() -> PointCloud:
 def test_the_nearest_surface_under_the_ray_is_meant() -> None:
     cloud = walls()
     for toward in ((7.0, 10.0, 2.0), (7.0, 0.0, 2.0), (7.0, -3.0, 2.0)):
-        part = part_in_view(cloud, (7.0, -20.0, 2.0), toward, 300)
+        part = extract_visible_part(cloud, (7.0, -20.0, 2.0), toward, 300)
         assert len(part.points) == 300
         own = cloud.points[part.points]
         assert np.array_equal(part.data.points, own)
@@ -28,13 +28,13 @@ def test_the_nearest_surface_under_the_ray_is_meant() -> None:
 
 
 def test_a_ray_into_the_air_means_what_is_nearest_to_its_end() -> None:
-    part = part_in_view(walls(), (50.0, -20.0, 2.0), (50.0, 0.0, 2.0), 50)
+    part = extract_visible_part(walls(), (50.0, -20.0, 2.0), (50.0, 0.0, 2.0), 50)
     assert (walls().points[part.points][:, 0] > 8.0).all()
 
 
 def test_a_piece_of_a_mesh_keeps_its_faces_and_their_numbers() -> None:
     mesh = grid_mesh(np.zeros((50, 50)), 0.1)
-    part = part_in_view(mesh, (2.0, 2.0, 10.0), (2.0, 2.0, 0.0), 400)
+    part = extract_visible_part(mesh, (2.0, 2.0, 10.0), (2.0, 2.0, 0.0), 400)
     assert 0 < len(part.faces) < len(mesh.faces)
     assert np.array_equal(
         part.data.vertices[part.data.faces], mesh.vertices[mesh.faces[part.faces]]
@@ -43,5 +43,5 @@ def test_a_piece_of_a_mesh_keeps_its_faces_and_their_numbers() -> None:
 
 def test_a_small_model_is_looked_at_whole() -> None:
     cloud = walls()
-    part = part_in_view(cloud, (0.0, -5.0, 0.0), (0.0, 0.0, 0.0), 10**6)
+    part = extract_visible_part(cloud, (0.0, -5.0, 0.0), (0.0, 0.0, 0.0), 10**6)
     assert len(part.points) == len(cloud.points)

@@ -12,9 +12,9 @@ from scipy.stats import chi2, spearmanr
 
 from vomstudio.core.errors import Cancelled, GeometryError, UsageError
 from vomstudio.core.progress import Silent
-from vomstudio.extraction.measurable import CLASSES, Measurable, measurable
+from vomstudio.extraction.measurable import CLASSES, Measurable, map_measurability
 from vomstudio.extraction.measurable_options import MeasurableOptions
-from vomstudio.extraction.refinement import finer
+from vomstudio.extraction.refinement import subdivide_mesh
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.cloud import PointCloud
@@ -48,8 +48,8 @@ CORNER = (
 WALL = (CORNER[0],)
 
 
-def at(found: Measurable, place: Floats) -> int:
-    places = found.elements.places + found.elements.origin
+def at(result: Measurable, place: Floats) -> int:
+    places = result.elements.places + result.elements.origin
     return int(np.argmin(np.linalg.norm(places - place, axis=1)))
 
 
@@ -62,19 +62,19 @@ def turned(data: Mesh, degrees: float) -> Mesh:
 
 # --- closed forms -----------------------------------------------------------------------------
 def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
-    found = measurable(walls(*WALL), UP, MeasurableOptions(1.0, resolution_m=0.01))
-    assert np.all(found.trace_deg == 90.0)
-    assert np.all(found.classes == CLASSES.index("none"))
-    assert np.all(found.relief < 1e-6)
-    middle = at(found, axis(1, 0, 2))
-    assert found.extent[middle] == pytest.approx(1.0, rel=0.05)
+    result = map_measurability(walls(*WALL), UP, MeasurableOptions(1.0, resolution_m=0.01))
+    assert np.all(result.trace_deg == 90.0)
+    assert np.all(result.classes == CLASSES.index("none"))
+    assert np.all(result.relief < 1e-6)
+    middle = at(result, axis(1, 0, 2))
+    assert result.extent[middle] == pytest.approx(1.0, rel=0.05)
 
 
 @pytest.mark.parametrize("away", [0.03, 0.1, 0.2, 0.3, 0.4])
 def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
-    found = measurable(walls(*CORNER), UP, MeasurableOptions(1.0, resolution_m=0.01))
-    row = at(found, axis(away, 0, 2))
-    x = found.elements.places[row, 0] + found.elements.origin[0]
+    result = map_measurability(walls(*CORNER), UP, MeasurableOptions(1.0, resolution_m=0.01))
+    row = at(result, axis(away, 0, 2))
+    x = result.elements.places[row, 0] + result.elements.origin[0]
     # Arms from the corner, cut by a circle of half a metre about the place.
     arms = x + 0.5, np.sqrt(0.25 - x * x)
     both = sum(arms)
@@ -82,13 +82,13 @@ def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
     squares = [arm**3 / 3 / both - mean**2 for arm, mean in zip(arms, means, strict=True)]
     mixed = -means[0] * means[1]
     smaller, larger = np.linalg.eigvalsh([[squares[0], mixed], [mixed, squares[1]]])
-    assert found.extent[row] == pytest.approx(np.sqrt(12 * larger), rel=0.06)
-    assert found.relief[row] == pytest.approx(np.sqrt(12 * smaller), rel=0.12)
+    assert result.extent[row] == pytest.approx(np.sqrt(12 * larger), rel=0.06)
+    assert result.relief[row] == pytest.approx(np.sqrt(12 * smaller), rel=0.12)
     # What errors of 0.08 of the resolution of each point tilt is more than the noise can.
     joint = np.sqrt(chi2.ppf(0.95, 2))
-    wanted = np.degrees(np.arctan2(joint * 0.08 * 0.01, np.sqrt(both / 0.01 * smaller)))
-    assert found.trace_deg[row] == pytest.approx(wanted, rel=0.12)
-    assert CLASSES[found.classes[row]] == "good"
+    expected = np.degrees(np.arctan2(joint * 0.08 * 0.01, np.sqrt(both / 0.01 * smaller)))
+    assert result.trace_deg[row] == pytest.approx(expected, rel=0.12)
+    assert CLASSES[result.classes[row]] == "good"
 
 
 def test_around_a_pillar_the_line_is_an_arc() -> None:
@@ -99,18 +99,20 @@ def test_around_a_pillar_the_line_is_an_arc() -> None:
     a = (np.arange(120)[:, None] * 240 + np.arange(240)).ravel()
     b = (np.arange(120)[:, None] * 240 + (np.arange(240) + 1) % 240).ravel()
     faces = np.concatenate([np.stack([a, b, a + 240], 1), np.stack([b, b + 240, a + 240], 1)])
-    found = measurable(
+    result = map_measurability(
         Mesh(vertices, faces.astype(np.int32)), UP, MeasurableOptions(1.0, resolution_m=0.026)
     )
-    row = at(found, axis(1, 0, 1.5))
+    row = at(result, axis(1, 0, 1.5))
     # The chord from the place to the end of the arc is half of the length.
     half = 2.0 * np.arcsin(0.25 / radius)
     across = radius**2 * (0.5 + np.sin(2 * half) / (4 * half) - (np.sin(half) / half) ** 2)
     along = radius**2 * (0.5 - np.sin(2 * half) / (4 * half))
-    assert found.extent[row] == pytest.approx(np.sqrt(12 * along), rel=0.05)
-    assert found.relief[row] == pytest.approx(np.sqrt(12 * across), rel=0.15)
+    assert result.extent[row] == pytest.approx(np.sqrt(12 * along), rel=0.05)
+    assert result.relief[row] == pytest.approx(np.sqrt(12 * across), rel=0.15)
     # Along the pillar's axis the line is straight.
-    upright = measurable(Mesh(vertices, faces.astype(np.int32)), (0, 1, 0), MeasurableOptions(1.0))
+    upright = map_measurability(
+        Mesh(vertices, faces.astype(np.int32)), (0, 1, 0), MeasurableOptions(1.0)
+    )
     assert upright.trace_deg[at(upright, axis(1, 0, 1.5))] >= 30.0
 
 
@@ -118,23 +120,23 @@ def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
     ledge = walls(
         (axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)), (axis(0, 2, 0), axis(2, 0, 0), axis(0, 0, 2))
     )
-    found = measurable(ledge, UP, MeasurableOptions(1.0, resolution_m=0.02, noise_m=0.001))
-    row = at(found, axis(1, 1, 0))
-    assert np.isnan(found.trace_deg[row])
+    result = map_measurability(ledge, UP, MeasurableOptions(1.0, resolution_m=0.02, noise_m=0.001))
+    row = at(result, axis(1, 1, 0))
+    assert np.isnan(result.trace_deg[row])
     # Four square metres.
-    wanted = PlaneSizes(0.02, 0.001).error_deg(2.0 * np.sqrt(4.0 / np.pi))
-    assert found.patch_deg[row] == pytest.approx(wanted, rel=1e-6)
-    assert found.patches[row] == 0
-    wall = at(found, axis(1, 2, 1))
-    assert np.isnan(found.patch_deg[wall])
-    assert found.patches[wall] == -1
+    expected = PlaneSizes(0.02, 0.001).error_deg(2.0 * np.sqrt(4.0 / np.pi))
+    assert result.patch_deg[row] == pytest.approx(expected, rel=1e-6)
+    assert result.patches[row] == 0
+    wall = at(result, axis(1, 2, 1))
+    assert np.isnan(result.patch_deg[wall])
+    assert result.patches[wall] == -1
 
 
 def test_a_patch_under_ten_resolutions_tells_nothing() -> None:
     ledge = walls((axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)))
-    found = measurable(ledge, UP, MeasurableOptions(2.0, resolution_m=0.3))
-    assert np.isnan(found.patch_deg).all()
-    assert np.all(found.classes == 0)
+    result = map_measurability(ledge, UP, MeasurableOptions(2.0, resolution_m=0.3))
+    assert np.isnan(result.patch_deg).all()
+    assert np.all(result.classes == 0)
 
 
 # --- laws ---------------------------------------------------------------------------------------
@@ -158,8 +160,10 @@ def waves(seed: int = 0, count: int = 120) -> Mesh:
 
 def test_the_map_turns_with_the_world() -> None:
     mesh = waves()
-    one = measurable(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
-    other = measurable(turned(mesh, 30), tuple(Plane(70, 30).normal()), MeasurableOptions(1.0))
+    one = map_measurability(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
+    other = map_measurability(
+        turned(mesh, 30), tuple(Plane(70, 30).normal()), MeasurableOptions(1.0)
+    )
     ratio = other.best_deg / one.best_deg
     # Strips and cells lie otherwise; the surface does not.
     assert np.percentile(np.abs(np.log(ratio)), 90) < 0.25
@@ -168,34 +172,36 @@ def test_the_map_turns_with_the_world() -> None:
 
 def test_a_normal_and_its_opposite_are_one_plane() -> None:
     mesh, normal = waves(), Plane(40, 30).normal()
-    one = measurable(mesh, tuple(normal), MeasurableOptions(1.0))
-    other = measurable(mesh, tuple(-normal), MeasurableOptions(1.0))
+    one = map_measurability(mesh, tuple(normal), MeasurableOptions(1.0))
+    other = map_measurability(mesh, tuple(-normal), MeasurableOptions(1.0))
     assert np.median(other.best_deg / one.best_deg) == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_longer_trace_and_less_noise_are_better() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    short = measurable(mesh, normal, MeasurableOptions(0.6))
-    long = measurable(mesh, normal, MeasurableOptions(1.8))
-    noisy = measurable(mesh, normal, MeasurableOptions(1.8, noise_m=0.05))
+    short = map_measurability(mesh, normal, MeasurableOptions(0.6))
+    long = map_measurability(mesh, normal, MeasurableOptions(1.8))
+    noisy = map_measurability(mesh, normal, MeasurableOptions(1.8, noise_m=0.05))
     assert np.median(long.best_deg) < 0.8 * np.median(short.best_deg)
     assert np.median(noisy.best_deg) > 1.5 * np.median(long.best_deg)
-    few = measurable(mesh, normal, MeasurableOptions(1.8, noise_m=0.05, points=5))
+    few = map_measurability(mesh, normal, MeasurableOptions(1.8, noise_m=0.05, points=5))
     assert np.median(few.best_deg) > 1.5 * np.median(noisy.best_deg)
 
 
 def test_the_registration_is_added_in_quadrature() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    one = measurable(mesh, normal, MeasurableOptions(1.0)).trace_deg
-    other = measurable(mesh, normal, MeasurableOptions(1.0, registration_error_deg=3.0)).trace_deg
-    told = one < 80.0
-    assert np.allclose(other[told], np.hypot(one[told], 3.0))
+    one = map_measurability(mesh, normal, MeasurableOptions(1.0)).trace_deg
+    other = map_measurability(
+        mesh, normal, MeasurableOptions(1.0, registration_error_deg=3.0)
+    ).trace_deg
+    report = one < 80.0
+    assert np.allclose(other[report], np.hypot(one[report], 3.0))
 
 
 def test_a_cloud_of_the_surface_has_the_map_of_its_mesh() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    of_mesh = measurable(mesh, normal, MeasurableOptions(1.0))
-    cloud = measurable(PointCloud(mesh.vertices), normal, MeasurableOptions(1.0))
+    of_mesh = map_measurability(mesh, normal, MeasurableOptions(1.0))
+    cloud = map_measurability(PointCloud(mesh.vertices), normal, MeasurableOptions(1.0))
     corners = mesh.vertices[mesh.faces[of_mesh.elements.rows]].mean(axis=1)
     own = np.array([cloud.best_deg[at(cloud, place)] for place in corners[::37]])
     theirs = of_mesh.best_deg[::37]
@@ -247,34 +253,34 @@ def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tupl
     rng = np.random.default_rng(5)
     near = VertexSurface(np.asarray(mesh.vertices))
     near.build()
-    told, stated = [], []
+    report, stated = [], []
     for plane in planes:
         normal = plane.normal()
-        found = measurable(mesh, tuple(normal), MeasurableOptions(length))
-        places = found.elements.places + found.elements.origin
-        share = found.areas / found.areas.sum()
+        result = map_measurability(mesh, tuple(normal), MeasurableOptions(length))
+        places = result.elements.places + result.elements.origin
+        share = result.areas / result.areas.sum()
         for row in rng.choice(len(places), each, p=share):
-            if np.isnan(found.trace_deg[row]):
+            if np.isnan(result.trace_deg[row]):
                 continue
             line = picked(mesh, normal, places[row] + 1e-6, length)
             own = near.resolution_near(line)
             assert own is not None
             gaps = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
             rows = np.unique(np.linspace(0, len(line) - 1, max(int(gaps / own), 5)).astype(int))
-            points = line[rows] + found.noise * rng.standard_normal((len(rows), 3))
+            points = line[rows] + result.noise * rng.standard_normal((len(rows), 3))
             error = total_error_deg(fit_plane(points), own)
-            told.append(found.trace_deg[row])
+            report.append(result.trace_deg[row])
             stated.append(90.0 if error is None else error)
-    return np.array(told), np.array(stated)
+    return np.array(report), np.array(stated)
 
 
 @pytest.mark.full
 def test_simulated_traces_state_what_the_map_tells() -> None:
     planes = [Plane(40, 30), Plane(200, 70), Plane(310, 45)]
-    told, stated = agreement(waves(), planes, 1.0, 25)
-    assert spearmanr(told, stated).statistic > 0.85
+    report, stated = agreement(waves(), planes, 1.0, 25)
+    assert spearmanr(report, stated).statistic > 0.85
     known = stated < 80.0
-    assert 0.7 < np.median(told[known] / stated[known]) < 1.4
+    assert 0.7 < np.median(report[known] / stated[known]) < 1.4
 
 
 @pytest.mark.slow
@@ -284,10 +290,10 @@ def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
     mesh = read_in_world(SAMPLE).data
     assert isinstance(mesh, Mesh)
     planes = [Plane(315.3, 38.3), Plane(94.3, 23.4), Plane(305.9, 66.5), Plane(140, 79)]
-    told, stated = agreement(mesh, planes, 4.0, 18)
+    report, stated = agreement(mesh, planes, 4.0, 18)
     known = stated < 80.0
-    assert spearmanr(told, stated).statistic > 0.8
-    assert 0.7 < np.median(told[known] / stated[known]) < 1.7
+    assert spearmanr(report, stated).statistic > 0.8
+    assert 0.7 < np.median(report[known] / stated[known]) < 1.7
 
 
 # --- bad input ----------------------------------------------------------------------------------
@@ -313,34 +319,36 @@ def test_values_outside_their_bounds_are_refused(name: str, value: float) -> Non
 
 def test_a_length_under_the_resolution_is_refused() -> None:
     with pytest.raises(GeometryError, match="longer"):
-        measurable(waves(), UP, MeasurableOptions(0.05))
+        map_measurability(waves(), UP, MeasurableOptions(0.05))
 
 
 def test_a_length_that_would_need_too_many_faces_is_refused() -> None:
     with pytest.raises(GeometryError, match="longer"):
-        measurable(walls(*CORNER), UP, MeasurableOptions(0.01, resolution_m=0.001))
+        map_measurability(walls(*CORNER), UP, MeasurableOptions(0.01, resolution_m=0.001))
 
 
 def test_empty_flat_and_broken_surfaces_get_a_plain_answer() -> None:
     with pytest.raises(GeometryError):
-        measurable(PointCloud(np.zeros((3, 3))), UP, MeasurableOptions(1.0))
+        map_measurability(PointCloud(np.zeros((3, 3))), UP, MeasurableOptions(1.0))
     flat = Mesh(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]], np.int32))
     with pytest.raises(GeometryError):
-        measurable(flat, UP, MeasurableOptions(1.0))
+        map_measurability(flat, UP, MeasurableOptions(1.0))
     mesh = waves()
     vertices = np.array(mesh.vertices)
     vertices[7] = np.nan
     twice = np.concatenate([mesh.faces, mesh.faces[:50], [[5, 5, 6]]]).astype(np.int32)
-    found = measurable(Mesh(vertices, twice), tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
-    whole = measurable(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
-    assert np.median(found.best_deg) == pytest.approx(np.median(whole.best_deg), rel=0.1)
+    result = map_measurability(
+        Mesh(vertices, twice), tuple(Plane(40, 30).normal()), MeasurableOptions(1.0)
+    )
+    whole = map_measurability(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
+    assert np.median(result.best_deg) == pytest.approx(np.median(whole.best_deg), rel=0.1)
 
 
 def test_islands_do_not_help_each_other() -> None:
     # A second wall at right angles that the first does not hang together with.
     apart = walls(WALL[0], (axis(-0.1, 0.1, 0), axis(0, 2, 0), axis(0, 0, 4)))
-    found = measurable(apart, UP, MeasurableOptions(1.0, resolution_m=0.01))
-    assert np.all(found.trace_deg == 90.0)
+    result = map_measurability(apart, UP, MeasurableOptions(1.0, resolution_m=0.01))
+    assert np.all(result.trace_deg == 90.0)
 
 
 def test_it_can_be_cancelled() -> None:
@@ -349,7 +357,7 @@ def test_it_can_be_cancelled() -> None:
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        measurable(waves(), UP, MeasurableOptions(1.0), Stop())
+        map_measurability(waves(), UP, MeasurableOptions(1.0), Stop())
 
 
 # --- cutting large faces --------------------------------------------------------------------
@@ -360,7 +368,7 @@ def test_faces_are_cut_without_gaps() -> None:
     number = welded(mesh.vertices)
     places = np.zeros((number.max() + 1, 3))
     places[number] = mesh.vertices
-    vertices, faces, of = finer(places, number[mesh.faces], 0.3)
+    vertices, faces, of = subdivide_mesh(places, number[mesh.faces], 0.3)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     assert lengths.max() <= 0.3

@@ -38,10 +38,10 @@ def test_a_stretch_beside_the_plane_is_found(offset: float, stretch: tuple[int, 
     points = bent_line()
     first, last = stretch
     points[first : last + 1, 2] += offset
-    found = find_jumps(points, crossed(150, *stretch), np.array([0, 75, 149]), STEP)
-    assert len(found) == 1
-    assert np.abs(np.subtract(found[0], stretch)).max() <= 2
-    rest = rest_of(points, found)
+    result = find_jumps(points, crossed(150, *stretch), np.array([0, 75, 149]), STEP)
+    assert len(result) == 1
+    assert np.abs(np.subtract(result[0], stretch)).max() <= 2
+    rest = rest_of(points, result)
     assert rest is not None
     assert rest.fit is not None
     assert abs(rest.stretches[0].offset_m) == pytest.approx(abs(offset), abs=0.01)
@@ -56,8 +56,8 @@ def test_a_stretch_of_either_leg_is_found() -> None:
     points = bent_line()
     points[20:50, 2] += 0.2
     points[90:120, 2] -= 0.1
-    found = find_jumps(points, crossed(150, 20, 50, 90, 120), np.array([0, 75, 149]), STEP)
-    assert np.abs(np.array(found) - [[20, 50], [90, 120]]).max() <= 2
+    result = find_jumps(points, crossed(150, 20, 50, 90, 120), np.array([0, 75, 149]), STEP)
+    assert np.abs(np.array(result) - [[20, 50], [90, 120]]).max() <= 2
 
 
 def test_gaps_of_one_contact_are_no_jumps() -> None:
@@ -136,17 +136,17 @@ def two_seams() -> tuple[Mesh, np.ndarray, float]:
 
 def test_a_trace_that_hops_to_the_next_seam_is_marked_and_no_good_plane() -> None:
     mesh, clicks, dip = two_seams()
-    found = followed_trace(
+    result = followed_trace(
         SurfaceGraph(mesh), clicks, cost="dark", resolution=STEP, model="m", frame="local"
     )
-    assert "trace.beside" in [getattr(each, "code", "") for each in found.warnings]
-    (stretch,) = found.doubtful
-    own = found.points[stretch.start : stretch.end + 1]
+    assert "trace.beside" in [getattr(each, "code", "") for each in result.warnings]
+    (stretch,) = result.doubtful
+    own = result.points[stretch.start : stretch.end + 1]
     assert 0.3 < own[:, 0].min() < own[:, 0].max() < 1.6
     assert abs(stretch.offset_m) == pytest.approx(0.18, abs=0.04)
-    assert found.plane is not None
-    assert found.plane["quality"] != "good"
+    assert result.plane is not None
+    assert result.plane["quality"] != "good"
     normal = np.array([np.sin(np.radians(dip)), 0.0, np.cos(np.radians(dip))])
-    own_normal = [found.plane[f"normal_{axis}"] for axis in "xyz"]
+    own_normal = [result.plane[f"normal_{axis}"] for axis in "xyz"]
     error = np.degrees(np.arccos(min(abs(float(normal @ own_normal)), 1.0)))
-    assert error <= found.plane["total95_deg"]
+    assert error <= result.plane["total95_deg"]

@@ -99,7 +99,7 @@ def wall(seed: int) -> Wall:
     return Wall(phases, normal, float(normal @ [2.0, 2.0, 0.0]))
 
 
-def written(made: Wall, folder: Path, shift: np.ndarray | None = None, count: int = 3) -> Path:
+def written(output: Wall, folder: Path, shift: np.ndarray | None = None, count: int = 3) -> Path:
     """Three photos and their cameras; shift : of World from the wall's own frame."""
     folder.mkdir(parents=True, exist_ok=True)
     target = np.array([2.0, 2.0, 0.0])
@@ -108,7 +108,7 @@ def written(made: Wall, folder: Path, shift: np.ndarray | None = None, count: in
         for i, c in enumerate([(2.0, 1.2, 4.2), (0.7, 1.6, 4.0), (3.4, 2.4, 4.1)])
     ][:count]
     for view in views:
-        Image.fromarray(made.photo(view)).save(folder / view.name)
+        Image.fromarray(output.photo(view)).save(folder / view.name)
     x, y, z = (0, 0, 0) if shift is None else (int(v) for v in shift)
     write_cameras(folder / "cameras.json", Cameras(tuple(views), folder, (x, y, z)), force=True)
     return folder
@@ -116,27 +116,27 @@ def written(made: Wall, folder: Path, shift: np.ndarray | None = None, count: in
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Wall, Path]:
-    made = wall(4)
-    return made, written(made, tmp_path_factory.mktemp("wall"))
+    output = wall(4)
+    return output, written(output, tmp_path_factory.mktemp("wall"))
 
 
 def opened(scene: tuple[Wall, Path], photo: str = "p0.png") -> CalibratedPhotos:
-    made, folder = scene
-    return open_photos(made.mesh(), 0.05, folder / photo, folder / "cameras.json")
+    output, folder = scene
+    return open_photos(output.mesh(), 0.05, folder / photo, folder / "cameras.json")
 
 
-def clicks(made: Wall) -> np.ndarray:
-    return np.array([made.on_bed(x) for x in (1.0, 2.0, 3.0)])
+def clicks(output: Wall) -> np.ndarray:
+    return np.array([output.on_bed(x) for x in (1.0, 2.0, 3.0)])
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("cost", ["colour", "dark"])
 def test_the_line_is_on_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str) -> None:
-    made = scene[0]
+    output = scene[0]
     photos = opened(scene)
-    path = PhotoFollower(photos, cost).follow(photos.views.pixels(0, clicks(made)))
+    path = PhotoFollower(photos, cost).follow(photos.views.pixels(0, clicks(output)))
     # A pixel is 8 mm on the face, the bed 24 mm wide, the mesh off by some millimetres.
-    off = np.abs(path.points @ made.normal - made.level)
+    off = np.abs(path.points @ output.normal - output.level)
     assert np.median(off) < 0.006
     assert np.percentile(off, 95) < 0.016
     x = path.points[:, 0]
@@ -158,12 +158,12 @@ def test_the_other_photos_agree_and_are_named(scene: tuple[Wall, Path]) -> None:
 
 def test_what_only_one_photo_shows_is_not_confirmed_and_loses(scene: tuple[Wall, Path]) -> None:
     """A cable before the lens: a dark line in one photo that is on no rock, and shorter."""
-    made = scene[0]
+    output = scene[0]
     photos = opened(scene)
-    given = photos.views.pixels(0, clicks(made)[[0, 2]])
+    inputs = photos.views.pixels(0, clicks(output)[[0, 2]])
     picture = photos.pixels(0).copy()
     along = np.linspace(0.0, 1.0, 4000)[:, None]
-    cable = given[0] + along * (given[1] - given[0])
+    cable = inputs[0] + along * (inputs[1] - inputs[0])
     cable += 30.0 * np.sin(np.pi * along) * np.array([[0.0, -1.0]])
     for down in (-2, -1, 0, 1, 2):
         x, y = np.floor(cable + [0.0, down]).astype(int).T
@@ -171,7 +171,7 @@ def test_what_only_one_photo_shows_is_not_confirmed_and_loses(scene: tuple[Wall,
     spoilt = _Painted(photos, picture)
 
     def share_on_cable(voting: bool) -> float:
-        path = PhotoFollower(spoilt, "dark", voting=voting).follow(given)
+        path = PhotoFollower(spoilt, "dark", voting=voting).follow(inputs)
         on_it = np.interp(path.pixels[:, 0], cable[:, 0], cable[:, 1])
         return float((np.abs(path.pixels[:, 1] - on_it) < 4.0).mean())
 
@@ -195,38 +195,38 @@ def test_a_long_line_is_found_in_smaller_pictures_first(
 ) -> None:
     from vomstudio.extraction import photo_following
 
-    made = scene[0]
+    output = scene[0]
     photos = opened(scene)
-    given = photos.views.pixels(0, clicks(made)[[0, 2]])
-    whole = PhotoFollower(photos, "dark").follow(given)
-    monkeypatch.setattr(photo_following, "_MOST_NODES", 4000)
-    coarse = PhotoFollower(photos, "dark").follow(given)
-    off = np.abs(coarse.points @ made.normal - made.level)
+    inputs = photos.views.pixels(0, clicks(output)[[0, 2]])
+    whole = PhotoFollower(photos, "dark").follow(inputs)
+    monkeypatch.setattr(photo_following, "_MAX_NODES", 4000)
+    coarse = PhotoFollower(photos, "dark").follow(inputs)
+    off = np.abs(coarse.points @ output.normal - output.level)
     assert np.percentile(off, 95) < 0.016
     assert len(coarse.pixels) == pytest.approx(len(whole.pixels), rel=0.05)
 
 
 @pytest.mark.full
 def test_a_shifted_world_shifts_the_trace(scene: tuple[Wall, Path], tmp_path: Path) -> None:
-    made = scene[0]
+    output = scene[0]
     shift = np.array([364_000.0, 4_721_000.0, 800.0])
-    written(made, tmp_path, shift)
-    mesh = made.mesh()
+    written(output, tmp_path, shift)
+    mesh = output.mesh()
     moved = replace(mesh, vertices=mesh.vertices + shift)
     here, there = (
         opened(scene),
         open_photos(moved, 0.05, tmp_path / "p0.png", tmp_path / "cameras.json"),
     )
-    one = PhotoFollower(here, "dark").follow(here.views.pixels(0, clicks(made)))
-    other = PhotoFollower(there, "dark").follow(there.views.pixels(0, clicks(made) + shift))
+    one = PhotoFollower(here, "dark").follow(here.views.pixels(0, clicks(output)))
+    other = PhotoFollower(there, "dark").follow(there.views.pixels(0, clicks(output) + shift))
     assert np.allclose(other.points - shift, one.points, atol=1e-6)
 
 
 def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path]) -> None:
     """The model in feet and with y up is brought to World, and its cameras with it."""
-    made, folder = scene
+    output, folder = scene
     turn = np.array([[0.3048, 0, 0, 0], [0, 0, -0.3048, 0], [0, 0.3048, 0, 0], [0, 0, 0, 1]])
-    mesh = made.mesh()
+    mesh = output.mesh()
     world = mesh.vertices @ turn[:3, :3].T
     here = opened(scene)
     there = open_photos(
@@ -236,7 +236,7 @@ def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path])
         folder / "cameras.json",
         turn,
     )
-    points = clicks(made)
+    points = clicks(output)
     assert np.allclose(
         there.views.pixels(0, points @ turn[:3, :3].T), here.views.pixels(0, points), atol=1e-6
     )
@@ -246,24 +246,24 @@ def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path])
 def test_the_stated_95_percent_holds_for_traces_of_photos(tmp_path: Path) -> None:
     held, count = 0, 30
     for seed in range(count):
-        made = wall(100 + seed)
-        folder = written(made, tmp_path / str(seed), count=1)
-        photos = opened((made, folder))
-        path = PhotoFollower(photos, "colour").follow(photos.views.pixels(0, clicks(made)))
+        output = wall(100 + seed)
+        folder = written(output, tmp_path / str(seed), count=1)
+        photos = opened((output, folder))
+        path = PhotoFollower(photos, "colour").follow(photos.views.pixels(0, clicks(output)))
         fit = fit_plane(path.points)
         total = total_error_deg(fit, 0.05)
-        cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
+        cosine = min(abs(float(fit.normal @ output.normal)), 1.0)
         held += total is not None and np.degrees(np.arccos(cosine)) <= total
     assert held / count >= 0.93
 
 
 def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Path]) -> None:
-    made = scene[0]
-    surface, photos = SurfaceGraph(made.mesh()), opened(scene)
-    asked = {"cost": "dark", "resolution": 0.05, "model": "wall", "frame": "local"}
-    given = clicks(made)
-    one = photo_trace(surface, photos, given, **asked)  # type: ignore[arg-type]
-    other = photo_trace(surface, photos, photos.views.pixels(0, given), **asked)  # type: ignore[arg-type]
+    output = scene[0]
+    surface, photos = SurfaceGraph(output.mesh()), opened(scene)
+    requests = {"cost": "dark", "resolution": 0.05, "model": "wall", "frame": "local"}
+    inputs = clicks(output)
+    one = photo_trace(surface, photos, inputs, **requests)  # type: ignore[arg-type]
+    other = photo_trace(surface, photos, photos.views.pixels(0, inputs), **requests)  # type: ignore[arg-type]
     assert np.array_equal(one.points, other.points)
     assert one.snap_m < 0.02
     assert one.plane is not None
@@ -275,7 +275,7 @@ def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Pat
 def test_what_cannot_be_followed_in_a_photo_is_refused(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
-    made, folder = scene
+    output, folder = scene
     photos = opened(scene)
     with refused("option.not-a-choice", UsageError, value="curvature", field="--cost"):
         PhotoFollower(photos, "curvature")
@@ -287,10 +287,10 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
     with refused("points.coincident", GeometryError):
         follower.follow(np.array([[300.2, 200.2], [300.3, 200.3]]))
     ends = np.array([[2.0, 4.4], [2.0, 2.0]])
-    ends = np.column_stack([ends, made.height(ends)])
+    ends = np.column_stack([ends, output.height(ends)])
     with refused("path.not-shown", GeometryError, number=1, photo="p0.png"):
         photo_trace(
-            SurfaceGraph(made.mesh()),
+            SurfaceGraph(output.mesh()),
             photos,
             ends,
             cost="dark",
@@ -299,11 +299,11 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
             frame="local",
         )
     with refused("photo.no-camera", UsageError, photo="other.png", cameras="cameras.json"):
-        open_photos(made.mesh(), 0.05, folder / "other.png", folder / "cameras.json")
+        open_photos(output.mesh(), 0.05, folder / "other.png", folder / "cameras.json")
     with refused("file.missing", file=tmp_path / "p0.png"):
-        open_photos(made.mesh(), 0.05, tmp_path / "p0.png", _alone(folder, tmp_path))
+        open_photos(output.mesh(), 0.05, tmp_path / "p0.png", _alone(folder, tmp_path))
     Image.new("RGB", (100, 100)).save(tmp_path / "p0.png")
-    wrong = open_photos(made.mesh(), 0.05, tmp_path / "p0.png", folder / "cameras.json")
+    wrong = open_photos(output.mesh(), 0.05, tmp_path / "p0.png", folder / "cameras.json")
     with pytest.raises(InputError, match="100 x 100 pixels"):
         PhotoFollower(wrong)
 
@@ -312,23 +312,23 @@ def _alone(folder: Path, where: Path) -> Path:
     """The cameras without their photos."""
     from vomstudio.io.photos.cameras_file import read_cameras
 
-    found = read_cameras(folder / "cameras.json")
+    result = read_cameras(folder / "cameras.json")
     path = where / "cameras.json"
-    write_cameras(path, replace(found, photos=where / "none"), force=True)
+    write_cameras(path, replace(result, photos=where / "none"), force=True)
     return path
 
 
 def test_cameras_without_lens_and_damaged_photos_are_refused(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
-    made, folder = scene
+    output, folder = scene
     centres = tmp_path / "centres.csv"
     centres.write_text("name,x,y,z\np0.png,2.0,1.2,4.2\np1.png,0.7,1.6,4.0\n")
     with refused("cameras.no-poses", file=centres):
-        open_photos(made.mesh(), 0.05, folder / "p0.png", centres)
+        open_photos(output.mesh(), 0.05, folder / "p0.png", centres)
     damaged = tmp_path / "p0.png"
     damaged.write_bytes((folder / "p0.png").read_bytes()[:2000])
-    photos = open_photos(made.mesh(), 0.05, damaged, folder / "cameras.json")
+    photos = open_photos(output.mesh(), 0.05, damaged, folder / "cameras.json")
     with pytest.raises(InputError, match=r"p0\.png"):
         PhotoFollower(photos)
 
@@ -336,12 +336,12 @@ def test_cameras_without_lens_and_damaged_photos_are_refused(
 def test_a_voter_that_cannot_be_read_is_said_and_left_out(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
-    made, folder = scene
+    output, folder = scene
     for name in ("p0.png", "p1.png", "p2.png", "cameras.json"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     (tmp_path / "p1.png").write_bytes(b"no picture")
-    photos = open_photos(made.mesh(), 0.05, tmp_path / "p0.png", tmp_path / "cameras.json")
-    path = PhotoFollower(photos).follow(photos.views.pixels(0, clicks(made)))
+    photos = open_photos(output.mesh(), 0.05, tmp_path / "p0.png", tmp_path / "cameras.json")
+    path = PhotoFollower(photos).follow(photos.views.pixels(0, clicks(output)))
     assert path.voters == ("p2.png",)
     (left_out,) = path.warnings
     name = Path(left_out.values["file"]).name
@@ -351,11 +351,11 @@ def test_a_voter_that_cannot_be_read_is_said_and_left_out(
 def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(
     scene: tuple[Wall, Path], tmp_path: Path
 ) -> None:
-    made, folder = scene
+    output, folder = scene
     with Image.open(folder / "p0.png") as image:
         image.resize((320, 240), Image.Resampling.BOX).save(tmp_path / "p0.png")
-    photos = open_photos(made.mesh(), 0.05, tmp_path / "p0.png", folder / "cameras.json")
-    path = PhotoFollower(photos, "dark").follow(photos.views.pixels(0, clicks(made)))
-    off = np.abs(path.points @ made.normal - made.level)
+    photos = open_photos(output.mesh(), 0.05, tmp_path / "p0.png", folder / "cameras.json")
+    path = PhotoFollower(photos, "dark").follow(photos.views.pixels(0, clicks(output)))
+    off = np.abs(path.points @ output.normal - output.level)
     assert np.median(off) < 0.012
     assert path.pixels.max() < 320

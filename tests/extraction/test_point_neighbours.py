@@ -8,8 +8,13 @@ from scipy.spatial import cKDTree
 
 from tests.extraction.planes_by_construction import angle_deg, sheet
 from vomstudio.core.progress import Silent
-from vomstudio.extraction.elements import FEWEST_AROUND
-from vomstudio.extraction.point_neighbours import AROUND, NEIGHBOURS, scattered, seen_around
+from vomstudio.extraction.elements import MIN_POINTS_AROUND
+from vomstudio.extraction.point_neighbours import (
+    NEIGHBOURS,
+    NORMAL_COUNTS,
+    find_scattered_points,
+    find_surroundings,
+)
 from vomstudio.geometry.nearby.cell_grid import grid_of
 
 
@@ -24,13 +29,13 @@ def cloud(rng: np.random.Generator) -> np.ndarray:
 def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     rng = np.random.default_rng(1)
     grid = grid_of(cloud(rng), 16.0)
-    few = grid.count_around() < FEWEST_AROUND
+    few = grid.count_around() < MIN_POINTS_AROUND
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
-    around, seen = seen_around(grid, rows, few, known, 20.0, Silent())
+    around, seen = find_surroundings(grid, rows, few, known, 20.0, Silent())
     assert around == known
     thin = few[grid.cells_of(rows)]
     assert thin.any()
-    assert np.array_equal(np.unique(seen.around[thin]), [AROUND[0]])
+    assert np.array_equal(np.unique(seen.around[thin]), [NORMAL_COUNTS[0]])
     assert np.array_equal(np.unique(seen.around[~thin]), [known])
     distance, near = cKDTree(grid.places).query(grid.places[rows], k=known)
     dense = ~thin
@@ -53,11 +58,11 @@ def test_points_of_a_volume_are_scattered_and_those_of_a_thin_sheet_in_it_are_no
     rng = np.random.default_rng(2)
     volume = rng.uniform(0.0, 10.0, (20_000, 3))
     inner = (np.abs(volume - 5.0) < 3.5).all(axis=1)
-    found, area = scattered(volume)
-    assert found[inner].mean() > 0.97
+    result, area = find_scattered_points(volume)
+    assert result[inner].mean() > 0.97
     # Of a cube for each point, a face.
     assert area == pytest.approx((1000.0 / 20_000) ** (2.0 / 3.0), rel=0.5)
     plane = sheet(rng, (70.0, 50.0), (5.0, 5.0, 5.0), size=6.0, count=3_000, noise=0.01)
-    assert scattered(plane)[0].sum() == 0
-    both = scattered(np.concatenate([volume[:3_000], plane]))[0]
+    assert find_scattered_points(plane)[0].sum() == 0
+    both = find_scattered_points(np.concatenate([volume[:3_000], plane]))[0]
     assert both[3_000:].mean() < 0.03

@@ -39,10 +39,10 @@ def proposed(
     grey: Array | None,
     cost: str,
     progress: Progress | None = None,
-    **asked: object,
+    **requests: object,
 ) -> ProposedTraces:
     colours = None if grey is None else np.repeat(grey[:, None], 3, axis=1).astype(np.uint8)
-    options = ProposalOptions(cost=cost, **{"min_length_m": 1.0, **asked})  # type: ignore[arg-type]
+    options = ProposalOptions(cost=cost, **{"min_length_m": 1.0, **requests})  # type: ignore[arg-type]
     return propose_traces(
         SurfaceGraph(PointCloud(points, colors=colours)),
         options,
@@ -54,8 +54,8 @@ def proposed(
 
 
 def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
-    found = proposed(*slope(1, BEDS), "dark").proposals
-    sure = [one for one in found if one.doubt < 0.05]
+    result = proposed(*slope(1, BEDS), "dark").proposals
+    sure = [one for one in result if one.doubt < 0.05]
     heights = [min(BEDS, key=lambda z, p=one.points: abs(z - p[:, 2].mean())) for one in sure]
     assert heights[0] == 0.5
     assert set(heights) == set(BEDS)
@@ -64,7 +64,7 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
         off = np.abs(one.points[:, 2] - height)
         assert np.percentile(off, 90) < RESOLUTION
         assert one.length_m >= 1.0
-    assert [one.doubt for one in found] == sorted(one.doubt for one in found)
+    assert [one.doubt for one in result] == sorted(one.doubt for one in result)
     first = sure[0].plane
     assert first is not None
     assert first["dip_deg"] < max(float(first["total95_deg"]), 2.0)
@@ -74,8 +74,8 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
 def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
     sure = 0
     for seed in range(4):
-        found = proposed(*slope(10 + seed, {}), cost, min_length_m=0.5).proposals
-        sure += any(one.doubt < 0.05 for one in found)
+        result = proposed(*slope(10 + seed, {}), cost, min_length_m=0.5).proposals
+        sure += any(one.doubt < 0.05 for one in result)
     # One in fifty surfaces would have such a line.
     assert sure <= 1
 
@@ -90,7 +90,7 @@ def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
             np.stack([first + 1, first + n + 1, first + n], 1),
         ]
     )
-    found = propose_traces(
+    result = propose_traces(
         SurfaceGraph(Mesh(points, faces)),
         ProposalOptions(cost="curvature", min_length_m=1.0, max_lines=5),
         resolution=RESOLUTION,
@@ -98,7 +98,7 @@ def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
         frame="local",
         progress=Silent(),
     )
-    best = found.proposals[0]
+    best = result.proposals[0]
     assert best.doubt < 0.05
     assert best.length_m > 2.5
     assert np.abs(best.points[:, 1] - 1.525).max() <= 1.5 * RESOLUTION
@@ -171,7 +171,7 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
         materials=(Material("a", tmp_path / "a.png"),),
         material_offsets=np.array([0, len(faces)]),
     )
-    found = propose_traces(
+    result = propose_traces(
         SurfaceGraph(mesh),
         ProposalOptions(cost="dark", min_length_m=2.0, max_lines=5),
         resolution=1.0,
@@ -179,35 +179,35 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
         frame="local",
         progress=Silent(),
     )
-    best = found.proposals[0]
+    best = result.proposals[0]
     assert best.doubt < 0.05
     assert best.length_m > 2.5
     assert np.percentile(np.abs(best.points[:, 2] - at), 90) < half
 
 
 def test_what_turns_back_is_cut_where_it_turns() -> None:
-    from vomstudio.extraction.proposals.lines import _unturned
+    from vomstudio.extraction.proposals.lines import _cut_turns
 
     there = np.column_stack([np.linspace(0.0, 5.0, 51), np.zeros(51), np.zeros(51)])
     back = there[::-1] + [0.0, 0.2, 0.0]
     places = np.concatenate([there, back])
-    parts = sorted(_unturned(places, np.arange(len(places))), key=lambda part: int(part[0]))
+    parts = sorted(_cut_turns(places, np.arange(len(places))), key=lambda part: int(part[0]))
     assert int(parts[0][0]) == 0
     assert len(parts) == 2
     # The turn belongs to both.
     assert abs(int(parts[0][-1]) - 50) <= 1
-    assert len(_unturned(there, np.arange(51))) == 1
+    assert len(_cut_turns(there, np.arange(51))) == 1
 
 
 def test_way_points_hold_a_line() -> None:
-    from vomstudio.extraction.proposals.known_lines import run_along, way_points
+    from vomstudio.extraction.proposals.known_lines import are_along_known_lines, simplify_line
 
     x = np.linspace(0.0, 10.0, 201)
     line = np.column_stack([x, np.abs(x - 5.0), np.zeros(201)])
-    assert way_points(line, 0.01, 12).tolist() == [0, 100, 200]
+    assert simplify_line(line, 0.01, 12).tolist() == [0, 100, 200]
     wave = np.column_stack([x, np.sin(2.0 * x), 0.3 * x])
-    assert len(way_points(wave, 0.001, 7)) == 7
-    assert run_along([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
+    assert len(simplify_line(wave, 0.001, 7)) == 7
+    assert are_along_known_lines([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
         True,
         False,
         False,
@@ -215,12 +215,12 @@ def test_way_points_hold_a_line() -> None:
 
 
 def test_of_very_many_points_a_part_is_looked_at() -> None:
-    from vomstudio.extraction.proposals.thinning import few_enough
+    from vomstudio.extraction.proposals.thinning import sample_points
 
     points, grey = slope(1, BEDS)
     colours = np.repeat(grey[:, None], 3, axis=1).astype(np.uint8)
     cloud = PointCloud(points, colors=colours, fields={"grey": grey})
-    part = few_enough(cloud, 1800)
+    part = sample_points(cloud, 1800)
     assert len(part.points) == 1800
     rows = {tuple(p): i for i, p in enumerate(points.tolist())}
     at = [rows[tuple(p)] for p in part.points.tolist()]

@@ -16,7 +16,7 @@ LONGEST = 0.1
 
 
 def test_a_right_triangle_is_halved_eight_times() -> None:
-    vertices, faces, of = refinement.finer(CORNERS, FACE, LONGEST)
+    vertices, faces, of = refinement.subdivide_mesh(CORNERS, FACE, LONGEST)
     assert len(faces) == 256
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     assert max(np.linalg.norm(p - q, axis=1).max() for p, q in ((a, b), (b, c), (c, a))) <= LONGEST
@@ -29,15 +29,15 @@ def test_a_right_triangle_is_halved_eight_times() -> None:
 def test_more_faces_than_may_be_are_refused_beforehand_or_on_the_way(
     most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(refinement, "MOST", most)
+    monkeypatch.setattr(refinement, "MAX_FACES", most)
     cut: list[int] = []
     whole = refinement._cut
     monkeypatch.setattr(refinement, "_cut", lambda *a: (cut.append(1), whole(*a))[1])
     with pytest.raises(GeometryError, match="longer"):
-        refinement.finer(CORNERS, FACE, LONGEST)
+        refinement.subdivide_mesh(CORNERS, FACE, LONGEST)
     assert bool(cut) == (most == 200)
 
 
 def test_as_many_faces_as_may_be_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refinement, "MOST", 256)
-    assert len(refinement.finer(CORNERS, FACE, LONGEST)[1]) == 256
+    monkeypatch.setattr(refinement, "MAX_FACES", 256)
+    assert len(refinement.subdivide_mesh(CORNERS, FACE, LONGEST)[1]) == 256

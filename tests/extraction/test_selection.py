@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError
-from vomstudio.extraction.selection.field_values import ElementColours, within
-from vomstudio.extraction.selection.neighbours import neighbours_of
-from vomstudio.extraction.selection.visible_region import Looking
+from vomstudio.extraction.selection.field_values import ElementColours, select_by_value
+from vomstudio.extraction.selection.neighbours import build_neighbours
+from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -24,14 +24,14 @@ UTM = np.array([372_410.0, 4_709_820.0, 613.0])
 HERE = np.eye(4)
 
 
-def looking(*, parallel: bool = False, depth=None, clip=None) -> Looking:
+def looking(*, parallel: bool = False, depth=None, clip=None) -> ViewSnapshot:
     """From 20 m in the south towards the north."""
     camera = Camera()
     camera.position = UTM + [0.0, -20.0, 0.0]
     camera.distance, camera.orthographic = 20.0, parallel
     right, up, direction = camera.frame
     half = camera.distance * camera.tangent if parallel else camera.tangent
-    return Looking(
+    return ViewSnapshot(
         camera.position, right, up, direction, half, parallel, (400, 300), 1.0, depth, clip
     )
 
@@ -68,7 +68,7 @@ def centres(mesh: Mesh) -> np.ndarray:
 def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
     mesh, look = sheet(y=lambda x, z: 0.3 * np.sin(x) + 0.2 * z), looking(parallel=parallel)
     ring = [(90.0, 40.0), (310.0, 70.0), (200.0, 150.0), (330.0, 260.0), (60.0, 230.0)]
-    found = look.inside(mesh, HERE, look.filled(ring), through=True)
+    result = look.inside(mesh, HERE, look.filled(ring), through=True)
     camera = Camera()
     camera.position, camera.distance = look.position, 20.0
     camera.orthographic = parallel
@@ -77,8 +77,8 @@ def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
     expected = shapely.contains(area, places)
     # The shape is drawn in whole pixels.
     sure = shapely.distance(area.exterior, places) > 1.5
-    assert 300 < expected.sum() < len(found)
-    assert (found == expected)[sure].all()
+    assert 300 < expected.sum() < len(result)
+    assert (result == expected)[sure].all()
     assert sure.mean() > 0.95
 
 
@@ -91,8 +91,8 @@ def test_a_model_placed_elsewhere_is_chosen_where_it_is_seen():
     to_world[:3, 3] = UTM
     back = np.linalg.inv(to_world)
     own = Mesh(mesh.vertices @ back[:3, :3].T + back[:3, 3], mesh.faces)
-    found = look.inside(own, to_world, shape, through=True)
-    assert (found != expected).sum() <= 2
+    result = look.inside(own, to_world, shape, through=True)
+    assert (result != expected).sum() <= 2
 
 
 def test_only_what_the_sphere_shows_is_seen():
@@ -119,10 +119,10 @@ def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
     box = ClipBox(tuple(UTM - 10.0), tuple(UTM + [0.0, 10.0, 10.0]))
     look = looking(clip=box)
     whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
-    found = look.inside(mesh, HERE, whole, through=True)
-    half = len(found) // 2
-    assert not found[half:].any()
-    assert (found[:half] == (centres(mesh)[:half, 0] <= UTM[0])).all()
+    result = look.inside(mesh, HERE, whole, through=True)
+    half = len(result) // 2
+    assert not result[half:].any()
+    assert (result[:half] == (centres(mesh)[:half, 0] <= UTM[0])).all()
 
 
 def test_a_line_is_no_shape_and_nan_is_nowhere():
@@ -143,7 +143,7 @@ def test_a_piece_ends_where_the_face_turns():
     mesh = fold()
     x = centres(mesh)[:, 0] - UTM[0]
     seed = int(np.argmin(np.abs(centres(mesh) - UTM - [-2.0, 0.0, 0.0]).sum(axis=1)))
-    piece = neighbours_of(mesh, 0.0).piece(seed, angle_deg=15.0, distance=0.05, left_out=None)
+    piece = build_neighbours(mesh, 0.0).piece(seed, angle_deg=15.0, distance=0.05, left_out=None)
     assert not piece.stopped
     assert piece.mask.sum() == piece.count
     # Normals are averaged over those who share a corner, so one row at the edge may go either way.
@@ -165,7 +165,7 @@ def test_a_piece_is_the_connected_component_that_scipy_finds():
     both = ~left_out[a] & ~left_out[b]
     graph = coo_array((np.ones(both.sum()), (a[both], b[both])), (n, n))
     label = connected_components(graph, directed=False)[1]
-    near = neighbours_of(mesh, 0.0)
+    near = build_neighbours(mesh, 0.0)
     sizes = []
     for seed in np.flatnonzero(~left_out)[::400]:
         piece = near.piece(int(seed), angle_deg=20.0, distance=0.01, left_out=left_out)
@@ -178,15 +178,15 @@ def test_a_turned_world_gives_the_same_piece():
     mesh = fold()
     turn = rotation(np.array([0.3, 0.2, np.sqrt(0.87)]), 30.0)
     turned = Mesh((mesh.vertices - UTM) @ turn.T + UTM, mesh.faces)
-    wanted = {"angle_deg": 15.0, "distance": 0.05, "left_out": None}
-    one = neighbours_of(mesh, 0.0).piece(300, **wanted)
-    other = neighbours_of(turned, 0.0).piece(300, **wanted)
+    expected = {"angle_deg": 15.0, "distance": 0.05, "left_out": None}
+    one = build_neighbours(mesh, 0.0).piece(300, **expected)
+    other = build_neighbours(turned, 0.0).piece(300, **expected)
     assert np.array_equal(one.mask, other.mask)
 
 
 def test_nothing_and_everything():
     rough = sheet(y=lambda x, z: np.random.default_rng(2).normal(0.0, 0.3, len(x)))
-    near = neighbours_of(rough, 0.0)
+    near = build_neighbours(rough, 0.0)
     assert near.piece(500, angle_deg=1.0, distance=1e-9, left_out=None).count == 1
     assert near.piece(500, angle_deg=90.0, distance=1e3, left_out=None).mask.all()
     left_out = np.zeros(len(rough.faces), np.bool_)
@@ -212,7 +212,7 @@ def test_it_crosses_seams_and_edges_of_three_but_no_gap():
     mesh = joined(
         Mesh(flat.vertices, left), Mesh(flat.vertices, right), Mesh(wall + UTM, faces), island
     )
-    piece = neighbours_of(mesh, 0.0).piece(0, angle_deg=30.0, distance=0.01, left_out=None)
+    piece = build_neighbours(mesh, 0.0).piece(0, angle_deg=30.0, distance=0.01, left_out=None)
     ends = np.cumsum([len(left), len(right), len(faces), len(flat.faces)])
     halves = piece.mask[: ends[1]]
     assert halves.all()
@@ -232,7 +232,7 @@ def test_faces_without_an_area_are_no_wall():
     middle = middle[np.argsort(flat.vertices[middle, 2])]
     slivers = np.stack([middle[:-1], middle[1:], middle[1:] + len(flat.vertices)], axis=1)
     mesh = Mesh(apart.vertices, np.concatenate([apart.faces, slivers]).astype(np.int32))
-    near = neighbours_of(mesh, 0.0)
+    near = build_neighbours(mesh, 0.0)
     piece = near.piece(0, angle_deg=20.0, distance=0.01, left_out=None)
     assert piece.mask[: len(apart.faces)].all()
     # And one of them is no bad beginning.
@@ -242,9 +242,11 @@ def test_faces_without_an_area_are_no_wall():
 
 def test_a_mesh_of_nothing_but_slivers_says_one():
     mesh = Mesh(np.zeros((3, 3)) + UTM, np.array([[0, 1, 2]], np.int32))
-    assert neighbours_of(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, left_out=None).count == 1
+    assert (
+        build_neighbours(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, left_out=None).count == 1
+    )
     with refused("model.no-faces", GeometryError):
-        neighbours_of(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
+        build_neighbours(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
 
 
 # --- growing on clouds -----------------------------------------------------------------------
@@ -261,14 +263,14 @@ def corner_cloud(count: int = 30_000, seed: int = 3) -> tuple[PointCloud, np.nda
 SPACING = float(np.sqrt(18.0 / 30_000))
 
 
-@pytest.mark.parametrize("given", [False, True])
-def test_a_piece_of_a_cloud_ends_at_the_corner(given):
+@pytest.mark.parametrize("inputs", [False, True])
+def test_a_piece_of_a_cloud_ends_at_the_corner(inputs):
     cloud, wall = corner_cloud()
-    if given:
+    if inputs:
         normals = np.where(wall[:, None], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]).astype(np.float32)
         cloud = PointCloud(cloud.points, normals=normals)
     seed = int(np.argmin(np.abs(cloud.points - UTM - [1.5, 0.0, 1.5]).sum(axis=1)))
-    near = neighbours_of(cloud, SPACING)
+    near = build_neighbours(cloud, SPACING)
     piece = near.piece(seed, angle_deg=20.0, distance=0.01, left_out=None)
     height = cloud.points[:, 2] - UTM[2]
     assert piece.mask[wall & (height > 0.15)].mean() > 0.99
@@ -282,48 +284,48 @@ def test_a_piece_of_a_cloud_ends_at_the_corner(given):
 def test_duplicates_and_places_that_are_none_do_no_harm():
     cloud, _ = corner_cloud()
     points = np.concatenate([cloud.points, cloud.points[:5000], np.full((3, 3), np.nan)])
-    near = neighbours_of(PointCloud(points), SPACING)
+    near = build_neighbours(PointCloud(points), SPACING)
     piece = near.piece(100, angle_deg=20.0, distance=0.01, left_out=None)
     # Of a place that stands twice both are taken.
     assert np.array_equal(piece.mask[:5000], piece.mask[30_000:35_000])
     assert not piece.mask[-3:].any()
     assert near.piece(len(points) - 1, angle_deg=20.0, distance=0.1, left_out=None).count == 0
-    chosen = piece.mask.copy()
-    assert not near.wider(chosen)[-3:].any()
+    selection = piece.mask.copy()
+    assert not near.wider(selection)[-3:].any()
 
 
 def test_points_on_a_line_tell_no_plane():
     line = np.zeros((1000, 3)) + UTM
     line[:, 0] += np.linspace(0.0, 10.0, 1000)
-    near = neighbours_of(PointCloud(line), 0.01)
+    near = build_neighbours(PointCloud(line), 0.01)
     assert near.piece(500, angle_deg=30.0, distance=1.0, left_out=None).count == 0
     with refused("cloud.too-few-points", GeometryError, n=3, minimum=4):
-        neighbours_of(PointCloud(line[:3]), 0.01)
+        build_neighbours(PointCloud(line[:3]), 0.01)
 
 
 # --- rings -----------------------------------------------------------------------------------
 def test_a_ring_of_faces_is_those_that_share_a_corner():
     mesh = sheet()
-    chosen = np.hypot(*(centres(mesh) - UTM)[:, [0, 2]].T) < 1.5
-    near = neighbours_of(mesh, 0.0)
-    corners = np.unique(mesh.faces[chosen])
-    assert np.array_equal(near.wider(chosen), np.isin(mesh.faces, corners).any(axis=1))
-    others = np.unique(mesh.faces[~chosen])
-    expected = chosen & ~np.isin(mesh.faces, others).any(axis=1)
-    assert np.array_equal(near.narrower(chosen), expected)
-    assert near.wider(np.ones_like(chosen)).all()
-    assert not near.narrower(np.zeros_like(chosen)).any()
+    selection = np.hypot(*(centres(mesh) - UTM)[:, [0, 2]].T) < 1.5
+    near = build_neighbours(mesh, 0.0)
+    corners = np.unique(mesh.faces[selection])
+    assert np.array_equal(near.wider(selection), np.isin(mesh.faces, corners).any(axis=1))
+    others = np.unique(mesh.faces[~selection])
+    expected = selection & ~np.isin(mesh.faces, others).any(axis=1)
+    assert np.array_equal(near.narrower(selection), expected)
+    assert near.wider(np.ones_like(selection)).all()
+    assert not near.narrower(np.zeros_like(selection)).any()
 
 
 def test_a_ring_of_points_is_what_a_tree_finds_near():
     cloud, _ = corner_cloud()
-    near = neighbours_of(cloud, SPACING)
-    chosen = np.linalg.norm(cloud.points - UTM - [1.5, 0.0, 1.0], axis=1) < 0.8
+    near = build_neighbours(cloud, SPACING)
+    selection = np.linalg.norm(cloud.points - UTM - [1.5, 0.0, 1.0], axis=1) < 0.8
     link = 2.0 * SPACING
-    far, _ = cKDTree(cloud.points[chosen]).query(cloud.points)
-    assert np.array_equal(near.wider(chosen), far <= link)
-    out, _ = cKDTree(cloud.points[~chosen]).query(cloud.points)
-    assert np.array_equal(near.narrower(chosen), chosen & (out > link))
+    far, _ = cKDTree(cloud.points[selection]).query(cloud.points)
+    assert np.array_equal(near.wider(selection), far <= link)
+    out, _ = cKDTree(cloud.points[~selection]).query(cloud.points)
+    assert np.array_equal(near.narrower(selection), selection & (out > link))
 
 
 # --- values ----------------------------------------------------------------------------------
@@ -332,13 +334,13 @@ def test_a_range_of_a_field_takes_means_of_corners_and_goes_round_north():
     azimuth = np.where(mesh.vertices[:, 0] < UTM[0], 350.0, 10.0)
     mesh = Mesh(mesh.vertices, mesh.faces, fields={"dip_direction": azimuth})
     height = centres(mesh)[:, 2]
-    low = within(mesh, HERE, "elevation", UTM[2] - 1.0, UTM[2] + 1.0)
+    low = select_by_value(mesh, HERE, "elevation", UTM[2] - 1.0, UTM[2] + 1.0)
     assert np.array_equal(low, np.abs(height - UTM[2]) <= 1.0)
-    assert within(mesh, HERE, "dip_direction", 340.0, 20.0).all()
+    assert select_by_value(mesh, HERE, "dip_direction", 340.0, 20.0).all()
     even = azimuth[mesh.faces].std(axis=1) == 0.0
-    assert not within(mesh, HERE, "dip_direction", 20.0, 340.0)[even].any()
+    assert not select_by_value(mesh, HERE, "dip_direction", 20.0, 340.0)[even].any()
     cloud = PointCloud(mesh.vertices, fields={"class": np.arange(len(mesh.vertices))})
-    assert within(cloud, HERE, "class", 5, 9).sum() == 5
+    assert select_by_value(cloud, HERE, "class", 5, 9).sum() == 5
 
 
 def test_a_colour_takes_its_like_in_the_shade_but_no_other_rock():
@@ -348,8 +350,8 @@ def test_a_colour_takes_its_like_in_the_shade_but_no_other_rock():
     mud = np.array([90, 95, 120]) + rng.integers(-6, 7, (500, 3))
     colours = np.concatenate([sand, shade, mud]).astype(np.uint8)
     cloud = PointCloud(rng.random((1500, 3)), colours)
-    found = ElementColours(cloud).like(np.arange(100), 15.0)
-    assert found[:1000].mean() > 0.98
-    assert not found[1000:].any()
+    result = ElementColours(cloud).like(np.arange(100), 15.0)
+    assert result[:1000].mean() > 0.98
+    assert not result[1000:].any()
     with refused("model.no-colours", GeometryError):
         ElementColours(PointCloud(rng.random((5, 3))))

@@ -14,7 +14,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facet_search import search
 from vomstudio.extraction.facet_table import FacetTable
-from vomstudio.extraction.set_sequence import dbscan, set_poles
+from vomstudio.extraction.set_sequence import dbscan, find_set_poles
 from vomstudio.geometry.cloud import PointCloud
 
 Array = np.ndarray
@@ -52,16 +52,16 @@ def turned(seed: int) -> Array:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_cube_has_three_sets_of_two_planes_a_side_apart(seed: int) -> None:
     turn = turned(seed)
-    found = found_in(cube(np.random.default_rng(seed), turn))
-    assert len(found.sets) == 3
-    assert found.facets == 6
-    for one in found.sets:
+    result = found_in(cube(np.random.default_rng(seed), turn))
+    assert len(result.sets) == 3
+    assert result.facets == 6
+    for one in result.sets:
         assert min(angle_deg(mean_of(one), axis) for axis in turn.T) < 1.0
         assert one.discontinuities == 2
         assert one.spacing_m == pytest.approx(2.0, abs=0.03)
         assert one.rests_on == "several faces"
         assert one.area_m2 == pytest.approx(8.0, rel=0.15)
-    assert found.coverage == pytest.approx(1.0, abs=0.1)
+    assert result.coverage == pytest.approx(1.0, abs=0.1)
 
 
 def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() -> None:
@@ -69,8 +69,8 @@ def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() ->
     rng = np.random.default_rng(7)
     normal = normal_of(*attitude)
     parts = [sheet(rng, attitude, tuple(k * gap * normal), size=2.0, count=2500) for k in range(7)]
-    found = found_in(np.concatenate(parts))
-    (one,) = found.sets
+    result = found_in(np.concatenate(parts))
+    (one,) = result.sets
     assert angle_deg(mean_of(one), normal) < 0.2
     assert one.discontinuities == 7
     assert one.spacing_m == pytest.approx(gap, abs=0.005)
@@ -79,7 +79,7 @@ def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() ->
     assert one.persistence_strike_m == pytest.approx(2.0, abs=0.1)
     assert one.p32_1_per_m == pytest.approx(1 / gap, rel=0.01)
     assert one.p32_exposed_1_per_m == pytest.approx(1 / gap, rel=0.1)
-    assert len({row["discontinuity"] for row in found.rows}) == 7
+    assert len({row["discontinuity"] for row in result.rows}) == 7
 
 
 @pytest.mark.parametrize("preset", ["dse", None])
@@ -96,8 +96,8 @@ def test_treads_and_risers_of_a_staircase(preset: str | None) -> None:
         riser[:, 2] = k * height + rng.uniform(0, height, 900)
         parts += [tread, riser]
     points = np.concatenate(parts) + 0.002 * rng.standard_normal((steps * 2300, 3))
-    found = found_in(points, preset)
-    by_dip = sorted(found.sets, key=lambda s: s.dip_deg)
+    result = found_in(points, preset)
+    by_dip = sorted(result.sets, key=lambda s: s.dip_deg)
     flat, steep = by_dip[0], by_dip[-1]
     assert flat.dip_deg < 1.0
     assert steep.dip_deg > 89.0
@@ -107,7 +107,7 @@ def test_treads_and_risers_of_a_staircase(preset: str | None) -> None:
     for one, gap, area in ((flat, height, width * depth), (steep, depth, width * height)):
         assert one.discontinuities == steps
         assert one.spacing_m == pytest.approx(gap, abs=0.01)
-        own = [d.hull_m2 for d in found.discontinuities if d.set == one.name]
+        own = [d.hull_m2 for d in result.discontinuities if d.set == one.name]
         assert np.mean(own) == pytest.approx(area, rel=0.1)
     # The strike of what is almost level is anywhere.
     assert steep.persistence_strike_m == pytest.approx(width, abs=0.1)
@@ -133,9 +133,9 @@ def test_the_densest_places_are_found_on_the_sphere_whatever_their_side() -> Non
     poles = np.concatenate(parts)
     poles /= np.linalg.norm(poles, axis=1)[:, None]
     poles[::50] = np.nan
-    found = set_poles(poles)
-    assert len(found) == 3
-    for (direction, dip, _), mean in zip(truth, found, strict=True):
+    result = find_set_poles(poles)
+    assert len(result) == 3
+    for (direction, dip, _), mean in zip(truth, result, strict=True):
         assert angle_deg(mean, normal_of(direction, dip)) < 1.0
 
 

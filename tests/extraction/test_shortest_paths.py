@@ -13,10 +13,10 @@ from vomstudio.extraction.path_costs import node_costs
 from vomstudio.extraction.pixel_graph import pixel_graph
 from vomstudio.extraction.shortest_paths import (
     HEADINGS,
-    WIDEST_DEG,
-    shortest,
-    straightest,
-    turned,
+    MAX_HEADING_ERROR_DEG,
+    path_with_turns,
+    shortest_path,
+    straightest_path,
 )
 from vomstudio.extraction.surface_graph import Graph
 
@@ -47,7 +47,7 @@ def test_the_plain_path_costs_what_scipys_does(seed: int) -> None:
     first, near, step = arcs(graph, costs)
     n = len(costs)
     best = dijkstra(csr_array((step, (first, near)), (n, n)), indices=one)[other]
-    path = shortest(graph, one, other, costs)
+    path = shortest_path(graph, one, other, costs)
     assert cost_of(graph, costs, path) == pytest.approx(best, rel=1e-12)
 
 
@@ -64,12 +64,12 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     flat = graph.flat
     way = flat[near] - flat[first]
     rows, ends, prices = [], [], []
-    each = turn * graph.usual_arc * 4 / HEADINGS
+    each = turn * graph.typical_arc * 4 / HEADINGS
     for h in range(HEADINGS):
         angle = 2.0 * np.pi * h / HEADINGS
         cosine = way @ [np.cos(angle), np.sin(angle)] / np.linalg.norm(way, axis=1)
         off = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-        free = off <= WIDEST_DEG
+        free = off <= MAX_HEADING_ERROR_DEG
         rows += [
             first[free] * HEADINGS + h,
             np.arange(n) * HEADINGS + h,
@@ -87,7 +87,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     )
     starts = one * HEADINGS + np.arange(HEADINGS)
     far = dijkstra(whole, indices=starts)[:, other * HEADINGS : (other + 1) * HEADINGS].min()
-    path = turned(graph, one, other, costs, turn)
+    path = path_with_turns(graph, one, other, costs, turn)
     assert path[0] == one
     assert path[-1] == other
     # The least that turning along the path found can cost, by all its courses of headings.
@@ -99,7 +99,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
         spent = (spent[:, None] + apart).min(axis=0)
         angle = np.degrees(np.arctan2(*(flat[b] - flat[a])[::-1]))
         off = np.abs((360.0 / HEADINGS * turns - angle + 180.0) % 360.0 - 180.0)
-        spent[off > WIDEST_DEG] = np.inf
+        spent[off > MAX_HEADING_ERROR_DEG] = np.inf
     assert cost_of(graph, costs, path) + spent.min() == pytest.approx(far, rel=1e-9)
 
 
@@ -107,7 +107,9 @@ def test_without_a_price_for_turns_it_is_the_plain_path() -> None:
     rng = np.random.default_rng(1)
     graph = graph_of(rng.uniform(0, 255, (20, 20)))
     costs = rng.uniform(0.02, 1.0, len(graph.places))
-    assert np.array_equal(straightest(graph, 3, 390, costs, 0.0), shortest(graph, 3, 390, costs))
+    assert np.array_equal(
+        straightest_path(graph, 3, 390, costs, 0.0), shortest_path(graph, 3, 390, costs)
+    )
 
 
 def test_what_hangs_not_together_has_no_path() -> None:
@@ -116,8 +118,8 @@ def test_what_hangs_not_together_has_no_path() -> None:
     picture = np.zeros((9, 9, 3), np.uint8)
     graph = pixel_graph(picture, (slice(0, 9), slice(0, 9)), mask)
     costs = np.ones(len(graph.places))
-    assert shortest(graph, 0, len(costs) - 1, costs) is None
-    assert straightest(graph, 0, len(costs) - 1, costs) is None
+    assert shortest_path(graph, 0, len(costs) - 1, costs) is None
+    assert straightest_path(graph, 0, len(costs) - 1, costs) is None
 
 
 def crossed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
@@ -145,7 +147,7 @@ def kept(turning: bool, count: int = 40) -> float:
         light, off, (one, other) = crossed(rng)
         graph = graph_of(light)
         costs = node_costs(graph, "dark")
-        path = (straightest if turning else shortest)(graph, one, other, costs)
+        path = (straightest_path if turning else shortest_path)(graph, one, other, costs)
         held += bool(off.ravel()[path].max() < 4.0)
     return held / count
 
@@ -165,7 +167,10 @@ def test_a_line_that_bends_is_followed_as_closely_with_turns_as_without() -> Non
     costs = node_costs(graph, "dark")
     one, other = (round(float(true[0, i])) * 200 + i for i in (4, 195))
     far = []
-    for path in (shortest(graph, one, other, costs), straightest(graph, one, other, costs)):
+    for path in (
+        shortest_path(graph, one, other, costs),
+        straightest_path(graph, one, other, costs),
+    ):
         places = graph.places[path, :2] - 0.5
         curve = np.column_stack([np.linspace(0, 199, 4000), np.zeros(4000)])
         curve[:, 1] = 60.0 + 25.0 * np.sin(curve[:, 0] / 18.0)

@@ -36,12 +36,12 @@ def inner(values: np.ndarray, points: np.ndarray, margin: float) -> np.ndarray:
 def test_a_plane_has_its_attitude_everywhere(attitude) -> None:
     rng = np.random.default_rng(5)
     points = sheet(rng, attitude, tuple(UTM), size=4.0, count=20_000, noise=0.0)
-    found = surface_fields(PointCloud(points), 0.3).values
-    assert np.abs(found["dip"] - attitude[1]).max() < 1e-3
-    off = (found["dip_direction"] - attitude[0] + 180.0) % 360.0 - 180.0
+    result = surface_fields(PointCloud(points), 0.3).values
+    assert np.abs(result["dip"] - attitude[1]).max() < 1e-3
+    off = (result["dip_direction"] - attitude[0] + 180.0) % 360.0 - 180.0
     assert np.abs(off).max() < 0.01
-    assert found["roughness"].max() < 1e-6
-    assert np.abs(found["curvature"]).max() < 1e-3
+    assert result["roughness"].max() < 1e-6
+    assert np.abs(result["curvature"]).max() < 1e-3
 
 
 def test_turning_the_world_turns_the_dip_direction() -> None:
@@ -64,8 +64,8 @@ def test_turning_the_world_turns_the_dip_direction() -> None:
 def test_a_ball_bends_as_one_over_its_radius(radius) -> None:
     """Mean curvature of a sphere is 1 / R."""
     cloud = ball(radius)
-    found = surface_fields(cloud, 0.15 * radius)
-    assert np.median(found.values["curvature"]) == pytest.approx(1.0 / radius, rel=0.02)
+    result = surface_fields(cloud, 0.15 * radius)
+    assert np.median(result.values["curvature"]) == pytest.approx(1.0 / radius, rel=0.02)
     # Seen from within it bends the other way.
     within = PointCloud(cloud.points, normals=-cloud.normals)
     turned = surface_fields(within, 0.15 * radius).values["curvature"]
@@ -78,40 +78,40 @@ def test_a_cylinder_bends_half_as_much_as_a_ball() -> None:
     angle, along = rng.uniform(0.0, np.pi, 40_000), rng.uniform(-3.0, 3.0, 40_000)
     out = np.stack([np.cos(angle), np.zeros(40_000), np.sin(angle)], 1)
     points = 2.0 * out + np.stack([0 * along, along, 0 * along], 1)
-    found = surface_fields(PointCloud(points, normals=out.astype(np.float32)), 0.3)
-    kept = inner(found.values["curvature"], points, 0.4)
+    result = surface_fields(PointCloud(points, normals=out.astype(np.float32)), 0.3)
+    kept = inner(result.values["curvature"], points, 0.4)
     assert np.median(kept) == pytest.approx(0.25, rel=0.02)
 
 
 def test_roughness_is_the_noise_that_was_put_in() -> None:
     rng = np.random.default_rng(2)
     points = sheet(rng, (200.0, 40.0), (0.0, 0.0, 0.0), size=4.0, count=40_000, noise=0.01)
-    found = surface_fields(PointCloud(points), 0.4).values
-    assert np.median(inner(found["roughness"], points, 0.5)) == pytest.approx(0.01, rel=0.05)
+    result = surface_fields(PointCloud(points), 0.4).values
+    assert np.median(inner(result["roughness"], points, 0.5)) == pytest.approx(0.01, rel=0.05)
 
 
 def test_m_and_k_are_those_of_the_planes_of_traces() -> None:
     """Of the same points, by the fit that judges picks."""
     rng = np.random.default_rng(3)
     points = rng.standard_normal((24, 3)) * [0.3, 0.1, 0.02]
-    found = surface_fields(PointCloud(points), 50.0).values
+    result = surface_fields(PointCloud(points), 50.0).values
     fit = fit_plane(points)
-    assert found["coplanarity"][0] == pytest.approx(fit.M, rel=1e-5)
-    assert found["collinearity"][0] == pytest.approx(fit.K, rel=1e-5)
+    assert result["coplanarity"][0] == pytest.approx(fit.M, rel=1e-5)
+    assert result["collinearity"][0] == pytest.approx(fit.K, rel=1e-5)
 
 
 def test_overhangs_are_steeper_than_a_right_angle() -> None:
     heights = np.zeros((60, 60))
     mesh = grid_mesh(heights, 0.05)
     normal = normal_of(90.0, 70.0)
-    for out, wanted in ((normal, 70.0), (-normal, 110.0)):
+    for out, expected in ((normal, 70.0), (-normal, 110.0)):
         # A sheet turned so that its faces look along `out`.
         u = np.cross([0.0, 1.0, 0.0], out)
         axes = np.stack([np.cross(out, u / np.linalg.norm(u)), u / np.linalg.norm(u), out])
         axes[0] = np.cross(axes[1], axes[2])
-        found = surface_fields(Mesh(mesh.vertices @ axes + UTM, mesh.faces), 0.3).values
-        assert np.abs(found["steepness"] - wanted).max() < 0.01
-        assert np.abs(found["dip"] - 70.0).max() < 0.01
+        result = surface_fields(Mesh(mesh.vertices @ axes + UTM, mesh.faces), 0.3).values
+        assert np.abs(result["steepness"] - expected).max() < 0.01
+        assert np.abs(result["dip"] - 70.0).max() < 0.01
 
 
 def test_a_finer_mesh_in_one_corner_does_not_count_more() -> None:
@@ -121,9 +121,9 @@ def test_a_finer_mesh_in_one_corner_does_not_count_more() -> None:
     right = rng.uniform([0.0, -1.0, 0.0], [1.0, 1.0, 0.0], (1_000, 3))
     right[:, 2] = right[:, 0]
     cloud = PointCloud(np.concatenate([left, right, [[0.0, 0.0, 0.0]]]))
-    found = surface_fields(cloud, 0.6).values
+    result = surface_fields(cloud, 0.6).values
     # Between 0 and 45 degrees, and far from the dense side's alone.
-    assert 15.0 < found["dip"][-1] < 30.0
+    assert 15.0 < result["dip"][-1] < 30.0
 
 
 def test_places_with_few_neighbours_have_no_value() -> None:
@@ -131,11 +131,11 @@ def test_places_with_few_neighbours_have_no_value() -> None:
     dense = sheet(rng, (90.0, 30.0), (0.0, 0.0, 0.0), size=2.0, count=4_000)
     lonely = rng.uniform(50.0, 90.0, (400, 3))
     cloud, part = clouds_of(dense, lonely)
-    found = surface_fields(cloud, 0.2)
+    result = surface_fields(cloud, 0.2)
     for key in KINDS:
-        assert np.isnan(found.values[key][part == 1]).all()
-    assert np.isfinite(found.values["dip"][part == 0]).all()
-    assert by_code(found.warnings)["fields.few-points"]["share_percent"] == pytest.approx(
+        assert np.isnan(result.values[key][part == 1]).all()
+    assert np.isfinite(result.values["dip"][part == 0]).all()
+    assert by_code(result.warnings)["fields.few-points"]["share_percent"] == pytest.approx(
         100.0 * 400 / 4_400, abs=0.1
     )
 
@@ -144,9 +144,9 @@ def test_copies_and_places_that_are_none_do_no_harm() -> None:
     rng = np.random.default_rng(7)
     points = sheet(rng, (45.0, 25.0), (0.0, 0.0, 0.0), size=2.0, count=4_000, noise=0.0)
     broken = np.concatenate([points, points[:500], np.full((3, 3), np.nan)])
-    found = surface_fields(PointCloud(broken), 0.3).values
-    assert np.abs(found["dip"][:4_500] - 25.0).max() < 1e-3
-    assert np.isnan(found["dip"][-3:]).all()
+    result = surface_fields(PointCloud(broken), 0.3).values
+    assert np.abs(result["dip"][:4_500] - 25.0).max() < 1e-3
+    assert np.isnan(result["dip"][-3:]).all()
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, np.nan, np.inf])
@@ -162,9 +162,9 @@ def test_a_radius_that_holds_nothing_is_told() -> None:
 
 def test_a_cloud_without_normals_is_said_to_be_seen_from_above() -> None:
     cloud = ball(1.0, 8_000)
-    found: SurfaceFields = surface_fields(PointCloud(cloud.points), 0.3)
-    assert "fields.outside-unknown" in by_code(found.warnings)
-    assert np.nanmax(found.values["steepness"]) <= 90.0
+    result: SurfaceFields = surface_fields(PointCloud(cloud.points), 0.3)
+    assert "fields.outside-unknown" in by_code(result.warnings)
+    assert np.nanmax(result.values["steepness"]) <= 90.0
 
 
 def test_names_say_radius_and_unit() -> None:
@@ -204,8 +204,8 @@ def test_points_on_a_line_have_no_dip() -> None:
         count=20_000,
         noise=0.0,
     )
-    found = surface_fields(PointCloud(np.concatenate([sheet_points, line])), 0.3)
-    for values in found.values.values():
+    result = surface_fields(PointCloud(np.concatenate([sheet_points, line])), 0.3)
+    for values in result.values.values():
         assert np.isnan(values[20_000:]).all()
-    assert np.isfinite(found.values["dip"][:20_000]).all()
-    assert "fields.few-points" in by_code(found.warnings)
+    assert np.isfinite(result.values["dip"][:20_000]).all()
+    assert "fields.few-points" in by_code(result.warnings)

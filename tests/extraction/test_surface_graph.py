@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from vomstudio.extraction.following import Follower
-from vomstudio.extraction.path_costs import smoothed
+from vomstudio.extraction.path_costs import smooth_values
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 from vomstudio.geometry.cloud import PointCloud
 
@@ -38,7 +38,7 @@ def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, m
     surface = SurfaceGraph(PointCloud(sheets(20_000, np.random.default_rng(1))))
     one = np.array([1.0, 2.0, 0.05 * np.sin(3.0)]) - surface.origin
     other = one + [length, 0.0, 0.0]
-    found = surface.corridor(one, other, 1.4, 0.2)
+    result = surface.corridor(one, other, 1.4, 0.2)
     reach = 1.4 * length + 0.2
     whole, places = surface.whole, surface.places
     by_way = sum(np.linalg.norm(places - end, axis=1) for end in (one, other))
@@ -48,13 +48,15 @@ def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, m
     n = len(places)
     joined = csr_array((np.ones(both.sum()), (first[both], second[both])), (n, n))
     label = connected_components(joined, directed=False)[1]
-    wanted = inside & (label == label[int(surface.tree.query(one)[1])])
-    assert (wanted.sum() > n / 50) == many
-    assert (wanted.sum() < inside.sum()) == many, "The other sheet is within reach of the long one."
-    assert set(map(tuple, found.places)) == set(map(tuple, places[wanted]))
-    here = both & wanted[first] & wanted[second]
-    a, b = arcs(found)
-    ends = {(*p, *q) for p, q in zip(found.places[a], found.places[b], strict=True)}
+    expected = inside & (label == label[int(surface.tree.query(one)[1])])
+    assert (expected.sum() > n / 50) == many
+    assert (expected.sum() < inside.sum()) == many, (
+        "The other sheet is within reach of the long one."
+    )
+    assert set(map(tuple, result.places)) == set(map(tuple, places[expected]))
+    here = both & expected[first] & expected[second]
+    a, b = arcs(result)
+    ends = {(*p, *q) for p, q in zip(result.places[a], result.places[b], strict=True)}
     assert ends == {
         (*p, *q) for p, q in zip(places[first[here]], places[second[here]], strict=True)
     }
@@ -75,7 +77,7 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
     for y in (1.0, 2.0, 1.0):
         ends = np.column_stack([x, y + 0.15 * np.sin(x), 0.02 * np.sin(5.0 * x)])
         path = follower.follow(ends).points
-        assert surface.kept_costs, "So long a way is searched for over the whole surface."
+        assert surface.cached_costs, "So long a way is searched for over the whole surface."
         assert np.abs(path[:, 1] - y - 0.15 * np.sin(path[:, 0])).max() < 0.06
         shortest = follower.follow(ends, whole=True).points
         assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06
@@ -88,7 +90,7 @@ def test_smoothing_is_the_mean_of_each_point_and_its_neighbours(count: int) -> N
     n = len(graph.places)
     first, second = arcs(graph)
     joined = csr_array((np.ones(len(first)), (first, second)), (n, n))
-    values = wanted = np.random.default_rng(4).standard_normal(n)
+    values = expected = np.random.default_rng(4).standard_normal(n)
     for _ in range(3):
-        wanted = (wanted + joined @ wanted) / (1.0 + np.diff(graph.starts))
-    assert np.allclose(smoothed(graph, values, 3), wanted, rtol=0.0, atol=1e-12)
+        expected = (expected + joined @ expected) / (1.0 + np.diff(graph.starts))
+    assert np.allclose(smooth_values(graph, values, 3), expected, rtol=0.0, atol=1e-12)

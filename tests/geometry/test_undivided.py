@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from vomstudio.extraction.measurable import usual_resolution
+from vomstudio.extraction.measurable import typical_resolution
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.models.opening import resolution
@@ -59,7 +59,7 @@ def near(mesh: Mesh) -> float:
     return found
 
 
-DOORS = pytest.mark.parametrize("door", [resolution, usual_resolution, near])
+DOORS = pytest.mark.parametrize("door", [resolution, typical_resolution, near])
 
 
 @DOORS

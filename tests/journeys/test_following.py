@@ -95,7 +95,7 @@ def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
 
 @pytest.mark.full
 def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, picks, tmp_path):
-    from vomstudio.extraction.best_cost import costs_of, rank_of
+    from vomstudio.extraction.best_cost import available_costs, rank_path
     from vomstudio.extraction.following import Follower
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.geometry import transform
@@ -110,7 +110,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     clicks = np.array(tool.vertices)
     driver.keep_picture(window, "following-best")
     by = tool.followed_by
-    assert by in costs_of(SurfaceGraph(studio.models[tool.trace.model_id].data))
+    assert by in available_costs(SurfaceGraph(studio.models[tool.trace.model_id].data))
     assert box.currentData() == "auto"
     assert box.currentText().endswith(f": {box.itemText(box.findData(by))}")
     # The same by hand: each cost, leg by leg, and the one of the least stated error.
@@ -118,11 +118,11 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     surface = SurfaceGraph(studio.models[model.id].data)
     near = studio.surface(model.id)
     ranks = {}
-    for cost in costs_of(surface):
+    for cost in available_costs(surface):
         legs = [Follower(surface, cost).follow(clicks[i : i + 2]).points for i in range(2)]
         line = np.concatenate([legs[0], legs[1][1:]])
         world = transform.apply(model.to_world, line)
-        ranks[cost] = rank_of(world, lambda _, at=line: near.resolution_near(at))[0]
+        ranks[cost] = rank_path(world, lambda _, at=line: near.resolution_near(at))[0]
     assert ranks[by] == min(ranks.values())
     key(window, Qt.Key.Key_Return)
     (trace,) = driver.traces(window)

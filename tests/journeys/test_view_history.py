@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from tests import driver
 from tests.driver import click, drag, key, wait
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.selection.visible_region import count_of
+from vomstudio.extraction.selection.visible_region import element_count
 from vomstudio.studio.tools.select import SelectTool
 
 pytestmark = pytest.mark.full
@@ -125,7 +125,7 @@ def test_what_was_isolated_is_shown_again_by_going_back(opened):
     (model_id,) = elements.shown()
     tool = opened.studio.tool_of(SelectTool)
     key(opened, Qt.Key.Key_S)
-    count = count_of(elements.data(model_id))
+    count = element_count(elements.data(model_id))
     mask = np.zeros(count, bool)
     mask[: count // 3] = True
     tool.take(model_id, mask, tool.combine, "Choose a third")

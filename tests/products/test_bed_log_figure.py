@@ -14,8 +14,8 @@ from vomstudio.geology.beds import lithologies
 from vomstudio.geology.beds.bed_log import bed_log
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.section.bed_log_figure import page_of, write_log_figure
-from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.bed_log_figure import lay_out_page, write_log_figure
+from vomstudio.products.section.decimals import format_with_error
 from vomstudio.products.section.lithology_style import style_of
 
 LEVEL = Plane(0.0, 0.0)
@@ -40,12 +40,12 @@ def mm(svg: str) -> float:
 
 
 def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> None:
-    found = log_of(HEIGHTS, ["sandstone", "shale", "limestone"], sigma_m=0.01)
-    page = page_of(found)
+    result = log_of(HEIGHTS, ["sandstone", "shale", "limestone"], sigma_m=0.01)
+    page = lay_out_page(result)
     assert page.scale == 50.0
     assert page.column_mm == pytest.approx(180.0)
     target = tmp_path / "log.svg"
-    write_log_figure(target, found, format="svg", about="bedding 000/00")
+    write_log_figure(target, result, format="svg", about="bedding 000/00")
     svg = target.read_text("utf-8")
     heights = {
         round(abs(float(b) - float(a)) * mm(svg), 2)
@@ -53,32 +53,39 @@ def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> Non
     }
     assert 180.0 in heights  # the axis
     assert 80.0 in heights  # four metres of the lowest bed
-    for said in ("1 : 50", "sandstone", "shale", "limestone", "bedding 000/00", "4.000 ± 0.028"):
-        assert said in svg
+    for messages in (
+        "1 : 50",
+        "sandstone",
+        "shale",
+        "limestone",
+        "bedding 000/00",
+        "4.000 ± 0.028",
+    ):
+        assert messages in svg
 
 
 def test_words_of_thin_beds_keep_apart_and_in_order() -> None:
-    page = page_of(log_of(HEIGHTS))
+    page = lay_out_page(log_of(HEIGHTS))
     assert (np.diff(page.rows_mm) >= 4.0 - 1e-9).all()
     assert page.rows_mm[0] == pytest.approx(40.0)
     # Those of the three thin beds are moved as little as can be, around their middle.
     assert page.rows_mm[1:4].mean() == pytest.approx(83.0)
-    many = page_of(log_of(np.linspace(0.0, 3.0, 1001)))
+    many = lay_out_page(log_of(np.linspace(0.0, 3.0, 1001)))
     assert np.isnan(many.rows_mm).all()
     assert many.height_mm < 260.0
-    few = page_of(log_of(np.linspace(0.0, 0.01, 101)))
+    few = lay_out_page(log_of(np.linspace(0.0, 0.01, 101)))
     assert few.height_mm > 400.0
 
 
 def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
-    found = log_of([0, 1, 2], ["$\\frac{1", "x" * 300], ["$a$ <b> & c"])
+    result = log_of([0, 1, 2], ["$\\frac{1", "x" * 300], ["$a$ <b> & c"])
     target = tmp_path / "log.svg"
-    write_log_figure(target, found, format="svg")
+    write_log_figure(target, result, format="svg")
     svg = target.read_text("utf-8")
     assert escape("$a$ <b> & c") in svg
     assert "…" in svg
     with pytest.raises(UsageError):
-        write_log_figure(tmp_path / "log.gif", found, format="gif")
+        write_log_figure(tmp_path / "log.gif", result, format="gif")
 
 
 @pytest.mark.parametrize("word", lithologies.words())
@@ -95,9 +102,9 @@ def test_coarser_beds_are_wider() -> None:
     def width(word: str) -> float:
         fields = in_strabospot(word)
         assert fields is not None
-        found = style_of(word, fields).width
-        assert found is not None
-        return found
+        result = style_of(word, fields).width
+        assert result is not None
+        return result
 
     for words in (
         ("mudstone", "siltstone", "sandstone", "conglomerate"),
@@ -109,7 +116,7 @@ def test_coarser_beds_are_wider() -> None:
 
 
 def test_digits_follow_the_error() -> None:
-    assert with_error(2.4621, 0.0571) == "2.462 ± 0.057"
-    assert with_error(24.6, 1.83) == "24.6 ± 1.8"
-    assert with_error(2.4621, None) == "2.462"
-    assert with_error(2.4621, 0.0) == "2.462 ± 0.000"
+    assert format_with_error(2.4621, 0.0571) == "2.462 ± 0.057"
+    assert format_with_error(24.6, 1.83) == "24.6 ± 1.8"
+    assert format_with_error(2.4621, None) == "2.462"
+    assert format_with_error(2.4621, 0.0) == "2.462 ± 0.000"

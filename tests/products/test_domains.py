@@ -26,7 +26,7 @@ from vomstudio.products.ortho.interpretation import Item, items_of_table
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.section.directions import Directions, by_domain, domain_projections
+from vomstudio.products.section.directions import Directions, assign_domain_axes, domain_projections
 from vomstudio.products.section.section_lines import curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
@@ -54,7 +54,7 @@ def faulted(turn: float = 0.0) -> tuple[Item, ...]:
     for k in range(3):
         places.append([0.0, 0.0, float(k)])
         rows.append(("fault", "", (90.0, 90.0)))
-    made = [
+    output = [
         {
             "id": str(i),
             "name": str(i),
@@ -66,16 +66,16 @@ def faulted(turn: float = 0.0) -> tuple[Item, ...]:
         }
         for i, (kind, domain, (dd, dip)) in enumerate(rows)
     ]
-    return items_of_table(np.array(places), made)
+    return items_of_table(np.array(places), output)
 
 
 def test_beds_of_one_dip_are_projected_along_the_line_in_which_they_meet_the_fault() -> None:
-    found = projection_axes(
+    result = projection_axes(
         {name: ([dd] * 5, [dip] * 5) for name, (dd, dip) in (("h", HANGING), ("f", FOOT))},
         ([FAULT[0]] * 3, [FAULT[1]] * 3),
     )
     for name, plane in (("h", HANGING), ("f", FOOT)):
-        line = found[name].line
+        line = result[name].line
         assert line is not None
         assert angle_between_lines(line, met(plane, FAULT)) < 1e-4
 
@@ -132,16 +132,16 @@ def test_a_folded_domain_is_projected_along_its_own_fold_axis() -> None:
     poles = [np.cos(a) * top + np.sin(a) * side for a in np.radians([-50, -30, -10, 10, 30, 50])]
     lines = [Line.from_vector(p if p[2] < 0 else -p) for p in poles]
     beds = ([(t.trend_deg + 180.0) % 360.0 for t in lines], [90.0 - t.plunge_deg for t in lines])
-    found = projection_axes({"fold": beds})["fold"]
-    assert found.line is not None
-    assert angle_between_lines(found.line, Line(40.0, 15.0)) < 1e-4
-    assert "fold axis" in found.description
+    result = projection_axes({"fold": beds})["fold"]
+    assert result.line is not None
+    assert angle_between_lines(result.line, Line(40.0, 15.0)) < 1e-4
+    assert "fold axis" in result.description
 
 
 def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
-    found = projection_axes({"h": around(HANGING, 6, 1.0, np.random.default_rng(1))})["h"]
-    assert found.line is None
-    assert "no fault" in found.description
+    result = projection_axes({"h": around(HANGING, 6, 1.0, np.random.default_rng(1))})["h"]
+    assert result.line is None
+    assert "no fault" in result.description
 
 
 def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
@@ -163,7 +163,7 @@ def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
 def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     """All of its points come to the line in which its plane meets the section."""
     items = faulted()
-    directions = by_domain(items, "--along")
+    directions = assign_domain_axes(items, "--along")
     curtain = curtain_of_plane(plane_option("000/90"), (0.0, 0.0, 0.0))
     fault = next(item for item in items if item.kind == "fault")
     rng = np.random.default_rng(2)
@@ -171,8 +171,8 @@ def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     trace = replace(fault, layer="traces", form="line", points=points, normal=None)
     (flat,), _ = project_items((trace,), curtain, directions, None)
     assert flat.points[:, 0] == pytest.approx(np.full(9, flat.points[0, 0]), abs=1e-9)
-    told = domain_projections(directions, curtain)
-    assert sum(each.faults for each in told) == 3
+    report = domain_projections(directions, curtain)
+    assert sum(each.faults for each in report) == 3
 
 
 def wall() -> Mesh:
@@ -184,20 +184,20 @@ def wall() -> Mesh:
 
 def drawn(tmp_path: Path, items: tuple[Item, ...], name: str) -> tuple[Any, Any, list[str]]:
     planned = plan(wall(), view_along_line(0.0, 0.0), to_world=np.eye(4), gsd=0.1)
-    made = write_orthophoto(
+    output = write_orthophoto(
         wall(), planned, tmp_path / "o.tif", only=territory(items, name), force=True
     )
-    facts = json.loads(made.sidecar.read_text("utf-8"))
-    with rasterio.open(made.image) as file:
+    facts = json.loads(output.sidecar.read_text("utf-8"))
+    with rasterio.open(output.image) as file:
         rgba = np.moveaxis(file.read(), 0, 2)
-    return rgba, facts, list(made.warnings)
+    return rgba, facts, list(output.warnings)
 
 
 @pytest.mark.parametrize(("name", "right"), [("hanging wall", True), ("footwall", False)])
 def test_the_picture_of_a_domain_is_grey_beyond_the_fault(
     tmp_path: Path, name: str, right: bool
 ) -> None:
-    rgba, facts, said = drawn(tmp_path, faulted(), name)
+    rgba, facts, messages = drawn(tmp_path, faulted(), name)
     middle = rgba.shape[1] // 2
     own, rest = rgba[:, middle + 1 :], rgba[:, : middle - 1]
     if not right:
@@ -205,13 +205,13 @@ def test_the_picture_of_a_domain_is_grey_beyond_the_fault(
     assert (own[3:-3, 3:-3, :3] == [200, 80, 30]).all()
     assert (np.ptp(rest[3:-3, 3:-3, :3].astype(int), axis=2) == 0).all()
     assert facts["domain"] == {"name": name, "ends_at": ["F"]}
-    assert by_code(said)["domain.ends-at-faults"] == {"domain": name, "faults": ("F",)}
+    assert by_code(messages)["domain.ends-at-faults"] == {"domain": name, "faults": ("F",)}
 
 
 def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
     items = tuple(item for item in faulted() if item.kind == "bedding")
-    rgba, _, said = drawn(tmp_path, items, "hanging wall")
-    assert by_code(said)["domain.no-fault-between"] == {
+    rgba, _, messages = drawn(tmp_path, items, "hanging wall")
+    assert by_code(messages)["domain.no-fault-between"] == {
         "domain": "hanging wall",
         "others": ("footwall",),
     }
@@ -259,9 +259,9 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     axes = projection_axes({"fold": beds})
     assert axes["fold"].valid == "conditional"
     curtain = curtain_of_plane(plane_option("010/90"), (0.0, 0.0, 0.0))
-    (told,) = domain_projections(Directions(None, axes), curtain)
-    assert told.valid == "conditional"
-    assert told.words.startswith(f"{replace(told, valid='yes').words}; ")
+    (report,) = domain_projections(Directions(None, axes), curtain)
+    assert report.valid == "conditional"
+    assert report.words.startswith(f"{replace(report, valid='yes').words}; ")
 
 
 def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vomstudio.products.ortho.legend_entries import remark_on
+from vomstudio.products.ortho.legend_entries import explain_symbols
 from vomstudio.products.ortho.vector_drawing import Drawing, Shape, svg_text
 
 LINE = np.array([[0.0, 0.0], [4.0, 1.0]])
@@ -44,7 +44,7 @@ def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
         if glyph.tag != text.tag and glyph.get("stroke") and text.tag.endswith("text"):
             named[text.text] = glyph.get("stroke")
     assert KINDS.items() <= named.items()
-    remarks = remark_on(drawn.legend)
+    remarks = explain_symbols(drawn.legend)
     assert bool(remarks) == (dip_deg is not None)
     assert sum(each.text == remarks for each in elements) == bool(remarks)
     page = float(root.get("height", "").removesuffix("mm"))

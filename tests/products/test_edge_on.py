@@ -16,7 +16,7 @@ from vomstudio.products.elevation.planning import plan_heights
 from vomstudio.products.elevation.writing import figures_of
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import Plan, plan
-from vomstudio.products.ortho.view_directions import view_along_line, view_of_plane
+from vomstudio.products.ortho.view_directions import view_against_plane, view_along_line
 
 WALL = Plane(130.0, 35.0)
 
@@ -75,4 +75,4 @@ def test_an_elevation_model_over_a_plane_at_right_angles_says_so() -> None:
     heights[:] = np.nan
     with refused("view.edge-on", plane="130/35"):
         figures_of(heights, laid, limit, None)
-    assert not plan(mesh, view_of_plane(WALL), to_world=np.eye(4), gsd=1.0).notes
+    assert not plan(mesh, view_against_plane(WALL), to_world=np.eye(4), gsd=1.0).notes

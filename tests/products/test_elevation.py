@@ -16,7 +16,7 @@ from vomstudio.products.elevation import heights as drawing
 from vomstudio.products.elevation.contours import contour_lines
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
-from vomstudio.products.elevation.shading import dips_of, hillshade
+from vomstudio.products.elevation.shading import compute_dips, hillshade
 
 LEVEL = Plane(0.0, 0.0)
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
@@ -217,7 +217,7 @@ def test_slope_and_aspect_are_dip_and_dip_direction_in_world(plane: Plane, turn:
         pytest.skip("seen edge-on")
     plan = plan_of(cloud, plane, 0.25)
     heights, _ = draw_heights(cloud, plan)
-    dip, toward = dips_of(heights, 0.25, plan.frame)
+    dip, toward = compute_dips(heights, 0.25, plan.frame)
     known = np.isfinite(dip)
     assert known.sum() > 100
     assert np.abs(dip[known] - 35).max() < 1e-3

@@ -31,11 +31,11 @@ def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
     mesh = hilly()
     through = np.array([10.0, 10.0, 0.4])
     belief = belief_of_attitude(Plane(*ATTITUDE), through, 1.0, 0.02)
-    found = extend(mesh, belief, ExtendOptions(thickness_m=1.2, thickness_error_m=0.05))
-    assert [bed.bed for bed in found.beds] == sorted(bed.bed for bed in found.beds)
-    assert {bed.bed for bed in found.beds} >= {-2, -1, 0, 1, 2}
+    result = extend(mesh, belief, ExtendOptions(thickness_m=1.2, thickness_error_m=0.05))
+    assert [bed.bed for bed in result.beds] == sorted(bed.bed for bed in result.beds)
+    assert {bed.bed for bed in result.beds} >= {-2, -1, 0, 1, 2}
     normal = normal_of(*ATTITUDE)
-    for trace in found.traces:
+    for trace in result.traces:
         off = (trace.points - through) @ normal - 1.2 * trace.bed
         assert np.abs(off).max() < 1e-9
         x, y, z = trace.points.T
@@ -46,9 +46,9 @@ def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
         tilt = math.tan(math.radians(1.0)) * 1.959964 / math.sqrt(5.991465)
         expected = np.sqrt(0.02**2 + (tilt * flat) ** 2 + (0.05 * trace.bed) ** 2)
         assert trace.error95_m == pytest.approx(expected, rel=1e-6)
-    assert found.max_error95_deg == pytest.approx(1.0)
-    assert found.length_m == pytest.approx(
-        sum(np.linalg.norm(np.diff(t.points, axis=0), axis=1).sum() for t in found.traces)
+    assert result.max_error95_deg == pytest.approx(1.0)
+    assert result.length_m == pytest.approx(
+        sum(np.linalg.norm(np.diff(t.points, axis=0), axis=1).sum() for t in result.traces)
     )
 
 
@@ -124,11 +124,11 @@ def test_lines_for_a_gis_say_their_bed_and_their_worst_error(tmp_path: Path) -> 
     import pyogrio
 
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
-    found = extend(hilly(), belief, ExtendOptions(thickness_m=1.0))
+    result = extend(hilly(), belief, ExtendOptions(thickness_m=1.0))
     path = tmp_path / "beds.gpkg"
-    write_traces(path, found, crs="EPSG:32615", model="hill", force=False)
+    write_traces(path, result, crs="EPSG:32615", model="hill", force=False)
     meta, _, _, columns = pyogrio.raw.read(path)
     assert meta["crs"] == "EPSG:32615"
-    told = dict(zip(meta["fields"], columns, strict=True))
-    assert told["bed"].tolist() == [trace.bed for trace in found.traces]
-    assert told["error95_m"] == pytest.approx([t.error95_m.max() for t in found.traces])
+    report = dict(zip(meta["fields"], columns, strict=True))
+    assert report["bed"].tolist() == [trace.bed for trace in result.traces]
+    assert report["error95_m"] == pytest.approx([t.error95_m.max() for t in result.traces])

@@ -42,22 +42,24 @@ def plan() -> SurveyPlan:
 
 def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     """24 mm on 24 mm of 6000 pixels see as much across as they are away: 3.33 mm a pixel."""
-    said = dict(figures(plan))
-    assert said["Camera"] == "test <one>, 6000 x 4000"
-    assert said["Lens"].startswith("24 mm")
-    assert said["Outcrop"] == "30 x 10 m"
-    assert said["Distance"] == "20 m"
-    assert said["Pixel size (GSD)"] == "3.33 mm"
+    messages = dict(figures(plan))
+    assert messages["Camera"] == "test <one>, 6000 x 4000"
+    assert messages["Lens"].startswith("24 mm")
+    assert messages["Outcrop"] == "30 x 10 m"
+    assert messages["Distance"] == "20 m"
+    assert messages["Pixel size (GSD)"] == "3.33 mm"
     # A tenth of the textbook's limit: half a resolution of 33 mm over 0.866 times that.
-    assert said["Planes across"] == "33 cm ± 3.3°, 3.3 m (1000 px) ± 0.3°"
-    assert said["Footprint"] == "20 x 13.3 m"
-    assert said["Spacing"] == "6 m along, 4 m up"
-    assert said["Overlap"] == "70 %"
-    straight, oblique = len(plan.select_kind("perpendicular")), len(plan.select_kind("oblique"))
-    assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
-    assert said["Photos per place"].startswith(f"{plan.views_least} or more, ")
+    assert messages["Planes across"] == "33 cm ± 3.3°, 3.3 m (1000 px) ± 0.3°"
+    assert messages["Footprint"] == "20 x 13.3 m"
+    assert messages["Spacing"] == "6 m along, 4 m up"
+    assert messages["Overlap"] == "70 %"
+    straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
+    assert messages["Photos"] == (
+        f"{straight + oblique}: {straight} perpendicular, {oblique} oblique"
+    )
+    assert messages["Photos per place"].startswith(f"{plan.views_least} or more, ")
     near, far = plan.depth_of_field_m
-    assert said["Sharp at f/8"] == f"{near:.3g} m to " + (
+    assert messages["Sharp at f/8"] == f"{near:.3g} m to " + (
         "infinity" if far is None else f"{far:.3g} m"
     )
 
@@ -349,8 +351,8 @@ def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: 
         assert sum(isinstance(c, Quiver) for c in axes.collections) == (n <= 400)
     legend = front.get_legend()
     assert legend is not None
-    said = [text.get_text() for text in legend.get_texts()]
-    assert said == [f"perpendicular: {n}", "control point", "check point"]
+    messages = [text.get_text() for text in legend.get_texts()]
+    assert messages == [f"perpendicular: {n}", "control point", "check point"]
 
 
 @pytest.mark.parametrize(("length", "lines"), [(107, 1), (108, 2)])
@@ -360,8 +362,8 @@ def test_a_line_of_a_sheet_has_112_letters_at_most(
     warning = "a" * length + " b."
     figure = draw_field_sheet(replace(plan, warnings=(warning,)))
     (at,) = [i for i, text in enumerate(figure.texts) if text.get_text().startswith("! ")]
-    said = [figure.texts[at + k].get_text() for k in range(lines)]
-    assert " ".join(said) == f"! {warning}"
+    messages = [figure.texts[at + k].get_text() for k in range(lines)]
+    assert " ".join(messages) == f"! {warning}"
     assert figure.texts[at + lines].get_text().startswith("- ")
 
 
@@ -389,8 +391,8 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
     legend = front.get_legend()
     assert legend is not None
     assert above.get_legend() is None
-    straight, oblique = (len(plan.select_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
-    said = {
+    straight, oblique = (len(plan.of_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
+    messages = {
         text.get_text(): handle
         for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
     }
@@ -400,9 +402,9 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
         "control point": ("s", CONTROL, "full"),
         "check point": ("s", CONTROL, "none"),
     }
-    assert list(said) == list(signs)
+    assert list(messages) == list(signs)
     for name, sign in signs.items():
-        handle = said[name]
+        handle = messages[name]
         assert isinstance(handle, Line2D)
         assert (handle.get_marker(), handle.get_color(), handle.get_fillstyle()) == sign
     assert above.get_xlabel() == "along the outcrop from its left end, m"
@@ -413,13 +415,13 @@ def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
     many = plan_survey(APSC, PlanOptions(width_m=400.0, height_m=40.0, distance_m=12.0))
     few = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     for plan in (many, few):
-        wanted = sum(
-            0 < len(plan.select_kind(kind)) <= 400
+        expected = sum(
+            0 < len(plan.of_kind(kind)) <= 400
             for kind in ("perpendicular", "oblique")  # type: ignore[arg-type]
         )
         for axes in draw_field_sheet(plan, pictures_only=True).axes:
-            assert sum(isinstance(c, Quiver) for c in axes.collections) == wanted
-    assert len(many.select_kind("perpendicular")) > 400
+            assert sum(isinstance(c, Quiver) for c in axes.collections) == expected
+    assert len(many.of_kind("perpendicular")) > 400
 
 
 @pytest.mark.parametrize("ending", ["pdf", "svg", "html"])

@@ -29,16 +29,21 @@ from vomstudio.products.net.contents import (
     Contouring,
     NetContents,
     NetEllipse,
+    compute_means,
     make_sets,
-    means_of,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.legend import legend_entries
-from vomstudio.products.net.net_options import Turning, net_after, typed_cone, typed_slip
+from vomstudio.products.net.net_options import Turning, parse_cone, parse_slip, rotate_net
 from vomstudio.products.net.preparation import NetWishes
-from vomstudio.products.net.set_statistics import averages_of, girdles_of, maxima_of, with_findings
+from vomstudio.products.net.set_statistics import (
+    add_statistics,
+    describe_sets,
+    find_maxima,
+    fit_girdles,
+)
 from vomstudio.products.net.style import NetStyle
 from vomstudio.products.net.table_net import error_ellipses
 
@@ -68,43 +73,43 @@ def net(**more: object) -> NetContents:
 
 def draw(contents: NetContents, style: FigureStyle | None = None) -> NetArtists:
     figure = Figure(figsize=(6.7, 4.5), dpi=100)
-    return draw_stereonet(figure, contents, (style or FigureStyle()).of_net())
+    return draw_stereonet(figure, contents, (style or FigureStyle()).net_style())
 
 
 def test_a_girdle_goes_across_the_fold_axis_and_a_cluster_has_none() -> None:
-    found, others = girdles_of(net().sets)
+    result, others = fit_girdles(net().sets)
     assert others == ("joints",)
-    (girdle,) = found
+    (girdle,) = result
     assert girdle.half_angle_deg == 90.0
     assert angle_between_lines(girdle.axis, Line(40, 20)) < 1e-6
     assert girdle.color == net().sets[0].color
-    said = with_findings(net(), {"girdles"})
-    assert any("joints" in note for note in said.notes)
-    assert len(draw(said).axes.lines) > len(draw(net()).axes.lines)
+    messages = add_statistics(net(), {"girdles"})
+    assert any("joints" in note for note in messages.notes)
+    assert len(draw(messages).axes.lines) > len(draw(net()).axes.lines)
 
 
 @pytest.mark.parametrize("each", [True, False])
 def test_the_densest_place_of_a_cluster_is_near_its_mean(each: bool) -> None:
     joints = replace(net(), sets=net().sets[1:], contouring=Contouring(each_set=each))
     for contents in (joints, replace(joints, contour="linear_kamb")):
-        (mark,) = maxima_of(contents)
+        (mark,) = find_maxima(contents)
         assert angle_between_lines(mark.line, Plane(120, 50).pole()) < 4.0
         assert mark.label.startswith("max ")
-    assert "% / 1 %" in maxima_of(replace(joints, contour="schmidt"))[0].label
+    assert "% / 1 %" in find_maxima(replace(joints, contour="schmidt"))[0].label
 
 
 def test_averages_name_number_method_and_figures() -> None:
-    folded, joints = averages_of(net().sets)
+    folded, joints = describe_sets(net().sets)
     assert folded.startswith("folded: n = 60, girdle (G 1.00) about 040/20")
     assert joints.startswith("joints: n = 40, Fisher mean 1")
     assert "κ" in joints
     assert "α95" in joints
-    written = {t.get_text() for t in draw(with_findings(net(), {"averages"})).axes.texts}
+    written = {t.get_text() for t in draw(add_statistics(net(), {"averages"})).axes.texts}
     assert any(text.startswith("joints: n = 40") for text in written)
 
 
 def test_a_slip_line_lies_in_its_plane_at_its_rake() -> None:
-    circle, mark = typed_slip("120/60/40")
+    circle, mark = parse_slip("120/60/40")
     plane = Plane(120, 60)
     assert abs(plane.normal() @ mark.line.vector()) < 1e-9
     # 40 degrees from the strike that has the dip to its right.
@@ -113,7 +118,7 @@ def test_a_slip_line_lies_in_its_plane_at_its_rake() -> None:
     assert angle_between_lines(circle.axis, plane.pole()) < 1e-6
     for wrong in ("120/60", "120/95/10", "a/b/c"):
         with pytest.raises(UsageError):
-            typed_slip(wrong)
+            parse_slip(wrong)
 
 
 TABLE = (
@@ -129,11 +134,11 @@ def read(folder: Path, text: str):
 
 
 def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) -> None:
-    found = error_ellipses(read(tmp_path, TABLE))
-    assert [e.max_angle_deg for e in found] == [8.0, 5.0]
+    result = error_ellipses(read(tmp_path, TABLE))
+    assert [e.max_angle_deg for e in result] == [8.0, 5.0]
     with pytest.raises(UsageError, match="max_confidence95_deg"):
         error_ellipses(read(tmp_path, "dip_direction,dip\n120,40\n"))
-    contents = NetContents(make_sets({"a": ("plane", [120, 200], [40, 70])}), errors=found)
+    contents = NetContents(make_sets({"a": ("plane", [120, 200], [40, 70])}), errors=result)
     lines = [c for c in draw(contents).axes.collections if isinstance(c, LineCollection)]
     assert len(lines) > len(
         [
@@ -142,7 +147,7 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
             if isinstance(c, LineCollection)
         ]
     )
-    turned = net_after(contents, Turning(Plane(120, 40)))
+    turned = rotate_net(contents, Turning(Plane(120, 40)))
     first = turned.errors[0]
     assert first.line.plunge_deg == pytest.approx(90.0)
     # Of the pole that is upright now, the larger axis still goes by the rake from the strike 030.
@@ -153,7 +158,7 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
 
 def test_an_ellipse_of_a_pole_is_the_same_as_that_of_the_plane() -> None:
     ellipse = NetEllipse(Plane(120, 40), 9.0, 4.0, 25.0)
-    one, other = ellipse.outline("area"), ellipse.of_pole().outline("area")
+    one, other = ellipse.outline("area"), ellipse.pole_ellipse().outline("area")
     assert len(one) == len(other)
     for a, b in zip(one, other, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
@@ -165,19 +170,19 @@ def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_stria
         slips=np.array([Line(40, 10).vector(), [np.nan] * 3]),
     )
     turning = Turning(Plane(200, 35), Line(70, 20), 50.0)
-    after = turning.of_set(striae)
+    after = turning.rotate_set(striae)
     before = striae.vectors() @ striae.vectors().T
     np.testing.assert_allclose(np.abs(after.vectors() @ after.vectors().T), np.abs(before))
     assert after.slips is not None
     assert abs(after.slips[0] @ after.vectors()[0]) == pytest.approx(1.0)
     assert np.isnan(after.slips[1]).all()
     # About the vertical nothing happens to a net but that it turns.
-    half = Turning(None, Line(0, 90), 30.0).of_set(striae)
+    half = Turning(None, Line(0, 90), 30.0).rotate_set(striae)
     np.testing.assert_allclose(half.azimuth_deg, [70.0, 120.0])
 
 
 def test_marks_lie_where_they_belong_and_have_their_words() -> None:
-    _, mark = typed_slip("120/60/40")
+    _, mark = parse_slip("120/60/40")
     artists = draw(replace(net(), marks=(mark,)))
     assert mark.label in {t.get_text() for t in artists.axes.texts}
     at = project(mark.line.vector())[0]
@@ -212,12 +217,12 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
     ):
         with pytest.raises(UsageError):
             FigureStyle.from_options(wrong.options())
-        assert FigureStyle.kept(wrong.to_keep()) == FigureStyle()
+        assert FigureStyle.restore(wrong.to_keep()) == FigureStyle()
     style = FigureStyle(90.0, font="DejaVu Serif", grey=True, colors={"#000000": "#ff0000"})
     assert FigureStyle.from_options(style.options()) == replace(style, colors={})
     assert style.options().size_mm == "90"
-    assert FigureStyle.kept(style.to_keep()) == style
-    assert FigureStyle.kept({"font_pt": "wide", "other": 3}) == FigureStyle()
+    assert FigureStyle.restore(style.to_keep()) == style
+    assert FigureStyle.restore({"font_pt": "wide", "other": 3}) == FigureStyle()
     assert StereonetFigure(size_mm="90 x 60").width_and_height == (90.0, 60.0)
     with refused("figure.not-a-size", UsageError, text="wide", field="--size"):
         StereonetFigure(size_mm="wide")
@@ -236,8 +241,8 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
     plane = Plane(120, 60)
     planes = np.array([120.0, 125.0, 118.0]), np.array([60.0, 61.0, 58.0])
     measured_net = NetContents(make_sets({"beds": ("plane", *planes)}))
-    circle, mark = typed_slip("120/60/40")
-    cone = typed_cone(f"{plane.pole().trend_deg}/{plane.pole().plunge_deg}/20")
+    circle, mark = parse_slip("120/60/40")
+    cone = parse_cone(f"{plane.pole().trend_deg}/{plane.pole().plunge_deg}/20")
     wishes = NetWishes(turning, (circle, cone), (mark,))
     after = wishes.net(measured_net, ROWS)
     measured = Line.from_vector(after.sets[0].vectors()[0])
@@ -253,8 +258,8 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
 
 
 def test_a_line_that_was_typed_has_a_symbol_of_its_own_in_the_legend() -> None:
-    _, mark = typed_slip("120/60/40")
-    shown = replace(net(), marks=(mark,), means=means_of(net().sets))
+    _, mark = parse_slip("120/60/40")
+    shown = replace(net(), marks=(mark,), means=compute_means(net().sets))
     entries = legend_entries(shown, NetStyle())
     (own,) = (e for e in entries if "rake" in e.text)
     others = [e.marker for e in entries if e is not own]

@@ -19,7 +19,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
 from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
-from vomstudio.products.net.contours import DENSITY_NAMES, density_found, few_for_contours
+from vomstudio.products.net.contours import DENSITY_NAMES, check_contour_sizes, describe_density
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetOptions
 from vomstudio.products.net.style import NetStyle
@@ -43,8 +43,8 @@ def draw(net: NetContents, style: NetStyle | None = None, wide: bool = True) -> 
 
 
 def contours(artists: NetArtists, filled: bool) -> list[ContourSet]:
-    found = [c for c in artists.axes.collections if isinstance(c, ContourSet)]
-    return [c for c in found if c.filled == filled]
+    result = [c for c in artists.axes.collections if isinstance(c, ContourSet)]
+    return [c for c in result if c.filled == filled]
 
 
 def words(artists: NetArtists) -> list[str]:
@@ -63,9 +63,9 @@ def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> N
     for lines, vectors in zip(drawn, data, strict=True):
         for level, path in zip((3.0, 9.0), lines.get_paths(), strict=True):
             inside = path.vertices[np.hypot(*path.vertices.T) < 0.999]
-            found = density(vectors, unproject(inside, projection))
+            result = density(vectors, unproject(inside, projection))
             # Straight pieces between the places of a grid, on a flank of 20 within its step.
-            assert np.abs(found - level).max() < 0.12 * level + 0.1
+            assert np.abs(result - level).max() < 0.12 * level + 0.1
 
 
 def test_levels_asked_for_are_drawn_and_stand_in_the_bar() -> None:
@@ -121,10 +121,10 @@ def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
     assert DENSITY_NAMES["exponential_kamb"].format(sigma="4.5") in words(drawn[1])
     tops = []
     for net, sigma in zip(nets, (2.0, 4.5), strict=True):
-        found = density_found(net)
-        assert found is not None
+        result = describe_density(net)
+        assert result is not None
         vectors = np.vstack([s.vectors() for s in SETS])
-        part = found["parts"][0]
+        part = result["parts"][0]
         place = np.radians([part["trend_deg"], part["plunge_deg"]])
         line = [
             np.sin(place[0]) * np.cos(place[1]),
@@ -143,21 +143,21 @@ def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
     assert "Nowhere dense enough for a contour" in words(artists)
     assert not contours(artists, False)
     assert DENSITY_UNITS["schmidt"] not in words(artists)
-    found = density_found(net)
-    assert found is not None
-    assert found["levels"] == []
-    assert density_found(replace(net, sets=())) is None
+    result = describe_density(net)
+    assert result is not None
+    assert result["levels"] == []
+    assert describe_density(replace(net, sets=())) is None
 
 
 def test_few_orientations_are_told() -> None:
     """Kamb's circle of 3 takes 9/12 of the hemisphere, of 9 exactly a half; Schmidt's never."""
     three = make_sets({"a": ("plane", [10, 20, 30], [40, 50, 60]), "b": cluster(9, 40, 9, 3)})
     each = NetContents(three, contour="kamb", contouring=Contouring(each_set=True))
-    (few,) = few_for_contours(each)
+    (few,) = check_contour_sizes(each)
     assert few == Finding("net.few-for-contours", set="a", count=3, share_percent=75.0)
-    assert few_for_contours(replace(each, contouring=Contouring())) == []
-    assert few_for_contours(replace(each, contour="schmidt")) == []
-    assert few_for_contours(replace(each, contour=None)) == []
+    assert check_contour_sizes(replace(each, contouring=Contouring())) == []
+    assert check_contour_sizes(replace(each, contour="schmidt")) == []
+    assert check_contour_sizes(replace(each, contour=None)) == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapely.geometry import MultiPoint, Point, box
 
-from vomstudio.products.net.labels import free_place
+from vomstudio.products.net.labels import find_label_place
 from vomstudio.products.net.legend import text_width
 
 FONT = 10.0
@@ -33,7 +33,7 @@ def plainly(
     own = Point(mark)
     poles = MultiPoint(crowd)
     net = Point(sheet.cx, sheet.cy).buffer(sheet.radius, quad_segs=4096)
-    found = []
+    result = []
     for step in (1.0, 1.7, 2.6, 4.0):
         for turn in np.radians(np.arange(0, 360, 30)):
             way = np.array([math.cos(turn), math.sin(turn)])
@@ -51,10 +51,10 @@ def plainly(
             bad += sum(words.contains(pole) for pole in poles.geoms)
             grown = box(*(middle - half - 0.6 * FONT), *(middle + half + 0.6 * FONT))
             bad += 30.0 * sum(grown.contains(Point(m)) for m in marks)
-            found.append((round(bad, 9), len(found), middle - [0.5 * wide, 0.0]))
-    if not found:
+            result.append((round(bad, 9), len(result), middle - [0.5 * wide, 0.0]))
+    if not result:
         return None
-    x, y = min(found)[2]
+    x, y = min(result)[2]
     return float(x), float(y)
 
 
@@ -73,12 +73,12 @@ def test_a_label_takes_the_best_of_its_places(seed: int) -> None:
     for mark in marks:
         crowd = mark + scatter * rng.normal(size=(rng.integers(1, 60), 2))
         text = str(rng.choice(["β", "mean 132/41", "042.0/41.0 RHR"]))
-        found = free_place(sheet, mark, text, crowd, marks)
-        wanted = plainly(sheet, mark, text, crowd, marks)
-        if wanted is None:
-            assert found is None
+        result = find_label_place(sheet, mark, text, crowd, marks)
+        expected = plainly(sheet, mark, text, crowd, marks)
+        if expected is None:
+            assert result is None
         else:
-            assert found == pytest.approx(wanted)
+            assert result == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("side", ["left", "right", "below", "above"])
@@ -97,5 +97,5 @@ def test_a_label_keeps_two_points_from_the_edge_of_the_figure(
         "above": ((-far, -far, far, 200.0 - up), (150.0, 200.0 - 2.0 - high / 2 - spare + 11.0)),
     }[side]
     mark = np.array(at)
-    found = free_place(Sheet([taken]), mark, "beta", np.zeros((0, 2)), [mark])
-    assert (found is not None) == fits
+    result = find_label_place(Sheet([taken]), mark, "beta", np.zeros((0, 2)), [mark])
+    assert (result is not None) == fits

@@ -96,8 +96,8 @@ def test_a_net_is_written_with_the_dots_per_inch_that_journals_ask_for(tmp_path:
     """300, unless it is said otherwise."""
     write_stereonet(tmp_path / "net.png", NetContents(), format="png")
     with Image.open(tmp_path / "net.png") as picture:
-        wanted = np.array(SIZE_MM) / 25.4 * 300.0
-        assert picture.size == pytest.approx(wanted, abs=1.0)
+        expected = np.array(SIZE_MM) / 25.4 * 300.0
+        assert picture.size == pytest.approx(expected, abs=1.0)
 
 
 @pytest.mark.parametrize(("reach", "within"), [(2.0, 2.0), (3.0, 2.0), (6.0, 3.0), (20.0, 10.0)])

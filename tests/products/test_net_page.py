@@ -23,11 +23,11 @@ from vomstudio.products.net.contents import (
     AUTO_CIRCLES,
     NetContents,
     NetEllipse,
+    compute_means,
     make_sets,
-    means_of,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
-from vomstudio.products.net.labels import free_place
+from vomstudio.products.net.labels import find_label_place
 from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.style import NetStyle
 
@@ -134,7 +134,7 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
 
 def test_means_are_open_symbols_at_their_places() -> None:
     sets = make_sets({"a": planes(9), "b": planes(5, 2), "c": planes(2)})
-    net = NetContents(sets, means=means_of(sets), circles=False)
+    net = NetContents(sets, means=compute_means(sets), circles=False)
     artists = draw(net)
     size = 2.0 * STYLE.marker_pt
     big = [line for line in artists.axes.lines if line.get_markersize() == pytest.approx(size)]
@@ -150,8 +150,8 @@ def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
     for n, steps in ((5, 61), (100, 61), (101, 31)):
         sets = make_sets({"a": planes(n)})
         artists = draw(NetContents(sets, circles=True))
-        wanted = great_circles(sets[0].azimuth_deg, sets[0].angle_deg, "area", steps)
-        assert artists.arcs[0] == pytest.approx(wanted)
+        expected = great_circles(sets[0].azimuth_deg, sets[0].angle_deg, "area", steps)
+        assert artists.arcs[0] == pytest.approx(expected)
         assert artists.arc_rows[0].tolist() == list(range(n))
     alphas = []
     for n in (1, 16, 100, 1000, 10_000):
@@ -254,7 +254,7 @@ def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
         marks = [rng.uniform([20, 20], [280, 180]) for _ in range(3)]
         text = "mean 132/41"
         for mark in marks:
-            place = free_place(sheet, mark, text, np.zeros((0, 2)), marks)
+            place = find_label_place(sheet, mark, text, np.zeros((0, 2)), marks)
             if place is None:
                 continue
             placed += 1
@@ -277,7 +277,7 @@ def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
     """The mark of a mean is as wide as a letter is high."""
     for x, y in ((150.0, 100.0), (120.0, 130.0), (170.0, 60.0)):
         mark = np.array([x, y])
-        place = free_place(Sheet(), mark, "beta", np.zeros((0, 2)), [mark])
+        place = find_label_place(Sheet(), mark, "beta", np.zeros((0, 2)), [mark])
         assert place is not None
         assert 6.0 <= away(box_of(place, "beta"), (x, y)) <= 12.0
 
@@ -285,18 +285,18 @@ def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
 def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
-    alone = free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    alone = find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
     assert alone is not None
     # Poles where it would have stood drive it elsewhere, all around out to where it is free.
     box = box_of(alone, "beta")
     crowd = np.array([[x, y] for x in np.linspace(box[0], box[2], 5) for y in (box[1] + 1, box[3])])
-    other = free_place(sheet, mark, "beta", crowd, [mark])
+    other = find_label_place(sheet, mark, "beta", crowd, [mark])
     assert other is not None
     moved = box_of(other, "beta")
     inside = (crowd > [moved[0], moved[1]]) & (crowd < [moved[2], moved[3]])
     assert not inside.all(axis=1).any()
     near_rim = np.array([150.0 + 62.0, 100.0])
-    place = free_place(sheet, near_rim, "beta", np.zeros((0, 2)), [near_rim])
+    place = find_label_place(sheet, near_rim, "beta", np.zeros((0, 2)), [near_rim])
     assert place is not None
     corners = [(x, y) for x in box_of(place, "beta")[::2] for y in box_of(place, "beta")[1::2]]
     assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
@@ -306,7 +306,7 @@ def test_there_is_no_label_where_there_is_no_room() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
     sheet.text_boxes = [(0.0, 0.0, 300.0, 200.0)]
-    assert free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark]) is None
+    assert find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark]) is None
 
 
 @pytest.mark.parametrize("method", ["kamb", "schmidt"])
@@ -352,7 +352,7 @@ def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: f
     sheet = Sheet()
     way = np.array([math.cos(math.radians(turn)), math.sin(math.radians(turn))])
     mark = np.array([150.0, 100.0]) + share * 80.0 * way
-    place = free_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    place = find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
     assert place is not None
     box = box_of(place, "beta")
     corners = [(x, y) for x in box[::2] for y in box[1::2]]
@@ -371,12 +371,12 @@ def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
         angle = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
         off = np.abs((angle - gap + 180.0) % 360.0 - 180.0)
         crowd = mark + around[(off > 55.0) & (np.hypot(*around.T) > 3.0)]
-        place = free_place(sheet, mark, "pi", crowd, [mark])
+        place = find_label_place(sheet, mark, "pi", crowd, [mark])
         assert place is not None
         box = box_of(place, "pi")
         middle = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - mark
-        found = math.degrees(math.atan2(middle[1], middle[0]))
-        assert abs((found - gap + 180.0) % 360.0 - 180.0) <= 31.0
+        result = math.degrees(math.atan2(middle[1], middle[0]))
+        assert abs((result - gap + 180.0) % 360.0 - 180.0) <= 31.0
 
 
 @pytest.mark.parametrize("projection", ["area", "angle"])
@@ -417,7 +417,7 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     net = NetContents(
         sets,
         fold=fold,
-        means=means_of(sets),
+        means=compute_means(sets),
         contour="kamb",
         circles=True,
         selected=frozenset({"3"}),
@@ -472,7 +472,7 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
     """In widths of the style's line: contours and the frames of their bar about a half, the rim,
     its ticks and a fold about one, and the open symbols of means about two."""
     sets = make_sets({"a": planes(9), "l": ("line", [10.0, 50, 90], [30.0, -20, -60])})
-    net = NetContents(sets, fold=folded(), means=means_of(sets), contour="kamb", circles=True)
+    net = NetContents(sets, fold=folded(), means=compute_means(sets), contour="kamb", circles=True)
     axes = draw(net, 700, 450).axes
     unit = STYLE.line_pt
     (rim,) = [p for p in axes.patches if isinstance(p, Circle) and p.get_edgecolor()[3] > 0]

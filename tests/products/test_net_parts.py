@@ -29,13 +29,13 @@ from vomstudio.products.net.contents import (
     NetContents,
     NetEllipse,
     NetLineEllipse,
-    circles_shown,
+    compute_means,
     make_sets,
-    means_of,
+    shows_all_circles,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
-from vomstudio.products.net.legend import legend_entries, shortened, text_width
-from vomstudio.products.net.style import NetStyle, crowding
+from vomstudio.products.net.legend import legend_entries, shorten_text, text_width
+from vomstudio.products.net.style import NetStyle, symbol_scale
 
 BEDS = ("plane", [130.0, 134, 132], [40.0, 42, 41])
 STRIAE = ("line", [310.0, 312], [55.0, 57])
@@ -72,24 +72,24 @@ def test_planes_are_shown_by_their_poles_and_lines_as_they_are() -> None:
 
 def test_sets_of_three_or_more_have_a_mean_with_its_words() -> None:
     sets = make_sets({"b": BEDS, "s": STRIAE, "l": ("line", [10.0, 12, 11], [5.0, 5, 5])})
-    beds, lines = means_of(sets, "strike/dip", 1)
+    beds, lines = compute_means(sets, "strike/dip", 1)
     assert beds.label == "042.0/41.0 RHR"
     assert angle_between_lines(beds.line, Plane(132, 41).pole()) < 0.05
     assert (beds.color, beds.marker) == (sets[0].color, sets[0].marker)
     assert lines.label == "011.0/05.0"
-    (alone,) = means_of(sets[:1])
+    (alone,) = compute_means(sets[:1])
     assert alone.label == "Mean 132/41"
     even = make_sets({"e": ("line", [0.0, 60, 120], [0.0, 0, 0])})
-    assert means_of(even) == ()
+    assert compute_means(even) == ()
 
 
 def test_great_circles_are_shown_while_there_are_few_unless_it_is_asked_otherwise() -> None:
     few = NetContents(make_sets({"a": some(AUTO_CIRCLES)}))
     many = NetContents(make_sets({"a": some(AUTO_CIRCLES), "b": some(1)}))
     lines = NetContents(make_sets({"a": some(AUTO_CIRCLES), "l": ("line", [1.0] * 99, [2.0] * 99)}))
-    assert [circles_shown(net) for net in (few, many, lines)] == [True, False, True]
-    assert circles_shown(replace(many, circles=True))
-    assert not circles_shown(replace(few, circles=False))
+    assert [shows_all_circles(net) for net in (few, many, lines)] == [True, False, True]
+    assert shows_all_circles(replace(many, circles=True))
+    assert not shows_all_circles(replace(few, circles=False))
 
 
 def test_the_legend_says_what_each_symbol_is() -> None:
@@ -99,7 +99,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     full = NetContents(
         sets,
         fold=fold,
-        means=means_of(sets),
+        means=compute_means(sets),
         decimals=1,
         ellipses=(NetEllipse(Plane(130, 40), 6, 2, 70),),
     )
@@ -135,13 +135,13 @@ def test_the_legend_says_what_each_symbol_is() -> None:
 def test_a_text_is_shortened_to_what_fits() -> None:
     words = "Joint set of the upper unit"
     width = text_width(words, 8.0)
-    assert shortened(words, 8.0, width) == words
-    short = shortened(words, 8.0, 0.6 * width)
+    assert shorten_text(words, 8.0, width) == words
+    short = shorten_text(words, 8.0, 0.6 * width)
     assert short.endswith("…")
     assert text_width(short, 8.0) <= 0.6 * width
     longer = words[: len(short)] + "…"
     assert text_width(longer, 8.0) > 0.6 * width - text_width("m", 8.0)
-    assert shortened(words, 8.0, 1.0) == "J…"
+    assert shorten_text(words, 8.0, 1.0) == "J…"
     assert text_width("MM", 16.0) == pytest.approx(2.0 * text_width("MM", 8.0), rel=0.02)
     assert text_width("  ", 10.0) == pytest.approx(6.0)
     assert text_width("$x^{$", 8.0) > text_width("x", 8.0)
@@ -199,7 +199,7 @@ def test_variants_of_a_set_are_full_open_pale_and_deep_and_then_full_again() -> 
 
 
 def test_symbols_get_smaller_where_they_are_many() -> None:
-    sizes = [crowding(n) for n in (0, 1, 100, 300, 1000, 10_000, 10**6)]
+    sizes = [symbol_scale(n) for n in (0, 1, 100, 300, 1000, 10_000, 10**6)]
     assert sizes[:3] == [1.0, 1.0, 1.0]
     assert sizes[4:] == [0.7, 0.4, 0.4]
     assert 0.7 < sizes[3] < 1.0
@@ -305,9 +305,9 @@ def test_a_pointer_reaches_a_pole_within_its_reach_and_the_last_of_equals() -> N
 def test_an_ellipse_is_enlarged_to_the_total_error() -> None:
     """What is added is the same in both directions; a free turn about a line adds nothing."""
     plane = Plane(120.0, 40.0)
-    same = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 3.0)
+    same = NetEllipse.enlarge_to_total(plane, 3.0, 1.0, 20.0, 3.0)
     assert (same.max_angle_deg, same.min_angle_deg) == pytest.approx((3.0, 1.0))
-    wider = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 5.0)
+    wider = NetEllipse.enlarge_to_total(plane, 3.0, 1.0, 20.0, 5.0)
     assert (wider.max_angle_deg, wider.min_angle_deg) == pytest.approx((5.0, math.sqrt(17.0)))
-    free = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 90.0)
+    free = NetEllipse.enlarge_to_total(plane, 3.0, 1.0, 20.0, 90.0)
     assert (free.max_angle_deg, free.min_angle_deg) == pytest.approx((90.0, 1.0))

@@ -15,9 +15,9 @@ from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.products.net.contents import (
     NetContents,
     NetLineEllipse,
+    compute_means,
     fold_ellipse,
     make_sets,
-    means_of,
 )
 from vomstudio.products.net.figure import draw_stereonet
 from vomstudio.products.net.legend import legend_entries
@@ -35,7 +35,7 @@ def turns(degrees: float = 2.0) -> Turns:
 def net(known: Turns | None, *, compact: bool = False) -> NetContents:
     sets = make_sets({"beds": ("plane", AZIMUTH, DIP)}, turns={"beds": known} if known else None)
     return NetContents(
-        sets=sets, means=means_of(sets), fold=fold_axis(AZIMUTH, DIP, known), compact=compact
+        sets=sets, means=compute_means(sets), fold=fold_axis(AZIMUTH, DIP, known), compact=compact
     )
 
 

@@ -19,11 +19,17 @@ from matplotlib.text import Text
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.stereonet import project
-from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, make_sets, means_of
+from vomstudio.products.net.contents import (
+    NetContents,
+    NetEllipse,
+    NetSet,
+    compute_means,
+    make_sets,
+)
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.page import Page
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, symbol_scale
 
 ONE = NetStyle(font_pt=8.0, marker_pt=4.0, line_pt=0.7)
 """No size of it is 1, so that a product and a quotient differ."""
@@ -87,7 +93,7 @@ def full(contour: str | None) -> NetContents:
     sets = tuple(replace(s, variant=k) for k, s in enumerate(make_sets(groups, names)))
     return NetContents(
         sets,
-        means=means_of(sets),
+        means=compute_means(sets),
         fold=fold_axis(sets[0].azimuth_deg, sets[0].angle_deg),
         selected=frozenset({"Set 0.1", "Set 1.2", "Striae.1"}),
         ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
@@ -151,37 +157,37 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
     net = NetContents(
         make_sets({"Beds": cluster(9, 1), "Joints": cluster(5, 2)}), contour=contour, title=title
     )
-    found = page(net, width, height)
+    result = page(net, width, height)
     font = 8.0
     pad, row, tick = 0.8 * font, 1.45 * font, 0.9 * font
     head = row + 0.6 * font
-    assert (found.width, found.height) == pytest.approx((width, height))
-    top = found.cy + found.radius
-    if found.beside:
+    assert (result.width, result.height) == pytest.approx((width, height))
+    top = result.cy + result.radius
+    if result.is_beside:
         gap = tick + 1.5 * font
-        assert found.cx - found.radius == pytest.approx(pad + tick)
+        assert result.cx - result.radius == pytest.approx(pad + tick)
         assert height - top == pytest.approx(head + 0.5 * pad)
-        assert found.legend_x == pytest.approx(found.cx + found.radius + gap)
-        assert found.legend_x + found.legend_width == pytest.approx(width - pad)
+        assert result.legend_x == pytest.approx(result.cx + result.radius + gap)
+        assert result.legend_x + result.legend_width == pytest.approx(width - pad)
         # Either the height is used up, or the width.
-        spare = height - head - tick - pad - 2 * found.radius
-        column = found._column_width(found.words)
-        assert min(spare, found.legend_width - column) == pytest.approx(0.0, abs=1e-6)
+        spare = height - head - tick - pad - 2 * result.radius
+        column = result._column_width(result.words)
+        assert min(spare, result.legend_width - column) == pytest.approx(0.0, abs=1e-6)
     else:
         bar = 0.0 if contour is None else 4.5 * font
-        assert found.cx == pytest.approx((width - bar) / 2)
+        assert result.cx == pytest.approx((width - bar) / 2)
         assert height - top == pytest.approx(head + (1.9 * row if title else 0.0))
-        assert (found.legend_x, found.legend_width) == pytest.approx((pad, width - 2 * pad))
-        low = pad + (len(found.rows) + len(found.foot)) * row
-        spare = found.cy - found.radius - tick - low
-        side = width - 2 * (pad + tick) - bar - 2 * found.radius
+        assert (result.legend_x, result.legend_width) == pytest.approx((pad, width - 2 * pad))
+        low = pad + (len(result.rows) + len(result.foot)) * row
+        spare = result.cy - result.radius - tick - low
+        side = width - 2 * (pad + tick) - bar - 2 * result.radius
         assert min(spare, side) == pytest.approx(0.0, abs=1e-6)
         assert max(spare, side) > -1e-6
-    x, y = found.axes.get_xlim(), found.axes.get_ylim()
-    r = found.radius
-    assert [v * r for v in x] == pytest.approx([-found.cx, width - found.cx])
-    assert [v * r for v in y] == pytest.approx([-found.cy, height - found.cy])
-    assert found.net_of(found.cx + r, found.cy - 0.5 * r) == pytest.approx((1.0, -0.5))
+    x, y = result.axes.get_xlim(), result.axes.get_ylim()
+    r = result.radius
+    assert [v * r for v in x] == pytest.approx([-result.cx, width - result.cx])
+    assert [v * r for v in y] == pytest.approx([-result.cy, height - result.cy])
+    assert result.net_of(result.cx + r, result.cy - 0.5 * r) == pytest.approx((1.0, -0.5))
 
 
 @pytest.mark.parametrize("title", ["", "Limb", "Limb of the Big Elk on a day of rain, twice"])
@@ -192,13 +198,13 @@ def test_a_legend_beside_the_net_is_as_wide_as_its_words(
 ) -> None:
     """With their symbols, its title to 40 letters, the caption and the name of the bar."""
     net = NetContents(make_sets({name: cluster(9, 1)}), contour=contour, title=title)
-    found = page(net, 480, 326)
+    result = page(net, 480, 326)
     widths = [2.2 * 8.0 + text_width(f"{name}, poles (n = 9)", 8.0)]
     widths.append(text_width("Equal area, lower hemisphere", 8.0))
     widths.append(text_width(title[:40], 1.15 * 8.0, "bold"))
     if contour is not None:
         widths.append(text_width("% of data per 1 % area", 8.0))
-    assert found._column_width(found.words) == pytest.approx(1.05 * max(widths))
+    assert result._column_width(result.words) == pytest.approx(1.05 * max(widths))
     assert text_width("Limb", 8.0, "bold") > text_width("Limb", 8.0)
 
 
@@ -208,15 +214,15 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
     for contour in (None, "kamb"):
         for title in ("", "Limb"):
             sets = make_sets({f"Joint set {k}": cluster(3, k) for k in range(30)})
-            found = page(NetContents(sets, contour=contour, title=title), 900.0, 226.0)
-            assert found.beside
+            result = page(NetContents(sets, contour=contour, title=title), 900.0, 226.0)
+            assert result.is_beside
             row, pad, font = 1.45 * 8.0, 0.8 * 8.0, 8.0
-            room = 226.0 - 2 * pad - (len(found.foot) + 1) * row
-            if found.bar is not None:
-                bar = min(1.5 * font * len(found.bar.levels), 0.4 * 226.0)
+            room = 226.0 - 2 * pad - (len(result.foot) + 1) * row
+            if result.bar is not None:
+                bar = min(1.5 * font * len(result.bar.levels), 0.4 * 226.0)
                 room -= bar + 3.0 * row
             room -= 1.9 * row if title else 0.0
-            n = len(found.rows)
+            n = len(result.rows)
             assert n * 1.15 * row <= room < (n + 1) * 1.15 * row
             counts.append(n)
     assert counts == sorted(counts, reverse=True)
@@ -291,9 +297,9 @@ def test_rings_grow_thinner_and_smaller_with_their_number(n: int, background: in
         a for a in artists.emphasis if isinstance(a, Line2D) and a.get_marker() not in ("None", "")
     ]
     share = min(max((np.log10(1 + n) - 1.5) / 1.5, 0.0), 1.0)
-    plain = ONE.marker_pt * crowding(n + background)
-    wanted = max(plain * (1.7 - 0.5 * share), ONE.marker_pt * (1.5 - 0.8 * share))
-    assert ring.get_markersize() == pytest.approx(wanted)
+    plain = ONE.marker_pt * symbol_scale(n + background)
+    expected = max(plain * (1.7 - 0.5 * share), ONE.marker_pt * (1.5 - 0.8 * share))
+    assert ring.get_markersize() == pytest.approx(expected)
     assert ring.get_markeredgewidth() == pytest.approx((1.6 - 1.2 * share) * ONE.line_pt)
 
 
@@ -355,7 +361,7 @@ def test_poles_are_dots_over_contours_and_lose_their_rims_where_they_are_many(
     (poles,) = draw(net, ONE, 300, 300).poles
     dots = contour is not None and n > 500
     assert poles.get_alpha() == (0.4 if dots else 1.0)
-    size = ONE.marker_pt * crowding(n) * (0.5 if dots else 1.0)
+    size = ONE.marker_pt * symbol_scale(n) * (0.5 if dots else 1.0)
     assert poles.get_markersize() == pytest.approx(size)
     rim = 0.0 if dots or n > 2000 else 0.5 * ONE.line_pt
     assert poles.get_markeredgewidth() == pytest.approx(rim)
@@ -367,12 +373,12 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
     artists = draw(NetContents(make_sets({"a": cluster(40, 1)}), contour="kamb"), style, 480, 326)
     bar = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
     first, last, name = (0.1, 0.75, "cividis") if dark else (0.12, 0.62, "Greys")
-    wanted = [colormaps[name](float(s)) for s in np.linspace(first, last, len(bar))]
-    assert [box.get_facecolor() for box in bar] == wanted
+    expected = [colormaps[name](float(s)) for s in np.linspace(first, last, len(bar))]
+    assert [box.get_facecolor() for box in bar] == expected
     (filled,) = [c for c in artists.axes.collections if getattr(c, "filled", False)]
     # What lies over the last level has its colour too.
     shown = np.asarray(filled.get_facecolor())
-    assert shown[: len(bar)] == pytest.approx(np.array(wanted))
+    assert shown[: len(bar)] == pytest.approx(np.array(expected))
     r = artists.radius_px
     for box, level in zip(bar, filled.levels, strict=False):
         (label,) = [
@@ -421,21 +427,21 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
         for line in artists.axes.lines
         if len(line.get_xydata()) == 2 and np.ptp(np.asarray(line.get_xydata())[:, 1]) == 0
     ]
-    found = {}
+    result = {}
     for ends, line in lines:
         (text,) = [
             text
             for text, (x, y) in words.items()
             if abs(y - ends[0, 1]) < 1e-9 and 0 < (x - ends[1, 0]) * r < 2 * font
         ]
-        found[text] = line
+        result[text] = line
         assert (ends[1, 0] - ends[0, 0]) * r == pytest.approx(1.6 * font)
         assert (words[text][0] - ends[0, 0]) * r == pytest.approx(2.2 * font)
         assert line.get_linewidth() == pytest.approx(1.3 * ONE.line_pt)
     (pi,) = [text for text in words if text.startswith("π-plane")]
-    assert found[pi].get_linestyle() == "--"
-    assert len(found) == 5
-    assert sum(line.get_linestyle() == "-" for line in found.values()) == 4
+    assert result[pi].get_linestyle() == "--"
+    assert len(result) == 5
+    assert sum(line.get_linestyle() == "-" for line in result.values()) == 4
     mean = words["Open symbol: Fisher mean"]
     (mark,) = [
         line

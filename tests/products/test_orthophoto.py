@@ -23,9 +23,13 @@ from vomstudio.products.ortho import orthophoto, planning, tiles, view_direction
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_description import direction_text
-from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line, view_of_plane
+from vomstudio.products.ortho.view_directions import (
+    view_against_plane,
+    view_along_axis,
+    view_along_line,
+)
 from vomstudio.products.sample.check import Check
-from vomstudio.products.sample.report import as_text
+from vomstudio.products.sample.report import format_text
 
 SAME = np.eye(4)
 VIEWS = [(0, 90), (40, 35), (305, 62), (180, -90), (220, 50)]
@@ -36,12 +40,12 @@ def make(
 ) -> Any:
     """Write an orthophoto and return (made, rgba, depth, facts)."""
     planned = plan(data, view, to_world=SAME, gsd=gsd)
-    made = write_orthophoto(data, planned, folder / "o.tif", force=True, **more)
-    with rasterio.open(made.image) as file:
+    output = write_orthophoto(data, planned, folder / "o.tif", force=True, **more)
+    with rasterio.open(output.image) as file:
         rgba = np.moveaxis(file.read(), 0, 2)
-    with rasterio.open(made.depth) as file:
+    with rasterio.open(output.depth) as file:
         depth = file.read(1)
-    return made, rgba, depth, json.loads(made.sidecar.read_text("utf-8"))
+    return output, rgba, depth, json.loads(output.sidecar.read_text("utf-8"))
 
 
 def quad(corners: Any, colors: Any = None, material: Material | None = None) -> Mesh:
@@ -84,13 +88,13 @@ def test_dots_of_a_texture_lie_where_the_matrix_says(tmp_path, trend, plunge, gs
 def test_dots_of_a_cloud_lie_where_the_matrix_says(tmp_path, trend, plunge) -> None:  # type: ignore[no-untyped-def]
     cloud, places = marked_cloud()
     gsd = 0.01
-    made, rgba, _, facts = make(cloud, view_along_line(trend, plunge), tmp_path, gsd)
+    output, rgba, _, facts = make(cloud, view_along_line(trend, plunge), tmp_path, gsd)
     expected, measured = found_dots(rgba, np.array(facts["pixel_to_world"]), places, radius=16)
     error = np.hypot(*(measured - expected).T)
     assert error.mean() < 0.1
     assert np.abs((measured - expected).mean(axis=0)).max() < 0.04
     if abs(plunge) == 90:
-        assert made.coverage > 0.99
+        assert output.coverage > 0.99
 
 
 def test_every_pixel_with_depth_lies_on_the_surface(tmp_path: Path) -> None:
@@ -152,22 +156,22 @@ def test_flipping_mirrors_left_and_right(tmp_path: Path) -> None:
 
 
 def test_a_vertical_plane_is_looked_at_toward_its_dip_direction_plus_180() -> None:
-    view = view_of_plane(Plane(120.0, 90.0))
+    view = view_against_plane(Plane(120.0, 90.0))
     assert view.trend_deg == pytest.approx(300.0)
     assert view.plunge_deg == pytest.approx(0.0)
     assert view.frame.direction == pytest.approx(-Plane(120.0, 90.0).normal())
-    steep = view_of_plane(Plane(120.0, 60.0))
+    steep = view_against_plane(Plane(120.0, 60.0))
     assert (steep.trend_deg, steep.plunge_deg) == (pytest.approx(300), pytest.approx(30))
-    assert view_of_plane(Plane(0.0, 0.0)).frame.right == pytest.approx((1, 0, 0))
+    assert view_against_plane(Plane(0.0, 0.0)).frame.right == pytest.approx((1, 0, 0))
 
 
 def test_a_plane_seen_along_its_normal_keeps_its_true_shape(tmp_path: Path) -> None:
     plane = Plane(120.0, 60.0)
-    frame = view_of_plane(plane).frame
+    frame = view_against_plane(plane).frame
     corners = UTM + np.array([(0, 0), (3, 0), (3, 2), (0, 2)]) @ np.stack([frame.right, frame.down])
-    made, rgba, depth, _ = make(quad(corners), view_of_plane(plane), tmp_path, 0.01)
+    output, rgba, depth, _ = make(quad(corners), view_against_plane(plane), tmp_path, 0.01)
     assert rgba.shape[:2] == (200, 300)
-    assert made.coverage == 1.0
+    assert output.coverage == 1.0
     assert np.abs(depth).max() < 1e-6
 
 
@@ -274,8 +278,8 @@ def test_an_unreadable_texture_is_named_and_the_rest_drawn(tmp_path: Path) -> No
     mesh = quad(
         [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], None, Material("m", tmp_path / "bad.jpg")
     )
-    made, rgba, _, _ = make(mesh, view_along_line(0, 90), tmp_path, 0.1)
-    assert by_code(made.warnings)["texture.not-drawn"]["file"].endswith("bad.jpg")
+    output, rgba, _, _ = make(mesh, view_along_line(0, 90), tmp_path, 0.1)
+    assert by_code(output.warnings)["texture.not-drawn"]["file"].endswith("bad.jpg")
     assert (rgba[..., 3] == 255).all()
 
 
@@ -310,7 +314,7 @@ def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay(tmp_path: Path) -
     small = np.hypot(x - 0.5, y - 0.5) < 0.035
     large = np.hypot(x - 1.4, y - 1.4) < 0.25
     points = np.column_stack([x, y, np.zeros(len(x))])[~small & ~large]
-    made, rgba, _, facts = make(PointCloud(points), view_along_line(0, 90), tmp_path, 0.005)
+    output, rgba, _, facts = make(PointCloud(points), view_along_line(0, 90), tmp_path, 0.005)
     assert facts["holes_filled_up_to_m"] == pytest.approx(0.08)
     height_px = rgba.shape[0]
 
@@ -320,7 +324,7 @@ def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay(tmp_path: Path) -
     assert alpha(0.5, 0.5) == 255
     assert alpha(1.4, 1.4) == 0
     assert facts["holes_filled_px"] > 0
-    assert made.coverage == pytest.approx(1 - np.pi * 0.24**2 / 1.98**2, abs=0.02)
+    assert output.coverage == pytest.approx(1 - np.pi * 0.24**2 / 1.98**2, abs=0.02)
 
 
 # Files ----------------------------------------------------------------------------------------
@@ -329,11 +333,11 @@ def test_small_holes_of_a_cloud_are_closed_and_large_ones_stay(tmp_path: Path) -
 def test_a_map_carries_the_projects_crs_and_a_world_file(tmp_path: Path) -> None:
     mesh, places = marked_mesh(tmp_path)
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.01)
-    made = write_orthophoto(mesh, planned, tmp_path / "m.tif", crs="EPSG:32615")
-    assert made.world_file == tmp_path / "m.tfw"
-    numbers = [float(line) for line in made.world_file.read_text().split()]
+    output = write_orthophoto(mesh, planned, tmp_path / "m.tif", crs="EPSG:32615")
+    assert output.world_file == tmp_path / "m.tfw"
+    numbers = [float(line) for line in output.world_file.read_text().split()]
     low, high = mesh.bounds
-    for path in (made.image, made.depth):
+    for path in (output.image, output.depth):
         with rasterio.open(path) as file:
             assert file.crs.to_epsg() == 32615
             x, y = file.transform.c, file.transform.f
@@ -342,7 +346,7 @@ def test_a_map_carries_the_projects_crs_and_a_world_file(tmp_path: Path) -> None
             assert file.xy(0, 0) == pytest.approx((numbers[4], numbers[5]), abs=1e-6)
             assert file.profile["compress"] == "deflate"
             assert file.profile["tiled"]
-    with rasterio.open(made.image) as file:
+    with rasterio.open(output.image) as file:
         row, column = file.index(*places[5, :2])
         assert file.read(1)[row, column] > 150
         assert file.colorinterp[3].name == "alpha"
@@ -352,14 +356,14 @@ def test_an_oblique_picture_never_lands_on_a_map(tmp_path: Path) -> None:
     mesh, _ = marked_mesh(tmp_path)
     make(mesh, view_along_line(0, 90), tmp_path, 0.05)
     assert (tmp_path / "o.tfw").exists()
-    made, _, _, facts = make(mesh, view_along_line(40, 35), tmp_path, 0.05, crs="EPSG:32615")
+    output, _, _, facts = make(mesh, view_along_line(40, 35), tmp_path, 0.05, crs="EPSG:32615")
     # In metres of its own plane, not that of the picture before.
-    numbers = [float(line) for line in made.world_file.read_text().split()]
+    numbers = [float(line) for line in output.world_file.read_text().split()]
     assert numbers[0] == -numbers[3] == 0.05
     assert max(map(abs, numbers)) < 10
     assert (facts["world_crs"], facts["north"]) == ("EPSG:32615", "grid north of the CRS")
     assert not list(tmp_path.glob("*.xml"))
-    for path in (made.image, made.depth):
+    for path in (output.image, output.depth):
         with rasterio.open(path) as file:
             assert file.crs is None or not (file.crs.is_projected or file.crs.is_geographic)
             assert "view plane" in file.crs.to_wkt()
@@ -415,9 +419,9 @@ def test_models_without_a_surface_are_refused() -> None:
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_handful_of_points_makes_a_picture(tmp_path: Path, n: int) -> None:
     cloud = PointCloud(UTM + np.arange(3 * n).reshape(n, 3))
-    made, rgba, _, _ = make(cloud, view_along_line(0, 45), tmp_path, None)
+    output, rgba, _, _ = make(cloud, view_along_line(0, 45), tmp_path, None)
     assert rgba[..., 3].any()
-    assert made.coverage > 0
+    assert output.coverage > 0
 
 
 def test_an_existing_file_is_kept_unless_forced(tmp_path: Path) -> None:
@@ -475,8 +479,8 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     ]
     assert units == ["m", "units"]
     mesh, _ = marked_mesh(tmp_path)
-    made, *_ = make(mesh, unknown, tmp_path, 0.01, sheet=tmp_path / "s.png")
-    facts = json.loads(made.sidecar.read_text())
+    output, *_ = make(mesh, unknown, tmp_path, 0.01, sheet=tmp_path / "s.png")
+    facts = json.loads(output.sidecar.read_text())
     assert "metre" not in facts["depth_means"] + facts["unit"]
     assert facts["north"].startswith("not known")
 
@@ -496,9 +500,9 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
     sheets = []
     for view in (view_along_line(0, 90), view_along_line(0, 90).flipped()):
         for ending in ("png", "pdf"):
-            made, rgba, _, _ = make(mesh, view, tmp_path, 0.005, sheet=tmp_path / f"s.{ending}")
-            assert made.sheet is not None
-            assert made.sheet.stat().st_size > 1000
+            output, rgba, _, _ = make(mesh, view, tmp_path, 0.005, sheet=tmp_path / f"s.{ending}")
+            assert output.sheet is not None
+            assert output.sheet.stat().st_size > 1000
         picture = Image.open(tmp_path / "s.png").convert("RGB")
         sheets.append(np.asarray(picture))
     # The scale bar and its words stand on both as they should be read.
@@ -524,8 +528,8 @@ def test_a_region_shows_what_the_whole_picture_shows_there(tmp_path, kind, trend
     planned = plan(data, view, to_world=SAME, gsd=gsd, region=region)
     assert planned.grid.width <= 1.2 / gsd + 2
     assert planned.grid.height <= 0.9 / gsd + 2
-    made = write_orthophoto(data, planned, tmp_path / "part.tif")
-    with rasterio.open(made.image) as file:
+    output = write_orthophoto(data, planned, tmp_path / "part.tif")
+    with rasterio.open(output.image) as file:
         rgba = np.moveaxis(file.read(), 0, 2)
     matrix = planned.pixel_to_world
     at = np.linalg.inv(matrix) @ np.append(middle, 1.0)
@@ -565,14 +569,14 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
     assert 0.0 <= south.flipped().trend_deg < 360.0
     both = {"trend_deg": trend % 360.0, "plunge_deg": 7.0}
     checked = Check("", both, both, 1.0, None, None)
-    assert "000.0/07.0" in as_text([checked], [])
+    assert "000.0/07.0" in format_text([checked], [])
 
 
 @pytest.mark.parametrize("hair", [1e-9, 4e-5])
 def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair: float) -> None:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
-    made, *_ = make(upright, view_directions.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
-    with rasterio.open(made.image) as picture:
+    output, *_ = make(upright, view_directions.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
+    with rasterio.open(output.image) as picture:
         assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"
 
 
@@ -592,17 +596,17 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
         for column in range(0, width, tiles.TILE):
             part = whole[row : row + tiles.TILE, column : column + tiles.TILE]
             reduced.add(column, row, part)
-    found = reduced.out
-    assert found.shape == (-(-height // factor), -(-width // factor), 4)
+    result = reduced.out
+    assert result.shape == (-(-height // factor), -(-width // factor), 4)
     for i, j in rng.integers(0, [height // factor, width // factor], (200, 2)):
         cell = whole[i * factor : (i + 1) * factor, j * factor : (j + 1) * factor]
         cover = cell[..., 3].astype(float) / 255
-        assert abs(found[i, j, 3] - 255 * cover.mean()) <= 0.6
+        assert abs(result[i, j, 3] - 255 * cover.mean()) <= 0.6
         if cover.sum() > 0:
             colour = (cell[..., :3] * cover[..., None]).sum(axis=(0, 1)) / cover.sum()
-            assert np.abs(found[i, j, :3] - colour).max() <= 0.6
+            assert np.abs(result[i, j, :3] - colour).max() <= 0.6
         else:
-            assert not found[i, j].any()
+            assert not result[i, j].any()
 
 
 @pytest.mark.parametrize("side", [40, 64, 90])
@@ -638,9 +642,9 @@ def test_a_material_is_darker_the_more_it_is_turned_away_and_never_brighter_than
         sheet = quad(corners, None, Material("m", None, (0.8, 0.2, 1.3)))
         _, rgba, _, _ = make(sheet, view_along_line(0, 90), tmp_path, 0.02)
         light = 0.35 + 0.65 * np.cos(a)
-        wanted = np.minimum(255.0 * light * np.array([0.8, 0.2, 1.3]), 255.0)
+        expected = np.minimum(255.0 * light * np.array([0.8, 0.2, 1.3]), 255.0)
         middle = rgba[rgba.shape[0] // 2, 20, :3].astype(float)
-        assert np.abs(middle - wanted).max() <= 0.51
+        assert np.abs(middle - expected).max() <= 0.51
     _, rgba, _, _ = make(quad(corners), view_along_line(0, 90), tmp_path, 0.02)
     assert np.abs(rgba[rgba.shape[0] // 2, 20, :3] - 200.0 * light).max() <= 0.51
 
@@ -648,8 +652,8 @@ def test_a_material_is_darker_the_more_it_is_turned_away_and_never_brighter_than
 def test_the_pixel_of_a_model_without_a_resolution_is_a_thousandth_of_its_size() -> None:
     alone = PointCloud(np.repeat(UTM[None], 5, axis=0))
     for extent, gsd in ((0.0, 0.001), (0.5, 0.001), (40.0, 0.04)):
-        found, code = planning.default_gsd(alone, SAME, extent)
-        assert found == pytest.approx(gsd)
+        result, code = planning.default_gsd(alone, SAME, extent)
+        assert result == pytest.approx(gsd)
         assert code == "gsd.size"
     doubled = np.diag([3.0, 3.0, 3.0, 1.0])
     g = np.arange(0.0, 2.0, 0.1)
@@ -664,7 +668,7 @@ def test_the_finest_pixel_that_is_offered_makes_a_picture_that_is_not_refused(
     extent: tuple[float, float],
 ) -> None:
     """Two digits, and a finer one of as many digits would not do."""
-    gsd = planning._least_gsd(np.array(extent))
+    gsd = planning._min_gsd(np.array(extent))
 
     def pixels(size: float) -> float:
         return float(np.prod([np.ceil(v / size) + 1 for v in extent]))

@@ -27,10 +27,10 @@ from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.requests import (
     Direction,
-    Requested,
+    PlannedPicture,
+    collect_result,
     direction_of,
     request_picture,
-    written,
 )
 from vomstudio.products.ortho.view_directions import (
     AS_GIVEN,
@@ -49,7 +49,7 @@ FLOOR = Mesh(
 )
 
 
-def ask(data: Any, direction: Direction, **more: Any) -> Requested:
+def ask(data: Any, direction: Direction, **more: Any) -> PlannedPicture:
     return request_picture(data, direction, to_world=SAME, path=MODEL, **more)
 
 
@@ -75,7 +75,7 @@ def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
 
 # Which way ------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    ("given", "code", "field"),
+    ("inputs", "code", "field"),
     [
         ({"trend_deg": 10.0, "plunge_deg": 20.0, "plane": "10/20"}, "option.conflict", "--plane"),
         ({"trend_deg": 10.0, "plunge_deg": 20.0, "fold": "t.csv"}, "option.conflict", "--fold"),
@@ -91,10 +91,10 @@ def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
     ],
 )
 def test_wrong_directions_and_sizes_are_refused(
-    given: dict[str, Any], code: str, field: str
+    inputs: dict[str, Any], code: str, field: str
 ) -> None:
     with pytest.raises(UsageError) as error:
-        OrthoOptions(**given)
+        OrthoOptions(**inputs)
     assert (error.value.code, error.value.field) == (code, field)
 
 
@@ -121,11 +121,17 @@ def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
 
 # What is asked for ----------------------------------------------------------------------------
 def test_a_request_is_the_plan_of_its_view() -> None:
-    asked = ask(FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5)
-    assert (asked.plan.grid.width, asked.plan.grid.height, asked.plan.grid.gsd) == (20, 20, 0.5)
-    assert (asked.fold, asked.warnings) == (None, ())
-    assert asked.plan.view.north_known
-    assert asked.plan.view.metric
+    requests = ask(
+        FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
+    )
+    assert (requests.plan.grid.width, requests.plan.grid.height, requests.plan.grid.gsd) == (
+        20,
+        20,
+        0.5,
+    )
+    assert (requests.fold, requests.warnings) == (None, ())
+    assert requests.plan.view.north_known
+    assert requests.plan.view.metric
 
 
 def test_the_other_side_is_the_opposite_direction() -> None:
@@ -137,16 +143,16 @@ def test_the_other_side_is_the_opposite_direction() -> None:
 
 @pytest.mark.parametrize("metric", [True, False])
 def test_a_model_without_a_place_says_so(metric: bool) -> None:
-    asked = ask(
+    requests = ask(
         FLOOR,
         direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
         gsd_m=1,
         placed=False,
         metric=metric,
     )
-    assert asked.warnings == (Finding("view.not-placed"),)
-    assert not asked.plan.view.north_known
-    assert asked.plan.view.metric == metric
+    assert requests.warnings == (Finding("view.not-placed"),)
+    assert not requests.plan.view.north_known
+    assert requests.plan.view.metric == metric
 
 
 def test_a_model_that_cannot_be_drawn_is_named() -> None:
@@ -175,13 +181,13 @@ def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: P
         np.array(corners, np.float64),
         np.array([[0, 3, 2], [0, 2, 1], [4, 6, 5]], np.int32),
     )
-    asked = ask(wall, Direction(None, fold), gsd_m=0.5)
-    assert asked.plan.view.sense == "down-plunge"
-    assert asked.plan.view.trend_deg == pytest.approx(fold.beta.trend_deg)
-    assert asked.plan.view.plunge_deg == pytest.approx(fold.beta.plunge_deg)
+    requests = ask(wall, Direction(None, fold), gsd_m=0.5)
+    assert requests.plan.view.sense == "down-plunge"
+    assert requests.plan.view.trend_deg == pytest.approx(fold.beta.trend_deg)
+    assert requests.plan.view.plunge_deg == pytest.approx(fold.beta.plunge_deg)
     axis = lines_to_vectors(fold.beta.trend_deg, fold.beta.plunge_deg)
     depth = float(np.ptp(wall.vertices @ axis))
-    along = asked.fold
+    along = requests.fold
     assert along is not None
     assert along.cost == cost_of_direction(fold.beta.max_confidence95_deg, depth)
     assert (along.beta, along.valid, along.verdict) == (fold.beta, fold.valid, fold.verdict)
@@ -224,10 +230,10 @@ def test_the_cost_of_an_axis_is_a_warning_where_it_is_more_than_negligible(
         np.array([*corners, corners[2] + deep * axis]),
         np.array([[0, 1, 2], [0, 2, 3], [1, 2, 4]], np.int32),
     )
-    asked = ask(wall, Direction(None, fold), gsd_m=0.5)
-    assert asked.fold is not None
-    assert asked.fold.cost
-    assert asked.warnings == ((asked.fold.cost,) if warned else ())
+    requests = ask(wall, Direction(None, fold), gsd_m=0.5)
+    assert requests.fold is not None
+    assert requests.fold.cost
+    assert requests.warnings == ((requests.fold.cost,) if warned else ())
 
 
 def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
@@ -235,12 +241,12 @@ def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
     fold = replace(cylinder(tmp_path), warnings=(warning,))
     for valid, code in (("conditional", "view.axis-conditional"), ("no", "view.axis-not-valid")):
         doubtful = replace(fold, valid=valid, verdict="few planes")
-        asked = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, placed=False)
-        assert asked.fold is not None
-        first, second, *others = asked.warnings
+        requests = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, placed=False)
+        assert requests.fold is not None
+        first, second, *others = requests.warnings
         assert first == warning
         assert second == Finding(code, verdict="few planes")
-        assert others == [asked.fold.cost, Finding("view.not-placed")]
+        assert others == [requests.fold.cost, Finding("view.not-placed")]
 
 
 # What is drawn --------------------------------------------------------------------------------
@@ -256,17 +262,17 @@ def test_the_picture_in_memory_is_that_of_the_files(
     assert planned.grid.height > 64
     assert planned.grid.width % 64
     drawn = draw_picture(data, planned)
-    made = write_orthophoto(data, planned, tmp_path / "o.tif", crs="EPSG:32633")
-    with rasterio.open(made.image) as image, rasterio.open(made.depth) as depth:
+    output = write_orthophoto(data, planned, tmp_path / "o.tif", crs="EPSG:32633")
+    with rasterio.open(output.image) as image, rasterio.open(output.depth) as depth:
         assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
         np.testing.assert_array_equal(depth.read(1), drawn.depth)
     assert np.array_equal(drawn.rgba[..., 3] > 0, np.isfinite(drawn.depth))
     figures = drawn_figures(drawn, planned, "EPSG:32633")
     of_view, of_model = Finding("view.not-placed"), Finding("frame.no-unit")
-    asked = Requested(planned, None, (of_view,))
-    told = written(made, asked, str(made.image), None, (of_model,))
-    assert told.figures.to_dict() == figures.to_dict()
-    assert told.warnings == (of_model, of_view, *made.warnings)
+    requests = PlannedPicture(planned, None, (of_view,))
+    report = collect_result(output, requests, str(output.image), None, (of_model,))
+    assert report.figures.to_dict() == figures.to_dict()
+    assert report.warnings == (of_model, of_view, *output.warnings)
     assert figures.crs is None
     if kind == "cloud":
         assert drawn.filled > 0
@@ -275,7 +281,7 @@ def test_the_picture_in_memory_is_that_of_the_files(
     # Written from memory, nothing is drawn or counted twice.
     again = write_orthophoto(data, planned, tmp_path / "again.tif", drawn=drawn)
     assert again.facts["holes_filled_px"] == drawn.filled
-    assert again.image.read_bytes()[-1000:] == made.image.read_bytes()[-1000:]
+    assert again.image.read_bytes()[-1000:] == output.image.read_bytes()[-1000:]
     with rasterio.open(again.image) as image:
         assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
 
@@ -287,9 +293,11 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
         np.column_stack([np.array(corners, np.float64), np.zeros(8)]) + UTM,
         np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [3, 4, 7], [3, 7, 6]], np.int32),
     )
-    asked = ask(floor, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5)
-    drawn = draw_picture(floor, asked.plan)
-    figures = drawn_figures(drawn, asked.plan, "EPSG:32633")
+    requests = ask(
+        floor, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
+    )
+    drawn = draw_picture(floor, requests.plan)
+    figures = drawn_figures(drawn, requests.plan, "EPSG:32633")
     assert (figures.width, figures.height, figures.gsd_m) == (20, 20, 0.5)
     assert figures.coverage == pytest.approx(0.75, abs=0.01)
     assert figures.reference_point == pytest.approx(UTM + [5, 5, 0], abs=1e-9)
@@ -301,15 +309,15 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
     assert figures.down == pytest.approx((0, -1, 0))
     matrix = np.array(figures.pixel_to_world)
     assert matrix @ (0, 0, 0, 1) == pytest.approx([*(UTM + [0, 10, 0]), 1], abs=1e-6)
-    made = write_orthophoto(floor, asked.plan, tmp_path / "o.tif", crs="EPSG:32633")
-    told = written(made, asked, "o.tif", None).to_dict()
-    assert told["world_file"] == str(tmp_path / "o.tfw")
-    assert told["sidecar"] == str(tmp_path / "o.json")
-    assert told["depth"] == str(tmp_path / "o_depth.tif")
-    assert (told["image"], told["sheet"], told["fold"]) == ("o.tif", None, None)
+    output = write_orthophoto(floor, requests.plan, tmp_path / "o.tif", crs="EPSG:32633")
+    report = collect_result(output, requests, "o.tif", None).to_dict()
+    assert report["world_file"] == str(tmp_path / "o.tfw")
+    assert report["sidecar"] == str(tmp_path / "o.json")
+    assert report["depth"] == str(tmp_path / "o_depth.tif")
+    assert (report["image"], report["sheet"], report["fold"]) == ("o.tif", None, None)
     expected = figures.to_dict()
-    assert {name: told[name] for name in expected} == expected
-    assert list(told)[-2:] == ["fold", "warnings"]
+    assert {name: report[name] for name in expected} == expected
+    assert list(report)[-2:] == ["fold", "warnings"]
 
 
 def test_what_stands_behind_is_not_seen_from_inside() -> None:

@@ -16,7 +16,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho import orthophoto, tiles
-from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
@@ -68,22 +68,22 @@ class Told(Silent):
 def test_every_tile_is_drawn_once_and_the_progress_counts_them(
     threads: int | None, columns: int
 ) -> None:
-    source, told = Numbers(), Told()
+    source, report = Numbers(), Told()
     grid = Grid(0.0, 0.0, 1.0, columns * TILE, TILE)
-    found = [(tile, picture) for tile, picture in drawn_tiles(source, grid, told, threads)]
-    assert sorted(tile.number for tile, _ in found) == list(range(columns))
+    result = [(tile, picture) for tile, picture in draw_tiles(source, grid, report, threads)]
+    assert sorted(tile.number for tile, _ in result) == list(range(columns))
     assert sorted(source.drawn) == list(range(columns))
-    for tile, picture in found:
+    for tile, picture in result:
         assert picture.rgba[0, 0, 0] == tile.number
-    assert told.stages == [("Casting rays", columns)]
-    assert told.steps == list(range(columns + 1))
+    assert report.stages == [("Casting rays", columns)]
+    assert report.steps == list(range(columns + 1))
     assert source.most <= min(threads or 8, 8, columns)
 
 
 def test_tiles_wait_until_those_before_them_are_taken() -> None:
     """Pictures of a large grid would fill the memory; and where one gives up, the rest stops."""
     source = Numbers()
-    coming = drawn_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
+    coming = draw_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
     for _ in range(3):
         next(coming)
     time.sleep(0.1)
@@ -102,15 +102,15 @@ def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
     corners = UTM + np.array([(0, 0, 0), (10, 0, 0), (0, 10, 0)], float)
     mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
     planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.1)
-    made = write_orthophoto(mesh, planned, tmp_path / "a.tif", model="Größe <1>")
-    with rasterio.open(made.depth) as file:
+    output = write_orthophoto(mesh, planned, tmp_path / "a.tif", model="Größe <1>")
+    with rasterio.open(output.depth) as file:
         seen = np.isfinite(file.read(1))
-    assert made.coverage == seen.sum() / seen.size == made.facts["coverage"]
-    assert made.coverage == pytest.approx(0.5, abs=0.02)
-    text = made.sidecar.read_text("utf-8")
+    assert output.coverage == seen.sum() / seen.size == output.facts["coverage"]
+    assert output.coverage == pytest.approx(0.5, abs=0.02)
+    text = output.sidecar.read_text("utf-8")
     assert "Größe <1>" in text
-    assert json.loads(text) == made.facts
-    assert made.facts["holes_filled_px"] == 0
+    assert json.loads(text) == output.facts
+    assert output.facts["holes_filled_px"] == 0
 
 
 @pytest.mark.parametrize("trend", [12.34567, 0.00004, 123.45674])
@@ -120,8 +120,8 @@ def test_a_picture_names_its_direction_to_a_ten_thousandth_of_a_degree(
     corners = UTM + np.array([(0, 0, 0), (4, 0, 0), (4, 0, 4)], float)
     mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
     planned = plan(mesh, view_along_line(trend, 20), to_world=SAME, gsd=0.5)
-    made = write_orthophoto(mesh, planned, tmp_path / "a.tif")
-    with rasterio.open(made.image) as file:
+    output = write_orthophoto(mesh, planned, tmp_path / "a.tif")
+    with rasterio.open(output.image) as file:
         words = file.tags()["VOMSTUDIO_VIEW"].split()
     assert float(words[1]) == pytest.approx(trend, abs=0.51e-4)
     assert len(words[1].split(".")[1]) == 4
@@ -131,6 +131,6 @@ def test_points_that_are_all_one_make_a_picture(tmp_path: Path) -> None:
     """They have no spacing: a pixel is taken for it."""
     cloud = PointCloud(np.repeat(UTM[None], 5, axis=0))
     planned = plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=0.25)
-    made = write_orthophoto(cloud, planned, tmp_path / "a.tif")
-    assert made.coverage > 0
-    assert made.facts["holes_filled_up_to_m"] == pytest.approx(4 * 0.25)
+    output = write_orthophoto(cloud, planned, tmp_path / "a.tif")
+    assert output.coverage > 0
+    assert output.facts["holes_filled_up_to_m"] == pytest.approx(4 * 0.25)

@@ -11,7 +11,7 @@ from scipy.ndimage import map_coordinates
 
 from vomstudio.products.ortho._mesh_kernels import bin_faces, blend_corners, find_edges
 from vomstudio.products.ortho._splat_kernels import bin_points, splat
-from vomstudio.products.ortho._texture_kernels import sample
+from vomstudio.products.ortho._texture_kernels import sample_texture
 
 # Textures
 
@@ -34,7 +34,7 @@ def sampled(levels: list[np.ndarray], *rest: object) -> np.ndarray:
     height, width = levels[0].shape[:2]
     rows, face, weights, view, faces, uv, gsd = rest
     rgb = np.zeros((len(face), 3), np.uint8)  # type: ignore[arg-type]
-    sample(
+    sample_texture(
         texels,
         starts,
         sizes,
@@ -106,12 +106,12 @@ def test_a_pixel_is_the_mean_of_the_texels_under_it(gsd: float, beyond: float) -
     face = rng.permutation(count).astype(np.int32)
     weights = rng.dirichlet(np.ones(3), count)[:, 1:].copy()
     rows = np.sort(rng.permutation(count)[:50])
-    found = sampled(levels, rows, face, weights, view, faces, uv, gsd)
-    assert not found[np.setdiff1d(np.arange(count), rows)].any()
+    result = sampled(levels, rows, face, weights, view, faces, uv, gsd)
+    assert not result[np.setdiff1d(np.arange(count), rows)].any()
     for k in rows:
         f = faces[face[k]]
-        wanted = texture_plainly(levels, view[f], uv[f].astype(float), weights[k], gsd)
-        assert np.abs(found[k].astype(float) - wanted).max() <= 1.0, k
+        expected = texture_plainly(levels, view[f], uv[f].astype(float), weights[k], gsd)
+        assert np.abs(result[k].astype(float) - expected).max() <= 1.0, k
 
 
 def test_a_face_seen_edge_on_takes_the_texel_under_the_ray() -> None:
@@ -121,9 +121,9 @@ def test_a_face_seen_edge_on_takes_the_texel_under_the_ray() -> None:
     uv = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
     weights = np.array([[0.25, 0.5]])
     rows, face = np.array([0]), np.array([0], np.int32)
-    found = sampled(levels, rows, face, weights, view, faces, uv, 0.1)
-    wanted = texture_plainly(levels, view, uv.astype(float), weights[0], 0.1)
-    assert np.abs(found[0] - wanted).max() <= 1.0
+    result = sampled(levels, rows, face, weights, view, faces, uv, 0.1)
+    expected = texture_plainly(levels, view, uv.astype(float), weights[0], 0.1)
+    assert np.abs(result[0] - expected).max() <= 1.0
 
 
 @pytest.mark.parametrize(("off", "repeats"), [(1.9, False), (2.1, True)])
@@ -173,8 +173,8 @@ def test_colours_between_corners_are_their_weighted_mean() -> None:
     rows = np.arange(5, 80)
     blend_corners(rows, face, weights, faces, colors, rgb)
     own = np.column_stack([1.0 - weights.sum(axis=1), weights])
-    wanted = np.einsum("ki,kic->kc", own, colors[faces[face]].astype(float))
-    assert np.abs(rgb[5:] - wanted[5:]).max() <= 0.5 + 1e-9
+    expected = np.einsum("ki,kic->kc", own, colors[faces[face]].astype(float))
+    assert np.abs(rgb[5:] - expected[5:]).max() <= 0.5 + 1e-9
     assert not rgb[:5].any()
 
 
@@ -202,7 +202,7 @@ def test_a_tile_is_given_what_may_be_seen_in_it(margin: float) -> None:
 
     by_face, by_point = lists(bin_faces, (view, faces)), lists(bin_points, (view, reach))
     corners = view[faces]
-    for (low, high), found in (
+    for (low, high), result in (
         ((corners.min(axis=1), corners.max(axis=1)), by_face),
         ((view - reach[:, None], view + reach[:, None]), by_point),
     ):
@@ -210,7 +210,7 @@ def test_a_tile_is_given_what_may_be_seen_in_it(margin: float) -> None:
             x, y = left + (t % columns) * side, top + (t // columns) * side
             meets = (low[:, 0] - margin < x + side) & (high[:, 0] + margin >= x)
             meets &= (low[:, 1] - margin < y + side) & (high[:, 1] + margin >= y)
-            assert found[t] == np.flatnonzero(meets).tolist()
+            assert result[t] == np.flatnonzero(meets).tolist()
 
 
 # Points
@@ -222,13 +222,13 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
     view = rng.uniform(-1.0, 1.0, (150, 3)) * [1.2, 1.2, 0.6]
     reach = rng.uniform(0.05, 0.3, 150)
     colors = rng.integers(0, 256, (150, 3), np.uint8)
-    chosen = rng.permutation(150)[:120].astype(np.int32)
+    selection = rng.permutation(150)[:120].astype(np.int32)
     left, top, h, w = -0.9, -0.8, 30, 34
     nearest = np.full((h, w), np.inf, np.float32)
     color, weight = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.float32)
     depth = np.zeros((h, w))
     limit = np.zeros((h, w), np.float32)
-    splat(chosen, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth)
+    splat(selection, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth)
     # How steep: the smaller difference to both sides, none at the border; at most twelvefold.
     with np.errstate(invalid="ignore"):
         steps = [np.abs(np.diff(nearest.astype(float), axis=axis)) for axis in (0, 1)]
@@ -240,7 +240,7 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
     for j in range(h):
         for i in range(w):
             x, y = left + (i + 0.5) * gsd, top + (j + 0.5) * gsd
-            own, size = view[chosen], reach[chosen]
+            own, size = view[selection], reach[selection]
             k = 1.0 - ((own[:, 0] - x) ** 2 + (own[:, 1] - y) ** 2) / size**2
             on = k > 0.0
             if not on.any():
@@ -256,8 +256,8 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
             share = k[on] ** 2
             assert weight[j, i] == pytest.approx(share.sum(), rel=1e-5)
             assert depth[j, i] == pytest.approx((share * own[on, 2]).sum(), rel=1e-5, abs=1e-6)
-            wanted = share @ colors[chosen][on].astype(float)
-            assert color[j, i] == pytest.approx(wanted, rel=1e-5)
+            expected = share @ colors[selection][on].astype(float)
+            assert color[j, i] == pytest.approx(expected, rel=1e-5)
     assert some > 100
 
 
@@ -272,15 +272,15 @@ def test_an_edge_is_where_depth_jumps_off_the_planes_of_both_sides() -> None:
     view[faces[7]] = [[0, 0, 0], [0.01, 1, 0.5], [0.011, 2, 3.0]]  # almost edge-on
     face = rng.integers(-1, 8, (h, w)).astype(np.int32)
     depth = np.where(face >= 0, 0.4 * rng.standard_normal((h, w)), np.inf)
-    found = np.zeros((h, w), bool)
-    find_edges(view, faces, face, depth, gsd, found)
+    result = np.zeros((h, w), bool)
+    find_edges(view, faces, face, depth, gsd, result)
 
     def slope(f: int, axis: int) -> float:
         a, b, c = view[faces[f]]
         n = np.cross(b - a, c - a)
         return float(-n[axis] / n[2])
 
-    wanted = np.zeros((h, w), bool)
+    expected = np.zeros((h, w), bool)
     for j in range(h):
         for i in range(w):
             for axis, (j2, i2) in enumerate(((j, i + 1), (j + 1, i))):
@@ -293,9 +293,9 @@ def test_an_edge_is_where_depth_jumps_off_the_planes_of_both_sides() -> None:
                     off = min(abs(step - s * gsd) for s in (0.0, *slopes))
                     if off <= 3.0 * gsd:
                         continue
-                wanted[j, i] = wanted[j2, i2] = True
-    assert np.array_equal(found, wanted)
-    assert 50 < found.sum() < found.size - 20
+                expected[j, i] = expected[j2, i2] = True
+    assert np.array_equal(result, expected)
+    assert 50 < result.sum() < result.size - 20
 
 
 def test_a_slope_is_no_edge_and_the_rim_of_the_first_face_is_none() -> None:
@@ -305,12 +305,12 @@ def test_a_slope_is_no_edge_and_the_rim_of_the_first_face_is_none() -> None:
     i, j = np.meshgrid(np.arange(4) + 0.5, np.arange(4) + 0.5)
     depth = 4.0 * i + 2.0 * j
     face = (i + j > 4.0).astype(np.int32)
-    found = np.zeros((4, 4), bool)
-    find_edges(view, faces, face, depth, 1.0, found)
-    assert not found.any()
+    result = np.zeros((4, 4), bool)
+    find_edges(view, faces, face, depth, 1.0, result)
+    assert not result.any()
     face[3, 3] = -1
-    find_edges(view, faces, face, depth, 1.0, found)
-    assert np.argwhere(found).tolist() == [[2, 3], [3, 2], [3, 3]]
+    find_edges(view, faces, face, depth, 1.0, result)
+    assert np.argwhere(result).tolist() == [[2, 3], [3, 2], [3, 3]]
 
 
 def test_pixels_of_a_face_do_not_depend_on_those_before() -> None:
@@ -328,7 +328,9 @@ def test_pixels_of_a_face_do_not_depend_on_those_before() -> None:
 
     def draw(rows: np.ndarray) -> np.ndarray:
         rgb = np.zeros((200, 3), np.uint8)
-        sample(texels, offsets, sizes, 64.0, 64.0, rows, face, weights, view, faces, uv, 0.05, rgb)
+        sample_texture(
+            texels, offsets, sizes, 64.0, 64.0, rows, face, weights, view, faces, uv, 0.05, rgb
+        )
         return rgb
 
     together = draw(np.arange(200))

@@ -21,7 +21,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho import cloud_picture, mesh_picture, planning, view_directions
 from vomstudio.products.ortho._mesh_kernels import blend_corners
-from vomstudio.products.ortho._texture_kernels import sample
+from vomstudio.products.ortho._texture_kernels import sample_texture
 from vomstudio.products.ortho.cloud_picture import CloudSource, local_spacing
 from vomstudio.products.ortho.mesh_picture import MeshSource, texel_sizes
 from vomstudio.products.ortho.orthophoto import write_orthophoto
@@ -48,14 +48,14 @@ def layers(seed: int, n: int = 4000) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("n", [400, 4000, 40_000, 300_000])
 def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> None:
     points, normals = layers(n, n)
-    found, guessed = cloud_picture.share_facing_away(PointCloud(points), points, normals, UP)
+    result, guessed = cloud_picture.share_facing_away(PointCloud(points), points, normals, UP)
     # Columns hold four points, or are a 256th of the extent wide: some have none of the near sheet.
     none = np.exp(-n / min(2 * n / 4, 256**2))
-    assert found == pytest.approx(0.3 + 0.7 * none / (1.0 + none), abs=0.1 if n == 400 else 0.03)
+    assert result == pytest.approx(0.3 + 0.7 * none / (1.0 + none), abs=0.1 if n == 400 else 0.03)
     assert not guessed
     moved = points + [-7.0, 3.0, 9.0]
     again, _ = cloud_picture.share_facing_away(PointCloud(moved), moved, normals, UP)
-    assert again == pytest.approx(found, abs=0.05)
+    assert again == pytest.approx(result, abs=0.05)
     # Normals that are none say nothing.
     unknown = normals.copy()
     unknown[points[:, 0] < 0.3] = 0.0
@@ -70,17 +70,17 @@ def test_surfaces_without_normals_are_taken_to_face_up(
 ) -> None:
     """A roof seen from the south, level: its southern side is toward the viewer, and where it hangs
     over, the side that is seen is taken for the upper one, away from the viewer."""
-    monkeypatch.setattr(cloud_picture, "_TREE_POINTS", most)
+    monkeypatch.setattr(cloud_picture, "_MAX_TREE_POINTS", most)
     rng = np.random.default_rng(1)
     across, rise = rng.uniform(size=(2, 3000))
     # x to the right, y down, z away from the viewer: the upper 40 % hang over.
     back = np.where(rise < 0.6, rise, 1.2 - rise)
     view = np.column_stack([across, -rise, back])
-    found, guessed = cloud_picture.share_facing_away(
+    result, guessed = cloud_picture.share_facing_away(
         PointCloud(view), view, None, np.array([0.0, -1.0, 0.0])
     )
     assert guessed
-    assert found == pytest.approx(0.4, abs=0.05)
+    assert result == pytest.approx(0.4, abs=0.05)
     two, guessed = cloud_picture.share_facing_away(PointCloud(view[:2]), view[:2], None, UP)
     assert np.isnan(two)
     assert guessed
@@ -112,8 +112,8 @@ def test_of_a_mesh_the_share_is_that_of_the_rays() -> None:
     faces = np.concatenate([f + 4 * k for k, (_, f) in enumerate(parts)]).astype(np.int32)
     for rays in (64, 256):
         for scale in (1.0, 1e-3, 5e3):
-            found = mesh_picture.share_facing_away(scale * view - 7.0 * scale, faces, rays)
-            assert found == pytest.approx(0.25, abs=1.01 / rays)
+            result = mesh_picture.share_facing_away(scale * view - 7.0 * scale, faces, rays)
+            assert result == pytest.approx(0.25, abs=1.01 / rays)
     assert np.isnan(mesh_picture.share_facing_away(np.ones((3, 3)), np.array([[0, 1, 2]]), 8))
 
 
@@ -150,8 +150,8 @@ def test_how_light_a_face_is_depends_on_its_tilt_and_not_on_its_size(size: float
     corners = np.zeros((len(tilt) + 1, 3, 3))
     corners[:-1, 1, 0] = size
     corners[:-1, 2, 1], corners[:-1, 2, 2] = 3 * size * np.cos(tilt), 3 * size * np.sin(tilt)
-    wanted = [*(0.35 + 0.65 * np.abs(np.cos(tilt))), 0.35]
-    assert mesh_picture._facing(corners + 5.0) == pytest.approx(wanted, rel=1e-6)
+    expected = [*(0.35 + 0.65 * np.abs(np.cos(tilt))), 0.35]
+    assert mesh_picture._facing(corners + 5.0) == pytest.approx(expected, rel=1e-6)
 
 
 COLOURS = [(0.9, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, 0.0, 0.7), None]
@@ -178,9 +178,9 @@ def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -
     for k in range(6):
         (worn,) = [i for i in range(len(materials)) if offsets[i] <= k < offsets[i + 1]] or [None]
         diffuse = None if worn is None else COLOURS[worn]
-        wanted = (200, 200, 200) if diffuse is None else np.rint(255.0 * np.array(diffuse))
+        expected = (200, 200, 200) if diffuse is None else np.rint(255.0 * np.array(diffuse))
         row, column = 0, round(k / 0.25) + 1
-        assert picture.rgba[row, column].tolist() == [*wanted, 255]
+        assert picture.rgba[row, column].tolist() == [*expected, 255]
 
 
 def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
@@ -240,8 +240,8 @@ def test_the_spacing_of_a_cloud_is_that_of_its_place() -> None:
 
     coarse, fine = even(0.0, 0.1), even(3.6, 0.05)
     corner = np.array([[0.0, 0.0, 0.0]])  # where the first cell begins
-    found = local_spacing(np.concatenate([corner, coarse, fine]), 0.1)[1:]
-    first, rest = found[: len(coarse)], found[len(coarse) :]
+    result = local_spacing(np.concatenate([corner, coarse, fine]), 0.1)[1:]
+    first, rest = result[: len(coarse)], result[len(coarse) :]
     beside = np.hypot(*coarse[:, :2].T) > 0.9
     assert first[beside] == pytest.approx(np.full(beside.sum(), 0.1))
     assert rest == pytest.approx(np.full(len(fine), 0.05))
@@ -265,12 +265,12 @@ def test_a_cloud_without_colours_is_grey_by_its_intensity_else_by_its_depth(
     if name is not None:
         fields[name] = values
     shown = view[:, 2] if name is None else values
-    found = cloud_picture._colors(PointCloud(view, fields=fields), view)
+    result = cloud_picture._colors(PointCloud(view, fields=fields), view)
     low, high = np.nanquantile(shown, [0.02, 0.98])
-    wanted = 40.0 + 200.0 * np.clip((np.nan_to_num(shown, nan=low) - low) / (high - low), 0, 1)
-    assert np.abs(found - wanted[:, None]).max() < 1.0
-    assert found.dtype == np.uint8
-    assert (found.min(), found.max()) == (40, 240)
+    expected = 40.0 + 200.0 * np.clip((np.nan_to_num(shown, nan=low) - low) / (high - low), 0, 1)
+    assert np.abs(result - expected[:, None]).max() < 1.0
+    assert result.dtype == np.uint8
+    assert (result.min(), result.max()) == (40, 240)
     even = cloud_picture._colors(PointCloud(view), np.zeros_like(view))
     assert (even == 40).all()
     own = rng.integers(0, 256, (500, 3), np.uint8)
@@ -323,9 +323,9 @@ def paved(folder: Path, sizes: list[tuple[float, int]], uv: bool = True) -> Mesh
 
 def test_texels_are_as_large_as_the_face_is_over_its_picture(tmp_path: Path) -> None:
     mesh = paved(tmp_path, [(2.0, 100), (3.0, 60)])
-    found = texel_sizes(mesh, mesh.vertices)
-    assert found[tmp_path / "0.png"] == pytest.approx((0.02, 0.02, 4.0))
-    assert found[tmp_path / "1.png"] == pytest.approx((0.05, 0.05, 9.0))
+    result = texel_sizes(mesh, mesh.vertices)
+    assert result[tmp_path / "0.png"] == pytest.approx((0.02, 0.02, 4.0))
+    assert result[tmp_path / "1.png"] == pytest.approx((0.05, 0.05, 9.0))
     thrice = texel_sizes(mesh, 3.0 * mesh.vertices)
     assert thrice[tmp_path / "0.png"] == pytest.approx((0.06, 0.06, 36.0))
     (tmp_path / "1.png").write_bytes(b"no picture")
@@ -357,17 +357,17 @@ def test_the_typical_texel_is_the_median_by_area_and_the_finest_leaves_out_a_hun
     area = 0.5 * (legs * texel) ** 2
     low, middle, total = texel_sizes(mesh, mesh.vertices)[tmp_path / "t.png"]
     assert total == pytest.approx(area.sum(), rel=1e-5)
-    for found, share in ((low, 0.01), (middle, 0.5)):
-        finer = area[texel < found * (1 - 1e-4)].sum() / area.sum()
-        upto = area[texel < found * (1 + 1e-4)].sum() / area.sum()
+    for result, share in ((low, 0.01), (middle, 0.5)):
+        finer = area[texel < result * (1 - 1e-4)].sum() / area.sum()
+        upto = area[texel < result * (1 + 1e-4)].sum() / area.sum()
         assert finer < share <= upto + 1e-6
 
 
 def test_the_pixel_is_the_texel_that_half_of_the_surface_has(tmp_path: Path) -> None:
     """4, 9 and 16 square metres with texels of 1, 10 and 3 cm: 3 cm leave half on either side."""
     mesh = paved(tmp_path, [(2.0, 200), (3.0, 30), (4.0, 133)])
-    found, code = planning.default_gsd(mesh, SAME, 10.0)
-    assert found == pytest.approx(0.03)
+    result, code = planning.default_gsd(mesh, SAME, 10.0)
+    assert result == pytest.approx(0.03)
     assert code == "gsd.texture"
     assert planning.default_gsd(mesh, np.diag([2.0, 2, 2, 1]), 10.0)[0] == pytest.approx(0.06)
     bare = replace(mesh, uv=None)
@@ -401,7 +401,7 @@ def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
     for i, j in ((0, 0), (1, 1), (2, 0), (0, 2)):  # of the first triangle
         u, v = (i + 0.5) / 4, (j + 0.5) / 4
         rgb = np.zeros((1, 3), np.uint8)
-        sample(
+        sample_texture(
             texels,
             offsets,
             sizes,
@@ -430,7 +430,7 @@ def test_black_stays_black_and_white_stays_white(value: int) -> None:
     assert (rgb == value).all()
     view = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     uv = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
-    sample(
+    sample_texture(
         np.full(3, value, np.uint8),
         np.array([0]),
         np.array([[1, 1]]),
@@ -503,17 +503,17 @@ def test_the_finest_pixel_that_would_do_is_the_first_of_two_digits(
     monkeypatch.setattr(planning, "MAX_PIXELS", 1_000_000)
     rng = np.random.default_rng(7)
     for width, height in [*(10.0 ** rng.uniform(-1, 2, (60, 2))), (1.0, 0.0), (900.0, 0.1)]:
-        found = planning._least_gsd(np.array([width, height]))
+        result = planning._min_gsd(np.array([width, height]))
 
         def fits(gsd: float, width: float = width, height: float = height) -> bool:
             across, down = (np.ceil(v / gsd + 1) for v in (width, height))
             return bool(across * down <= 1_000_000)
 
-        assert fits(found * (1 + 1e-9))
-        step = 10.0 ** (np.floor(np.log10(found * (1 + 1e-9))) - 1)
-        assert found / step == pytest.approx(round(found / step), abs=1e-6)
+        assert fits(result * (1 + 1e-9))
+        step = 10.0 ** (np.floor(np.log10(result * (1 + 1e-9))) - 1)
+        assert result / step == pytest.approx(round(result / step), abs=1e-6)
         floor = max(np.sqrt(width * height / 1e6), max(width, height) / 1e6)
-        assert not fits(found - step) or found - step < floor * (1 + 1e-9)
+        assert not fits(result - step) or result - step < floor * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(("plunge", "sign"), [(90.0, 1), (-90.0, -1)])
@@ -524,19 +524,19 @@ def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
     corners = UTM + np.array([(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0)], float)
     mesh = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
     planned = plan(mesh, view_along_line(0, plunge), to_world=SAME, gsd=0.25)
-    made = write_orthophoto(mesh, planned, tmp_path / "m.tif")
-    assert made.world_file is not None
-    a, d, b, e, x, y = (float(line) for line in made.world_file.read_text().split())
+    output = write_orthophoto(mesh, planned, tmp_path / "m.tif")
+    assert output.world_file is not None
+    a, d, b, e, x, y = (float(line) for line in output.world_file.read_text().split())
     matrix = planned.pixel_to_world
     for column, row in ((0, 0), (11, 7), (3, 5)):
         # A world file has the centre of the first pixel.
         world = (matrix @ [column + 0.5, row + 0.5, 0.0, 1.0])[:2]
         assert (a * column + b * row + x, d * column + e * row + y) == pytest.approx(tuple(world))
-        with rasterio.open(made.depth) as file:
+        with rasterio.open(output.depth) as file:
             assert file.xy(row, column) == pytest.approx(tuple(world))
     assert abs(a) + abs(b) == pytest.approx(0.25)
     assert np.sign(a * e - b * d) == -sign
-    facts: dict[str, Any] = made.facts
+    facts: dict[str, Any] = output.facts
     assert (facts["width"], facts["height"]) in ((12, 8), (8, 12))
     assert facts["crs"] is None
-    assert made.warnings[-1].code == "raster.no-crs"
+    assert output.warnings[-1].code == "raster.no-crs"

@@ -16,7 +16,7 @@ from tests.drawings import read_lines
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
-from vomstudio.products.ortho.interpretation import Flat, Item, flattened
+from vomstudio.products.ortho.interpretation import Item, ProjectedItem, project_item
 from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import write_sheet
 from vomstudio.products.ortho.vector_drawing import (
@@ -49,9 +49,9 @@ def item(dd: float, dip: float, at: tuple[float, float, float] = (0, 0, 0), **mo
     )
 
 
-def seen(what: Item, trend: float, plunge: float) -> Flat:
+def seen(what: Item, trend: float, plunge: float) -> ProjectedItem:
     frame = view_along_line(trend, plunge).frame
-    flat = flattened(what, np.zeros(3), frame.right, -frame.down)
+    flat = project_item(what, np.zeros(3), frame.right, -frame.down)
     assert flat is not None
     return flat
 
@@ -95,8 +95,8 @@ def test_near_the_vertical_a_picture_is_a_map_and_others_show_apparent_dips() ->
         assert flat.apparent_dip_deg is not None
     # tan a = tan d sin b on a vertical picture.
     flat = seen(item(120, 20), 40, 0)
-    wanted = math.atan(math.tan(math.radians(20)) * math.sin(math.radians(130 - 210)))
-    assert abs(flat.apparent_dip_deg or 0) == pytest.approx(abs(math.degrees(wanted)))
+    expected = math.atan(math.tan(math.radians(20)) * math.sin(math.radians(130 - 210)))
+    assert abs(flat.apparent_dip_deg or 0) == pytest.approx(abs(math.degrees(expected)))
     # A plane that the viewer looks straight at has no trace, its own error apart.
     assert seen(item(220, 89.5), 40, 0).apparent_dip_deg is None
     assert seen(item(220, 88.0), 40, 0).apparent_dip_deg is not None

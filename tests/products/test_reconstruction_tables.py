@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
 from tests.messages import shown_codes
-from tests.products.test_reconstruction_report import found
+from tests.products.test_reconstruction_report import result
 from vomstudio.products.report.reconstruction import write_report
 from vomstudio.registration import summary
 
@@ -30,11 +30,11 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pages:
     """Writes a page without its drawing, which takes the time, and reads it."""
     monkeypatch.setattr(FigureCanvasSVG, "print_svg", lambda *_: None)
 
-    def made(**more: Any) -> str:
-        write_report(tmp_path / "r.html", found(**more))
+    def output(**more: Any) -> str:
+        write_report(tmp_path / "r.html", result(**more))
         return (tmp_path / "r.html").read_text("utf-8")
 
-    return made
+    return output
 
 
 def tables(html: str, heading: str) -> list[list[Row]]:
@@ -171,8 +171,8 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
         ("out", ["C", "left out", "7", "9.000", "9.000", "9.000", "20.00"]),
         ("out", ["D", "unseen", "7", "–", "–", "–", "–"]),
     ]
-    told = {"method": "camera positions (GPS)", "points": []}
-    (alone,) = tables(page(registration=told), "Registration")
+    report = {"method": "camera positions (GPS)", "points": []}
+    (alone,) = tables(page(registration=report), "Registration")
     by = {cells[0]: cells[1] for _, cells in alone if len(cells) == 2}
     assert by["Registered by"] == summary.METHODS["gps"]
     assert {"reconstruct.local-frame", "reconstruct.register-later"} <= shown_codes(
@@ -253,7 +253,7 @@ def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
     points, at, looks = (rng.normal(size=(n, 3)) for n in (30, 4, 4))
     for cloud in (points, points[:0]):
         drawing = {"points": cloud.tolist(), "at": at.tolist(), "looks": looks.tolist()}
-        write_report(tmp_path / "r.html", found(scaled=scaled, drawing=drawing))
+        write_report(tmp_path / "r.html", result(scaled=scaled, drawing=drawing))
         html = (tmp_path / "r.html").read_text("utf-8")
         (data,) = re.findall(r"base64,([^\"]*)", html)
         assert base64.b64decode(data) == b"<svg>drawn</svg>"
@@ -265,9 +265,9 @@ def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
             assert axes.get_ylabel() == f"{'xyz'[j]}, {unit}"
             assert axes.get_aspect() == 1.0
             shown = [np.asarray(line.get_xydata()) for line in axes.lines]
-            wanted = [c[:, [i, j]] for c in (cloud, at) if len(c)]
-            assert len(shown) == len(wanted)
-            for one, other in zip(shown, wanted, strict=True):
+            expected = [c[:, [i, j]] for c in (cloud, at) if len(c)]
+            assert len(shown) == len(expected)
+            for one, other in zip(shown, expected, strict=True):
                 assert one == pytest.approx(other)
             (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
             assert np.asarray(arrows.XY) == pytest.approx(at[:, [i, j]])
@@ -285,7 +285,7 @@ def test_the_drawing_is_as_wide_as_the_page_and_can_be_read(
     )
     rng = np.random.default_rng(0)
     drawing = {name: rng.normal(size=(30, 3)).tolist() for name in ("points", "at", "looks")}
-    write_report(tmp_path / "r.html", found(drawing=drawing))
+    write_report(tmp_path / "r.html", result(drawing=drawing))
     (figure,) = figures
     FigureCanvasAgg(figure)
     html = (tmp_path / "r.html").read_text("utf-8")
@@ -320,7 +320,7 @@ def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> N
     sizes = []
     for n in (500, 20_000):
         drawing = {"points": rng.normal(size=(n, 3)).tolist(), **at}
-        write_report(tmp_path / "r.html", found(drawing=drawing))
+        write_report(tmp_path / "r.html", result(drawing=drawing))
         sizes.append((tmp_path / "r.html").stat().st_size)
     assert sizes[1] < sizes[0] + 100_000
 
@@ -354,14 +354,14 @@ def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> N
     html = page(registration=registration, frame="EPSG:32633", scaled=True)
     rows, listed = tables(html, "Registration")
     assert [cells[0] for _, cells in listed[1:]] == ["G0", "G1", "G2", "G3"]
-    told = {cells[0]: cells[1] for _, cells in rows if len(cells) == 2}
-    assert told["Registered by"] == summary.METHODS["control"]
-    assert (told["Control points"], told["Check points"]) == ("3", "1")
-    assert told["RMS of control points"] == "0.022 m"
-    assert told["RMS of check points"] == "0.031 m"
-    assert told["Turned about north, 95 %"] == "± 0.98°"
-    assert told["Weakest axis, 95 %"].endswith("/00 ± 0.98°")
-    assert told["Scale, 95 %"] == "± 0.2 %"
+    report = {cells[0]: cells[1] for _, cells in rows if len(cells) == 2}
+    assert report["Registered by"] == summary.METHODS["control"]
+    assert (report["Control points"], report["Check points"]) == ("3", "1")
+    assert report["RMS of control points"] == "0.022 m"
+    assert report["RMS of check points"] == "0.031 m"
+    assert report["Turned about north, 95 %"] == "± 0.98°"
+    assert report["Weakest axis, 95 %"].endswith("/00 ± 0.98°")
+    assert report["Scale, 95 %"] == "± 0.2 %"
     part = html.split("<h2>Registration</h2>")[1].split("<h2>")[0]
     assert "Look at G2." in part
     assert {"control.no-redundancy", "registration.weakest-axis"} <= shown_codes(part)

@@ -45,12 +45,12 @@ from vomstudio.products.sample.photo_check import (
     MODEL_OFFSET,
     MODEL_OFFSET_90,
     OUTCROP_OFFSET,
-    _seen,
-    _spread,
+    _are_visible,
+    _sample_surface,
     check_photos,
     photo_findings,
 )
-from vomstudio.products.sample.report import as_html, as_text, tally
+from vomstudio.products.sample.report import format_html, format_text, tally
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
 
@@ -116,13 +116,13 @@ def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, si
     for share, held in ((0.98, True), (1.02, False)):
         tilt = math.radians(share * limit)
         normal = math.cos(tilt) * fit.normal + side * math.sin(tilt) * way
-        found = plane_check("x", fit, Plane.from_normal(normal))
-        assert found.within is held
-        assert found.error == pytest.approx(share * limit, rel=1e-6)
-        assert found.stated_95 == pytest.approx(limit, rel=1e-6)
-        assert found.truth["dip_deg"] == Plane.from_normal(normal).dip_deg  # type: ignore[index]
-        assert found.measured["dip_deg"] == pytest.approx(fit.dip_deg)  # type: ignore[index]
-        assert found.measured["dip_direction_deg"] == pytest.approx(  # type: ignore[index]
+        result = plane_check("x", fit, Plane.from_normal(normal))
+        assert result.within is held
+        assert result.error == pytest.approx(share * limit, rel=1e-6)
+        assert result.stated_95 == pytest.approx(limit, rel=1e-6)
+        assert result.truth["dip_deg"] == Plane.from_normal(normal).dip_deg  # type: ignore[index]
+        assert result.measured["dip_deg"] == pytest.approx(fit.dip_deg)  # type: ignore[index]
+        assert result.measured["dip_direction_deg"] == pytest.approx(  # type: ignore[index]
             fit.dip_direction_deg
         )
 
@@ -133,9 +133,9 @@ def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_noth
     assert exact.within is True
     assert exact.error == pytest.approx(0.0, abs=1e-6)
     three = fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, -1.0]])
-    found = plane_check("x", three, Plane(0, 40))
-    assert (found.within, found.stated_95) == (None, None)
-    assert found.error == pytest.approx(5.0)
+    result = plane_check("x", three, Plane(0, 40))
+    assert (result.within, result.stated_95) == (None, None)
+    assert result.error == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize("truth", [Plane(0, 0), Plane(37, 52), Plane(250, 90)])
@@ -195,12 +195,12 @@ def test_an_axis_is_checked_against_its_own_ellipse() -> None:
         for share, held in ((0.97, True), (1.03, False)):
             tilt = math.radians(share * limit)
             truth = Line.from_vector(math.cos(tilt) * beta + math.sin(tilt) * way)
-            found = axis_check("x", axis, truth)
-            assert found.within is held
-            assert found.error == pytest.approx(share * limit, rel=1e-6)
-            assert found.stated_95 == pytest.approx(limit, rel=1e-6)
-            assert found.truth == {"trend_deg": truth.trend_deg, "plunge_deg": truth.plunge_deg}
-            assert found.measured["trend_deg"] == axis.beta.trend_deg  # type: ignore[index]
+            result = axis_check("x", axis, truth)
+            assert result.within is held
+            assert result.error == pytest.approx(share * limit, rel=1e-6)
+            assert result.stated_95 == pytest.approx(limit, rel=1e-6)
+            assert result.truth == {"trend_deg": truth.trend_deg, "plunge_deg": truth.plunge_deg}
+            assert result.measured["trend_deg"] == axis.beta.trend_deg  # type: ignore[index]
 
 
 def square(normal: np.ndarray, centre: list[float]) -> np.ndarray:
@@ -223,12 +223,12 @@ def test_the_slip_is_measured_in_the_fault_across_the_axis() -> None:
         rise = throw * math.sin(math.radians(60))
         groups.append(square(np.array([0.0, 0, 1]), [-6.0, 0.5 * k, 2.0 * k + rise]))
     fits = fit_planes(np.concatenate(groups), 4 * np.arange(len(groups) + 1))
-    found = slip_check(fits, pairs, [0], Line(0, 0), 3.1)
-    assert found.measured == pytest.approx(3.2)
-    assert found.error == pytest.approx(0.1)
+    result = slip_check(fits, pairs, [0], Line(0, 0), 3.1)
+    assert result.measured == pytest.approx(3.2)
+    assert result.error == pytest.approx(0.1)
     half = float(t.ppf(0.975, 2) * np.std(throws, ddof=1) / math.sqrt(3))
-    assert found.stated_95 == pytest.approx(half)
-    assert found.within is True
+    assert result.stated_95 == pytest.approx(half)
+    assert result.within is True
     assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 + 1.01 * half).within is False
     assert slip_check(fits, pairs, [0], Line(0, 0), 3.2 - 0.99 * half).within is True
     one = slip_check(fits, pairs[:1], [0], Line(0, 0), 3.0)
@@ -265,7 +265,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
     ]
     assert tally(checks) == Finding("sample.tally", held=1, count=2)
     note = Finding("action.no-model")
-    lines = as_text(checks, [note]).splitlines()
+    lines = format_text(checks, [note]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
     assert lines[4].split()[-2:] == ["2.00°", "NO"]
     assert lines[5].split() == [
@@ -285,7 +285,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         line.index(word) for line, word in zip(lines[3:6], ("010.0", "010.0", "2.0"), strict=True)
     }
     assert len(starts) == 1
-    html = as_html(checks, [note], {"net.png": "The <net>"}, 3.25)
+    html = format_html(checks, [note], {"net.png": "The <net>"}, 3.25)
     assert html.count("<tr") == 4
     assert html.count('class="out"') == 2
     assert escape("one <a>") in html
@@ -336,7 +336,7 @@ def test_points_are_spread_over_faces_by_their_area() -> None:
     evenly."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 2], [5, 0, 0], [5, 3, 0], [5, 0, 2]])
     mesh = Mesh(corners + ORIGIN, np.array([[0, 1, 2], [3, 4, 5]], np.int32))
-    points, normals = _spread(mesh, np.array(ORIGIN, float))
+    points, normals = _sample_surface(mesh, np.array(ORIGIN, float))
     first = points[:, 0] < 3.0
     assert first.mean() == pytest.approx(0.25, abs=0.01)
     assert np.unique(normals[first], axis=0).tolist() == [[0.0, -1.0, 0.0]]
@@ -365,7 +365,7 @@ def test_a_place_is_seen_where_three_photos_have_it_before_them() -> None:
             np.abs(way[:, 1]) * 500 <= -200 * way[:, 2]
         )
         count += inside & ((way * tilt).sum(axis=1) < 0)
-    assert np.array_equal(_seen(cameras, points, tilt), count >= 3)
+    assert np.array_equal(_are_visible(cameras, points, tilt), count >= 3)
     assert {2, 3} <= set(count.tolist())
 
 
@@ -384,9 +384,9 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
         ("lost", "joint", "joints", ""),
         ("unknown", "joint", "joints", ""),
     ]
-    made = picks([line + ORIGIN, line + ORIGIN + [0, 0, 4.0], line + ORIGIN], rows)
+    output = picks([line + ORIGIN, line + ORIGIN + [0, 0, 4.0], line + ORIGIN], rows)
     truth = SampleTruth({"p": Plane(0, 0), "lost": Plane(0, 0)}, Line(0, 0), Line(0, 0), 1.0)
-    checks = check_photos(over(0.007), over(), cloud, mesh, made, truth, 0.02)
+    checks = check_photos(over(0.007), over(), cloud, mesh, output, truth, 0.02)
     by_name = {check.name: check for check in checks}
     assert by_name[CAMERA_CENTRES].error == pytest.approx(0.007)
     assert by_name[MODEL_OFFSET].error == pytest.approx(0.012, abs=5e-4)
@@ -406,7 +406,7 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     assert plane.within_total is bool(held)
     # A turn of 1 degree (1 sigma) about every axis.
     turned = check_photos(
-        over(0.007), over(), cloud, mesh, made, truth, 0.02, np.radians(1.0) ** 2 * np.eye(3)
+        over(0.007), over(), cloud, mesh, output, truth, 0.02, np.radians(1.0) ** 2 * np.eye(3)
     )[-1]
     assert turned.total_95 == pytest.approx(
         min(90.0, math.hypot(plane.total_95, math.sqrt(chi2.ppf(0.95, 2))))
@@ -415,7 +415,7 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     # Only cameras with a name in common are compared.
     moved = over(0.007)
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
-    again = check_photos(renamed, over(), cloud, mesh, made, truth, 0.02)
+    again = check_photos(renamed, over(), cloud, mesh, output, truth, 0.02)
     assert again[0].error == pytest.approx(0.007)
 
 
@@ -439,21 +439,21 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     ]
     planes = {name: p for (name, *_), p in zip(rows, attitudes, strict=True)}
     meets = intersection(middle, fault)
-    found = check_sample(picks(groups, rows), SampleTruth(planes, Line(0, 0), meets, 3.0))
-    names = [check.name for check in found.checks]
+    result = check_sample(picks(groups, rows), SampleTruth(planes, Line(0, 0), meets, 3.0))
+    names = [check.name for check in result.checks]
     assert names == [
         *(f"{kind} {name}" for name, kind, *_ in rows),
         FOLD_AXIS,
         INTERSECTION,
         DISPLACEMENT,
     ]
-    for check in found.checks[:-1]:
+    for check in result.checks[:-1]:
         assert check.error == pytest.approx(0.0, abs=1e-5), check.name
-    assert angle_between_lines(found.beta.beta, Line(0, 0)) < 1e-6
-    assert angle_between_lines(found.intersection.beta, meets) < 1e-6
-    assert (found.beta.n, found.intersection.n) == (3, 2)
-    slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
-    assert found.checks[-1].measured == pytest.approx(slip.measured)
+    assert angle_between_lines(result.beta.beta, Line(0, 0)) < 1e-6
+    assert angle_between_lines(result.intersection.beta, meets) < 1e-6
+    assert (result.beta.n, result.intersection.n) == (3, 2)
+    slip = slip_check(result.fits, [(2, 1)], [3, 4], result.beta.beta, 3.0)
+    assert result.checks[-1].measured == pytest.approx(slip.measured)
     bad = picks([*groups[:5], np.zeros((4, 3))], rows)
     with refused("sample.pick-without-plane", GeometryError, pick="j"):
         check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))
@@ -462,7 +462,7 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
 @pytest.fixture
 def fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Points by which a model is held against the outcrop: so many take a second each time."""
-    monkeypatch.setattr(photo_check, "_DRAWN", 5000)
+    monkeypatch.setattr(photo_check, "_SAMPLE_POINTS", 5000)
 
 
 def level(n: int = 41, size: float = 8.0, hole: float = 0.0) -> Mesh:
@@ -502,16 +502,16 @@ def distances(mesh: Mesh, some: np.ndarray, gsd: float = 0.02) -> dict[str, floa
 def test_the_model_is_off_by_what_it_lies_across_the_surface(
     place: tuple[float, float, float], off: float
 ) -> None:
-    found = distances(level(), np.array([place]))
-    assert found[MODEL_OFFSET_90] == pytest.approx(off, abs=1e-3)
-    assert found[MODEL_OFFSET] == pytest.approx(0.0, abs=2e-4)
+    result = distances(level(), np.array([place]))
+    assert result[MODEL_OFFSET_90] == pytest.approx(off, abs=1e-3)
+    assert result[MODEL_OFFSET] == pytest.approx(0.0, abs=2e-4)
 
 
 @pytest.mark.usefixtures("fewer")
 def test_what_lies_in_a_hole_of_the_outcrop_is_off_by_its_distance() -> None:
     """No face is near enough to say what is across."""
-    found = distances(level(hole=0.8), np.array([[4.0, 4.0, 0.0]]))
-    assert found[MODEL_OFFSET_90] == pytest.approx(0.4, abs=0.03)
+    result = distances(level(hole=0.8), np.array([[4.0, 4.0, 0.0]]))
+    assert result[MODEL_OFFSET_90] == pytest.approx(0.4, abs=0.03)
     near = distances(level(hole=0.4), np.array([[4.0, 4.0, 0.0]]))
     assert near[MODEL_OFFSET_90] == pytest.approx(0.0, abs=2e-4)
 
@@ -532,21 +532,21 @@ def test_nine_in_ten_points_of_the_model_lie_no_farther_off() -> None:
 
 @pytest.mark.usefixtures("fewer")
 @pytest.mark.parametrize(
-    ("points", "away", "found"), [(20, 0.0, 1), (19, 0.0, 0), (40, 3.9, 1), (40, 4.1, 0)]
+    ("points", "away", "result"), [(20, 0.0, 1), (19, 0.0, 0), (40, 3.9, 1), (40, 4.1, 0)]
 )
 def test_a_pick_is_checked_where_twenty_points_of_the_model_are_within_four_pixels(
-    points: int, away: float, found: int
+    points: int, away: float, result: int
 ) -> None:
     gsd = 0.02
     angle = np.linspace(0, 2 * np.pi, points, endpoint=False)
     line = np.column_stack([4 + 2 * np.cos(angle), 4 + 2 * np.sin(angle), np.zeros(points)])
     rng = np.random.default_rng(6)
     uneven = rng.uniform(-1e-4, 1e-4, (points, 3))
-    made = picks([line + ORIGIN], [("p", "bedding", "beds", "")])
+    output = picks([line + ORIGIN], [("p", "bedding", "beds", "")])
     truth = SampleTruth({"p": Plane(0, 0)}, Line(0, 0), Line(0, 0), 1.0)
     cloud = line + uneven + [0, 0, away * gsd] + ORIGIN
-    checks = check_photos(over(), over(), cloud, level(), made, truth, gsd)
-    assert len(checks) == 4 + found
+    checks = check_photos(over(), over(), cloud, level(), output, truth, gsd)
+    assert len(checks) == 4 + result
 
 
 def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
@@ -579,8 +579,10 @@ def test_the_outcrop_is_off_the_model_by_the_distance_of_its_next_point() -> Non
         replace(view, translation=view.translation - 0.001 * (k + 1) * view.rotation[:, 0])
         for k, view in enumerate(true.views)
     ]
-    found = replace(true, views=tuple(moved[::-1]))
-    errors = {c.name: c.error for c in check_photos(found, true, cloud, level(), none, truth, 0.02)}
-    wanted = side * math.sqrt(0.5 / math.pi)
-    assert errors[OUTCROP_OFFSET] == pytest.approx(wanted, rel=0.02)
+    result = replace(true, views=tuple(moved[::-1]))
+    errors = {
+        c.name: c.error for c in check_photos(result, true, cloud, level(), none, truth, 0.02)
+    }
+    expected = side * math.sqrt(0.5 / math.pi)
+    assert errors[OUTCROP_OFFSET] == pytest.approx(expected, rel=0.02)
     assert errors[CAMERA_CENTRES] == pytest.approx(0.005)

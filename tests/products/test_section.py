@@ -137,13 +137,13 @@ def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) 
     panel = curtain_of_plane(section, UTM).panels[0]
     # Along North when the world is not turned; b = 90: the plane dips along the section.
     plane = Plane((90 + b + turn) % 360, dip)
-    found = apparent_dip_deg(plane.normal(), panel.right, panel.up)
+    result = apparent_dip_deg(plane.normal(), panel.right, panel.up)
     expected = np.degrees(np.arctan(np.tan(np.radians(dip)) * np.sin(np.radians(abs(b)))))
-    assert found is not None
-    assert abs(found) == pytest.approx(expected, abs=1e-9)
+    assert result is not None
+    assert abs(result) == pytest.approx(expected, abs=1e-9)
     if b and dip < 90:
         toward = plane.dip_vector() @ panel.right
-        assert np.sign(found) == np.sign(toward)
+        assert np.sign(result) == np.sign(toward)
     assert apparent_dip_deg(section.normal(), panel.right, panel.up) is None
 
 

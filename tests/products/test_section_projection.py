@@ -49,9 +49,9 @@ def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
     """Features move by h cot a in the section, h from it: that is what a degree changes."""
     (finding,) = Directions(Line(angle, 0.0).vector()).check(EAST)
     cot = [1.0 / math.tan(math.radians(angle + step)) for step in (-0.05, 0.05)]
-    wanted = 100.0 * (cot[0] - cot[1]) * 10.0
+    expected = 100.0 * (cot[0] - cot[1]) * 10.0
     assert finding.code == "section.grazing-direction"
-    assert finding.values["cost_percent"] == pytest.approx(wanted, rel=1e-3)
+    assert finding.values["cost_percent"] == pytest.approx(expected, rel=1e-3)
     assert finding.values["angle_deg"] == pytest.approx(angle)
 
 

@@ -18,7 +18,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import format_of, write_sheet
-from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
+from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, place_labels
 from vomstudio.products.ortho.view_description import unknown_direction_text
 from vomstudio.products.ortho.view_directions import view_along_line
 
@@ -29,10 +29,10 @@ def page_of(path: Path) -> tuple[list[float], str]:
     """Its size in points, and the program that draws it, without the codes of other objects."""
     data = path.read_bytes()
     (box,) = re.findall(rb"/MediaBox \[\s*([^]]*)\]", data)
-    for found in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", data, re.S):
+    for result in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", data, re.S):
         try:
             # Whose last byte may be taken for a part of the line's end.
-            text = zlib.decompressobj().decompress(found.group(1))
+            text = zlib.decompressobj().decompress(result.group(1))
         except zlib.error:
             continue
         if b"BT" in text:
@@ -42,20 +42,20 @@ def page_of(path: Path) -> tuple[list[float], str]:
 
 def texts_of(page: str) -> str:
     """Words that are written, without kerning; letters may be codes of two bytes."""
-    said = []
+    messages = []
     for block in re.findall(r"\bBT\b(.*?)\bET\b", page, re.S):
         strings = re.findall(r"\(((?:\\.|[^()\\])*)\)", block, re.S)
         words = re.sub(r"\\(.)", r"\1", "".join(strings), flags=re.S)
-        said.append(words.replace("\x00", ""))
-    return "\n".join(said)
+        messages.append(words.replace("\x00", ""))
+    return "\n".join(messages)
 
 
 def lines_of(page: str) -> list[np.ndarray]:
     """Each stroked path (n, 2), points of the page."""
-    found = []
+    result = []
     for path in re.findall(r"((?:[-\d.]+ [-\d.]+ [ml]\n)+)\s*S", page):
-        found.append(np.array([[float(v) for v in row.split()[:2]] for row in path.splitlines()]))
-    return found
+        result.append(np.array([[float(v) for v in row.split()[:2]] for row in path.splitlines()]))
+    return result
 
 
 def drawing(width: float = 20.0, height: float = 8.0) -> Drawing:
@@ -75,11 +75,11 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
         view_along_line(45, 0),
         reason=Finding("view.chosen", description="along the axis of the fold"),
     )
-    made = drawing()
-    write_sheet(tmp_path / "s.pdf", made, view, "pdf")
+    output = drawing()
+    write_sheet(tmp_path / "s.pdf", output, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
-    for said in (
+    for messages in (
         "NW (315)",
         "SE (135)",
         "B01 21",
@@ -90,13 +90,13 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
         "along the axis of the fold",
         "045.0/0.0",
     ):
-        assert said in words, words
-    scale = paper_scale(made.bounds)
+        assert messages in words, words
+    scale = paper_scale(output.bounds)
     assert scale == 100
     # The trace, in millimetres of paper between its points, by the scale that the sheet states.
-    wanted = np.diff(made.shapes[0].points, axis=0) * 1000.0 / scale * MM
+    expected = np.diff(output.shapes[0].points, axis=0) * 1000.0 / scale * MM
     assert any(
-        len(line) == 3 and np.allclose(np.diff(line, axis=0), wanted, atol=0.02)
+        len(line) == 3 and np.allclose(np.diff(line, axis=0), expected, atol=0.02)
         for line in lines_of(page)
     )
     # Twenty metres at 1 : 100 are twenty centimetres of paper and the margins.
@@ -133,8 +133,8 @@ def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
     have no label."""
     at = np.array([[0.0, 0.0]])
     many = tuple(Shape("j", at + 0.01 * i, label=f"J{i:02d} 30°", dip_deg=30.0) for i in range(40))
-    made = replace(drawing(), shapes=many)
-    placed = placed_labels(made, 100.0, 2.6)
+    output = replace(drawing(), shapes=many)
+    placed = place_labels(output, 100.0, 2.6)
     assert 4 <= len(placed) < 40
     wide, tall = 0.001 * 100.0 * 2.6 * 0.5 * 7, 0.001 * 100.0 * 2.6
     boxes = [(p.x - wide if p.right else p.x, p.y - tall / 2) for p in placed]
@@ -179,9 +179,9 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
 ) -> None:
     """By the resolution that the file tells a printer."""
     bounds = np.array([[0.0, 0.0], [width, height]])
-    made = replace(drawing(), shapes=(), picture=None, bounds=bounds)
+    output = replace(drawing(), shapes=(), picture=None, bounds=bounds)
     path = tmp_path / f"s.{ending}"
-    write_sheet(path, made, view_along_line(45, 0), format_of(path))
+    write_sheet(path, output, view_along_line(45, 0), format_of(path))
     with Image.open(path) as page:
         assert page.format == {"png": "PNG"}.get(ending, "JPEG")
         dpi = page.info["dpi"]
@@ -201,20 +201,20 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
         round_ = float(f"{step:.0e}")
         assert len(ticks) >= 3
         assert f"{round_:e}"[0] in "1245"
-        wanted = np.arange(start, end * (1 + 1e-9), round_)
-        assert ticks == pytest.approx(wanted * metre, abs=1.5)
+        expected = np.arange(start, end * (1 + 1e-9), round_)
+        assert ticks == pytest.approx(expected * metre, abs=1.5)
 
 
 @pytest.mark.parametrize("ending", ["png", "jpg"])
 def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, ending: str) -> None:
-    made = drawing()
+    output = drawing()
     path = tmp_path / f"s.{ending}"
-    write_sheet(path, made, view_along_line(45, 0), format_of(path))
+    write_sheet(path, output, view_along_line(45, 0), format_of(path))
     with Image.open(path) as page:
         seen = np.asarray(page.convert("RGB")).astype(int)
     left, _, _, bottom = frame_of(seen.sum(axis=2) < 200)
-    metre = 1000.0 / paper_scale(made.bounds) / 25.4 * 300.0
-    low = made.bounds[0]
+    metre = 1000.0 / paper_scale(output.bounds) / 25.4 * 300.0
+    low = output.bounds[0]
 
     def off(point: np.ndarray, color: tuple[int, int, int]) -> int:
         """Of the pixel there, or of a neighbour: the frame is found to the nearest pixel only."""
@@ -223,7 +223,7 @@ def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, en
         around = seen[row - 1 : row + 2, column - 1 : column + 2]
         return int(np.abs(around - color).max(axis=2).min())
 
-    trace = made.shapes[0].points
+    trace = output.shapes[0].points
     for share in (0.02, 0.3, 0.8):
         for a, b in itertools.pairwise(trace):
             assert off(a + share * (b - a), (0x00, 0x72, 0xB2)) < 40
@@ -238,8 +238,8 @@ def test_a_page_of_pixels_is_no_larger_than_paper_however_large_the_picture(
     """A quarter of a metre and its margins."""
     for size in (1e-3, 1.0, 1e5):
         bounds = np.array([[0.0, 0.0], [size, size]])
-        made = replace(drawing(), shapes=(), bounds=bounds)
-        write_sheet(tmp_path / "s.png", made, view_along_line(45, 0), "png")
+        output = replace(drawing(), shapes=(), bounds=bounds)
+        write_sheet(tmp_path / "s.png", output, view_along_line(45, 0), "png")
         with Image.open(tmp_path / "s.png") as page:
             assert max(page.size) < (250.0 + 75.0) / 25.4 * 300.0
 
@@ -290,17 +290,17 @@ def key_drawing() -> Drawing:
 
 
 def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path) -> None:
-    found = {entry.name: entry for entry in entries_of(key_drawing().shapes)}
-    assert list(found) == ["bedding", "joint $J_1$", "sandstone", "known lines"]
-    bed, joint = found["bedding"], found["joint $J_1$"]
+    result = {entry.name: entry for entry in entries_of(key_drawing().shapes)}
+    assert list(result) == ["bedding", "joint $J_1$", "sandstone", "known lines"]
+    bed, joint = result["bedding"], result["joint $J_1$"]
     assert (bed.line, bed.area, bed.place, bed.filled) == (True, True, True, False)
     assert (joint.line, joint.area, joint.place) == (False, False, True)
-    assert found["sandstone"].filled
+    assert result["sandstone"].filled
     write_sheet(tmp_path / "s.pdf", key_drawing(), view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
-    for said in (*found, "Ticks at points: planes and their apparent dips"):
-        assert said in words
+    for messages in (*result, "Ticks at points: planes and their apparent dips"):
+        assert messages in words
     write_sheet(tmp_path / "n.pdf", key_drawing(), view_along_line(45, 0), "pdf", legend=False)
     without, page = page_of(tmp_path / "n.pdf")
     assert "sandstone" not in texts_of(page)
@@ -319,8 +319,8 @@ def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
         )
         for k in range(30)
     )
-    made = replace(drawing(2.0, 8.0), shapes=many)
-    write_sheet(tmp_path / "s.pdf", made, view_along_line(45, 0), "pdf")
+    output = replace(drawing(2.0, 8.0), shapes=many)
+    write_sheet(tmp_path / "s.pdf", output, view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
     assert all(f"type {k} " in words for k in range(30))
@@ -335,7 +335,7 @@ def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() ->
     for beside in ([0.6, 0.2], [0.6, -0.2], [-0.6, 0.2]):
         other = Shape("j", np.array([beside]))
         named = Shape("j", first, label="J1 30°", dip_deg=30.0)
-        (placed,) = placed_labels(replace(drawing(), shapes=(named, other)), 100.0, 2.6)
+        (placed,) = place_labels(replace(drawing(), shapes=(named, other)), 100.0, 2.6)
         wide, tall = 0.001 * 100.0 * 2.6 * 0.58 * 7, 0.001 * 100.0 * 2.6 * 1.25
         left = placed.x - wide if placed.right else placed.x
         inside = left < beside[0] < left + wide and abs(placed.y - beside[1]) < tall / 2
@@ -344,5 +344,5 @@ def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() ->
     # Where points are everywhere it is written all the same.
     g = np.linspace(-3.0, 3.0, 200)
     crowd = tuple(Shape("j", np.array([[a, b]])) for a in g[::4] for b in g[::4])
-    (placed,) = placed_labels(replace(drawing(), shapes=(named, *crowd)), 100.0, 2.6)
+    (placed,) = place_labels(replace(drawing(), shapes=(named, *crowd)), 100.0, 2.6)
     assert placed.shape is named

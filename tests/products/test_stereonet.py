@@ -20,7 +20,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
-from vomstudio.products.net.contents import NetContents, NetEllipse, make_sets, means_of
+from vomstudio.products.net.contents import NetContents, NetEllipse, compute_means, make_sets
 from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
 from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import PROJECTION_NAMES
@@ -42,7 +42,7 @@ GROUPS = {
 SETS = make_sets(GROUPS, {k: [f"{k}{i}" for i in range(len(v[1]))] for k, v in GROUPS.items()})
 FULL = NetContents(
     SETS,
-    means=means_of(SETS),
+    means=compute_means(SETS),
     fold=fold_axis(SETS[0].azimuth_deg, SETS[0].angle_deg),
     selected=frozenset({"Bedding3"}),
     ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
@@ -51,7 +51,7 @@ EMPTY = NetContents()
 MANY = make_sets(
     {f"Joint set {i} of the upper unit": cluster(30 * i, 60 + i, 9, 5) for i in range(12)}
 )
-CROWDED = NetContents(MANY, means=means_of(MANY))
+CROWDED = NetContents(MANY, means=compute_means(MANY))
 
 
 def draw(
@@ -141,9 +141,9 @@ def test_a_click_finds_the_nearest_feature_and_the_line_under_it() -> None:
         line = Line.from_vector(s.vectors()[row])
         x, y = pixel(artists, line)
         assert artists.feature_at(x + 1, y - 1) == name
-        found = artists.line_at(x, y)
-        assert found is not None
-        assert angle_between_lines(found, line) < 1e-6
+        result = artists.line_at(x, y)
+        assert result is not None
+        assert angle_between_lines(result, line) < 1e-6
     assert artists.feature_at(*artists.centre_px) is None
     assert artists.line_at(1, 1) is None
 
@@ -281,8 +281,8 @@ def test_a_figure_is_as_high_as_its_words_need(tmp_path: Path, count: int, width
     """Nothing is left out, and the net does not shrink for it."""
     planes = ("plane", [10.0, 14.0, 12.0], [20.0, 21.0, 23.0])
     sets = make_sets({f"bedding of the limb {i}": planes for i in range(count)}, {})
-    said = tuple(f"{s.name}: n = 3, Fisher mean 012/21, kappa 1,200, alpha95 2.3" for s in sets)
-    net = NetContents(sets, averages=said, contour="schmidt")
+    messages = tuple(f"{s.name}: n = 3, Fisher mean 012/21, kappa 1,200, alpha95 2.3" for s in sets)
+    net = NetContents(sets, averages=messages, contour="schmidt")
     write_stereonet(tmp_path / "net.svg", net, format="svg", width_mm=width_mm)
     top = ElementTree.parse(tmp_path / "net.svg").getroot()
     height_mm = float(str(top.get("height")).removesuffix("pt")) / 72.0 * 25.4
@@ -332,8 +332,8 @@ def test_the_bar_of_contours_is_made_of_even_steps_with_their_levels(width: int)
         assert above.get_y() == pytest.approx(below.get_y() + below.get_height())
         assert above.get_x() == below.get_x()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    found = sorted((t.get_window_extent(renderer).y0, float(t.get_text())) for t in levels)
-    assert [value for _, value in found] == sorted(value for _, value in found)
+    result = sorted((t.get_window_extent(renderer).y0, float(t.get_text())) for t in levels)
+    assert [value for _, value in result] == sorted(value for _, value in result)
 
 
 @pytest.mark.parametrize(("width", "height"), [(700, 450), (360, 420)])

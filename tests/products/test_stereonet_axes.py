@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from vomstudio.geology.density import DENSITY_METHODS, round_levels
-from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, make_sets, means_of
-from vomstudio.products.net.stereonet_axes import are_axes, draw_net, new_axes
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, compute_means, make_sets
+from vomstudio.products.net.stereonet_axes import draw_net, is_stereonet_axes, new_axes
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -34,7 +34,7 @@ def closed() -> Iterator[None]:
 def drawn(**more: Any) -> Any:
     sets = make_sets({"Bedding": ("plane", *BEDS), "Striae": ("line", *LINES)})
     ax = new_axes(more.pop("projection", "area"))
-    draw_net(ax, NetContents(sets, means=means_of(sets), **more))
+    draw_net(ax, NetContents(sets, means=compute_means(sets), **more))
     return ax
 
 
@@ -48,8 +48,8 @@ def marks(ax: Any, symbol: str) -> list[Any]:
 def test_axes_are_those_of_the_projection(projection: str, name: str) -> None:
     ax = new_axes(projection)
     assert ax.name == name
-    assert are_axes(ax)
-    assert not are_axes(plt.figure().add_subplot())
+    assert is_stereonet_axes(ax)
+    assert not is_stereonet_axes(plt.figure().add_subplot())
     box = ax.get_position()
     # The legend stands beside the net, in the third that is left free.
     assert box.x1 <= 0.66 + 1e-9
@@ -59,10 +59,10 @@ def test_poles_lines_and_means_are_where_the_library_has_them() -> None:
     ax = drawn(circles=False)
     beds, striae = NetContents(make_sets({"B": ("plane", *BEDS), "S": ("line", *LINES)})).sets
     (poles,), (lines,) = marks(ax, beds.marker), marks(ax, striae.marker)
-    wanted = np.transpose(mplstereonet.pole(BEDS[0] - 90, BEDS[1].copy()))
-    np.testing.assert_allclose(poles.get_xydata(), wanted, atol=1e-12)
-    wanted = np.transpose(mplstereonet.line(LINES[1].copy(), LINES[0].copy()))
-    np.testing.assert_allclose(lines.get_xydata(), wanted, atol=1e-12)
+    expected = np.transpose(mplstereonet.pole(BEDS[0] - 90, BEDS[1].copy()))
+    np.testing.assert_allclose(poles.get_xydata(), expected, atol=1e-12)
+    expected = np.transpose(mplstereonet.line(LINES[1].copy(), LINES[0].copy()))
+    np.testing.assert_allclose(lines.get_xydata(), expected, atol=1e-12)
     stars = marks(ax, "*")
     assert len(stars) == 2
     for star, measured in zip(stars, (poles, lines), strict=True):
@@ -77,8 +77,8 @@ def test_great_circles_are_those_of_the_planes_while_there_are_few() -> None:
     ]
     assert len(circles) == 30
     for line, strike, dip in zip(circles, BEDS[0] - 90, BEDS[1], strict=True):
-        wanted = np.transpose(mplstereonet.plane(strike, dip)).reshape(-1, 2)
-        away = np.linalg.norm(line.get_xydata()[:, None] - wanted, axis=2).min(axis=1)
+        expected = np.transpose(mplstereonet.plane(strike, dip)).reshape(-1, 2)
+        away = np.linalg.norm(line.get_xydata()[:, None] - expected, axis=2).min(axis=1)
         assert away.max() < 1e-6
     many = AUTO_CIRCLES + 1
     sets = make_sets({"Joints": ("plane", np.linspace(0, 300, many), np.full(many, 50.0))})
@@ -118,11 +118,11 @@ def test_contours_are_those_of_the_library(method: str) -> None:
     theirs = other.contourf(across, across, counted.T, levels=ours.levels)
     assert list(ours.levels[:-1]) == round_levels(float(counted.max()), method)
     assert ours.levels[-1] > counted.max()
-    for mine, wanted in zip(ours.get_paths(), theirs.get_paths(), strict=True):
-        assert len(mine.vertices) == pytest.approx(len(wanted.vertices), abs=4)
+    for mine, expected in zip(ours.get_paths(), theirs.get_paths(), strict=True):
+        assert len(mine.vertices) == pytest.approx(len(expected.vertices), abs=4)
         if len(mine.vertices):
             # A pole at the very edge of a counting circle may count for one and not for the other.
-            away = np.linalg.norm(mine.vertices[:, None] - wanted.vertices, axis=2)
+            away = np.linalg.norm(mine.vertices[:, None] - expected.vertices, axis=2)
             assert away.min(axis=0).max() < (0.05 if method == "schmidt" else 1e-6)
             assert away.min(axis=1).max() < (0.05 if method == "schmidt" else 1e-6)
 
@@ -134,5 +134,5 @@ def test_the_density_counts_every_set_of_the_net() -> None:
     draw_net(ax, NetContents(sets, contour="schmidt"))
     (contours,) = [c for c in ax.collections if type(c).__name__.endswith("ContourSet")]
     innermost = [path for path in contours.get_paths() if len(path.vertices)][-1]
-    wanted = np.transpose(mplstereonet.line(*(part.copy() for part in LINES[::-1]))).mean(axis=0)
-    assert np.degrees(np.abs(innermost.vertices.mean(axis=0) - wanted)).max() < 6
+    expected = np.transpose(mplstereonet.line(*(part.copy() for part in LINES[::-1]))).mean(axis=0)
+    assert np.degrees(np.abs(innermost.vertices.mean(axis=0) - expected)).max() < 6

@@ -16,7 +16,7 @@ from vomstudio.geology.roughness.planar_part import where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.surface.analysis import analyse
-from vomstudio.products.surface.patch import around, of_facet
+from vomstudio.products.surface.patch import extract_around, extract_facet
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
 Array = np.ndarray
@@ -73,14 +73,14 @@ def grooves(n: int, step: float, angle: float, wave: float, height: float) -> Ar
 @pytest.mark.parametrize("exponent", [0.4, 0.8])
 def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
     rng = np.random.default_rng(1)
-    found, held = [], 0
+    result, held = [], 0
     for _ in range(12):
         seen = increments.variations(self_affine(128, exponent, rng), 0.02, 0.05)
         one = increments.exponent(seen, 0.0)
-        found.append(one.H)
+        result.append(one.H)
         held += abs(one.H - exponent) <= one.error95
         assert one.error95 < 0.15
-    assert np.mean(found) == pytest.approx(exponent, abs=0.02)
+    assert np.mean(result) == pytest.approx(exponent, abs=0.02)
     assert held >= 10
 
 
@@ -88,14 +88,14 @@ def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
 @pytest.mark.parametrize("exponent", [0.3, 0.6, 0.8])
 def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: float) -> None:
     rng = np.random.default_rng(2)
-    runs, held, claimed, found = 200, 0, 0, []
+    runs, held, claimed, result = 200, 0, 0, []
     for _ in range(runs):
         seen = increments.variations(self_affine(128, exponent, rng), 1.0, 2.0)
         one = increments.exponent(seen, 0.0)
-        found.append(one.H)
+        result.append(one.H)
         held += abs(one.H - exponent) <= one.error95
         claimed += increments.smoothest(seen, 0.0).claimed
-    assert np.mean(found) == pytest.approx(exponent, abs=0.01)
+    assert np.mean(result) == pytest.approx(exponent, abs=0.01)
     assert 0.91 <= held / runs <= 0.99
     assert claimed / runs <= 0.03
 
@@ -132,16 +132,16 @@ def test_grooves_on_a_dipping_face_have_their_line_in_the_world(turn: float) -> 
     attitude = (ATTITUDE[0] + turn, ATTITUDE[1])
     rng = np.random.default_rng(5)
     heights = 0.002 * self_affine(128, 0.6, rng) + grooves(128, 0.05, 40.0, 0.7, 0.012)
-    found = analyse(mesh_over(heights, 0.05, attitude), noise_m=0.0005)
+    result = analyse(mesh_over(heights, 0.05, attitude), noise_m=0.0005)
     u, v = axes_of(*attitude)
     truth = math.cos(math.radians(40)) * u + math.sin(math.radians(40)) * v
-    line = found.smoothest
+    line = result.smoothest
     t, p = math.radians(line.trend_deg), math.radians(line.plunge_deg)
     seen = np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
     assert angle_deg(truth, seen) <= line.error95_deg + 0.5
     assert line.error95_deg < 6
     assert line.ratio > 1.3
-    along, across = found.profiles
+    along, across = result.profiles
     assert along.deviation_m.std() < 0.7 * across.deviation_m.std()
     assert ((along.points[-1] - along.points[0]) / np.ptp(along.distance_m)) @ seen == (
         pytest.approx(1.0, abs=0.01)
@@ -152,21 +152,21 @@ def test_grooves_on_a_dipping_face_have_their_line_in_the_world(turn: float) -> 
 
 def test_deviations_are_the_heights_over_the_plane() -> None:
     heights = grooves(120, 0.05, 0.0, 1.0, 0.03)
-    found = analyse(mesh_over(heights, 0.05))
+    result = analyse(mesh_over(heights, 0.05))
     assert (
         angle_deg(
-            normal_of(found.plane["dip_direction_deg"], found.plane["dip_deg"]),
+            normal_of(result.plane["dip_direction_deg"], result.plane["dip_deg"]),
             normal_of(*ATTITUDE),
         )
         < 0.1
     )
-    assert found.rms_m == pytest.approx(0.03 / math.sqrt(2), rel=0.02)
-    assert found.highest_m == pytest.approx(0.03, rel=0.05)
-    assert found.lowest_m == pytest.approx(-0.03, rel=0.05)
-    assert found.at_points == pytest.approx(heights.ravel() - heights.mean(), abs=0.002)
-    assert found.trim is None
-    rows, columns = found.deviations.shape
-    assert found.cells == np.isfinite(found.deviations).sum() > 0.9 * rows * columns
+    assert result.rms_m == pytest.approx(0.03 / math.sqrt(2), rel=0.02)
+    assert result.highest_m == pytest.approx(0.03, rel=0.05)
+    assert result.lowest_m == pytest.approx(-0.03, rel=0.05)
+    assert result.at_points == pytest.approx(heights.ravel() - heights.mean(), abs=0.002)
+    assert result.trim is None
+    rows, columns = result.deviations.shape
+    assert result.cells == np.isfinite(result.deviations).sum() > 0.9 * rows * columns
 
 
 def test_white_noise_and_a_perfect_plane_have_no_exponent_and_no_direction() -> None:
@@ -175,12 +175,12 @@ def test_white_noise_and_a_perfect_plane_have_no_exponent_and_no_direction() -> 
     u, v = axes_of(*ATTITUDE)
     flat = PLACE + x[:, None] * u + y[:, None] * v
     noisy = flat + 0.01 * rng.standard_normal((len(x), 1)) * normal_of(*ATTITUDE)
-    found = analyse(PointCloud(noisy))
-    assert found.noise_from == "points"
-    assert found.noise_m == pytest.approx(0.01, rel=0.1)
-    assert found.hurst is None
-    assert found.hurst_reason.code == "roughness.below-noise"
-    assert found.smoothest is None
+    result = analyse(PointCloud(noisy))
+    assert result.noise_from == "points"
+    assert result.noise_m == pytest.approx(0.01, rel=0.1)
+    assert result.hurst is None
+    assert result.hurst_reason.code == "roughness.below-noise"
+    assert result.smoothest is None
     exact = analyse(mesh_over(np.zeros((100, 100)), 0.05))
     assert exact.noise_from == "mesh"
     assert exact.hurst is None
@@ -191,16 +191,16 @@ def test_a_mesh_whose_roughness_is_below_its_edges_is_refused_unless_its_noise_i
     rough = 0.002 * self_affine(128, 0.7, np.random.default_rng(7))
     mesh = mesh_over(rough, 0.05)
     assert analyse(mesh).hurst is None
-    given = analyse(mesh, noise_m=0.00005)
-    assert pytest.approx(0.7, abs=max(given.hurst.error95, 0.1)) == given.hurst.H
-    assert len(given.hurst.directions) == increments.DIRECTIONS
+    inputs = analyse(mesh, noise_m=0.00005)
+    assert pytest.approx(0.7, abs=max(inputs.hurst.error95, 0.1)) == inputs.hurst.H
+    assert len(inputs.hurst.directions) == increments.DIRECTIONS
 
 
 def test_a_smooth_bend_has_no_exponent() -> None:
     y, x = np.mgrid[0:130, 0:130] * 0.05
-    found = analyse(mesh_over(0.02 * (x - 3) ** 2 + 0.01 * (y - 3) ** 2, 0.05), noise_m=1e-5)
-    assert found.hurst is None
-    assert found.hurst_reason.code == "roughness.invalid-exponent"
+    result = analyse(mesh_over(0.02 * (x - 3) ** 2 + 0.01 * (y - 3) ** 2, 0.05), noise_m=1e-5)
+    assert result.hurst is None
+    assert result.hurst_reason.code == "roughness.invalid-exponent"
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -208,20 +208,20 @@ def test_grooves_of_one_wavelength_have_no_exponent(seed: int) -> None:
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[0:120, 0:120] * 0.03
     heights = 0.02 * np.sin(2 * np.pi * (0.5 * x + 0.87 * y) / 0.4)
-    found = analyse(mesh_over(heights + 0.001 * rng.standard_normal(x.shape), 0.03), noise_m=0.001)
-    assert found.hurst is None
-    assert found.hurst_reason.code == "roughness.several-exponents"
-    assert found.smoothest is not None
+    result = analyse(mesh_over(heights + 0.001 * rng.standard_normal(x.shape), 0.03), noise_m=0.001)
+    assert result.hurst is None
+    assert result.hurst_reason.code == "roughness.several-exponents"
+    assert result.smoothest is not None
 
 
 def test_an_exact_plane_is_answered_in_words() -> None:
     rng = np.random.default_rng(0)
     u, v = axes_of(*ATTITUDE)
-    found = analyse(PointCloud(rng.uniform(-2, 2, (8000, 2)) @ np.stack([u, v])))
-    assert found.hurst is None
-    assert found.smoothest is None
-    assert found.trim is None
-    for reason in (found.hurst_reason, found.smoothest_reason):
+    result = analyse(PointCloud(rng.uniform(-2, 2, (8000, 2)) @ np.stack([u, v])))
+    assert result.hurst is None
+    assert result.smoothest is None
+    assert result.trim is None
+    for reason in (result.hurst_reason, result.smoothest_reason):
         assert reason.code == "roughness.flat"
 
 
@@ -232,15 +232,15 @@ def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
     # From column 90 on the face bends away by 20 degrees.
     x = np.arange(n) * step
     heights += np.maximum(x - 90 * step, 0.0) * math.tan(math.radians(20))
-    found = analyse(mesh_over(heights, step), noise_m=0.003)
-    assert found.trim is not None
-    assert found.trim.share == pytest.approx(0.25, abs=0.04)
-    normal = normal_of(found.trim.plane["dip_direction_deg"], found.trim.plane["dip_deg"])
-    whole = normal_of(found.plane["dip_direction_deg"], found.plane["dip_deg"])
+    result = analyse(mesh_over(heights, step), noise_m=0.003)
+    assert result.trim is not None
+    assert result.trim.share == pytest.approx(0.25, abs=0.04)
+    normal = normal_of(result.trim.plane["dip_direction_deg"], result.trim.plane["dip_deg"])
+    whole = normal_of(result.plane["dip_direction_deg"], result.plane["dip_deg"])
     assert angle_deg(normal, normal_of(*ATTITUDE)) < 0.1
-    assert found.trim.turn_deg == pytest.approx(angle_deg(normal, whole), abs=1e-6)
-    assert found.trim.turn_deg > 1.0
-    holds = found.holds.reshape(n, n)
+    assert result.trim.turn_deg == pytest.approx(angle_deg(normal, whole), abs=1e-6)
+    assert result.trim.turn_deg > 1.0
+    holds = result.holds.reshape(n, n)
     assert holds[:, :88].all()
     assert not holds[:, 96:].any()
 
@@ -259,14 +259,14 @@ def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float)
     x = np.arange(n) * step
     start = (1.0 - share) * n * step
     heights = 0.002 * rng.standard_normal((n, n)) + slope * np.maximum(x - start, 0.0)
-    found = analyse(mesh_over(heights, step), noise_m=0.002)
-    assert found.trim is not None
-    assert found.trim.share == pytest.approx(share, abs=0.05)
-    normal = normal_of(found.trim.plane["dip_direction_deg"], found.trim.plane["dip_deg"])
+    result = analyse(mesh_over(heights, step), noise_m=0.002)
+    assert result.trim is not None
+    assert result.trim.share == pytest.approx(share, abs=0.05)
+    normal = normal_of(result.trim.plane["dip_direction_deg"], result.trim.plane["dip_deg"])
     bend = math.degrees(math.atan(slope))
     off = angle_deg(normal, normal_of(*ATTITUDE))
     assert min(off, abs(off - bend)) < 0.15
-    assert by_code(found.warnings)["patch.two-planes"]["angle_deg"] == pytest.approx(bend, abs=0.3)
+    assert by_code(result.warnings)["patch.two-planes"]["angle_deg"] == pytest.approx(bend, abs=0.3)
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.8])
@@ -276,23 +276,23 @@ def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> N
         assert where_it_holds(self_affine(72, exponent, rng), 0.0).other is None
     y, x = np.mgrid[0:72, 0:72] / 72.0
     for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
-        found = where_it_holds(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
-        assert found.other is None
-        assert not found.trims
+        result = where_it_holds(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
+        assert result.other is None
+        assert not result.trims
 
 
 def test_parts_of_a_model_and_what_is_refused() -> None:
     mesh = mesh_over(0.01 * np.random.default_rng(10).standard_normal((80, 80)), 0.05)
     middle = mesh.vertices.mean(axis=0)
-    part = around(mesh, middle, 1.0)
+    part = extract_around(mesh, middle, 1.0)
     assert np.linalg.norm(part.vertices - middle, axis=1).max() <= 1.0
     assert len(part.faces) == pytest.approx(math.pi / 0.05**2 * 2, rel=0.1)
     with refused("patch.empty"):
-        around(mesh, middle + 100, 1.0)
+        extract_around(mesh, middle + 100, 1.0)
     with refused("facet.no-field", field="--facet"):
-        of_facet(mesh, 0)
+        extract_facet(mesh, 0)
     with refused("patch.too-small", GeometryError):
-        analyse(around(mesh, middle, 0.15))
+        analyse(extract_around(mesh, middle, 0.15))
     with pytest.raises(UsageError) as error:
         SurfaceOptions(noise_m=-1.0)
     assert (error.value.code, error.value.field) == ("option.out-of-range", "--noise")
@@ -307,7 +307,7 @@ def test_parts_of_a_model_and_what_is_refused() -> None:
 def test_points_at_random_have_the_exponent_of_the_surface_between_them(hurst: float) -> None:
     """A map that is drawn from point to point is smoother than what lies between them. Heights are
     exact, of a spectrum of which every fourth place is taken: it has all of the short waves."""
-    found = []
+    result = []
     for seed in range(4):
         chance = np.random.default_rng(seed)
         side = np.fft.fftfreq(960)
@@ -319,8 +319,8 @@ def test_points_at_random_have_the_exponent_of_the_surface_between_them(hurst: f
         heights *= 0.03 / heights.std()
         y, x = np.mgrid[0:160, 0:160] * 0.025
         points = np.column_stack([x.ravel(), y.ravel(), heights.ravel()])
-        chosen = chance.permutation(len(points))[: len(points) // 3]
-        made = analyse(PointCloud(points[chosen]), noise_m=0.0002)
-        assert made.hurst is not None
-        found.append(made.hurst.H)
-    assert np.mean(found) == pytest.approx(hurst, abs=0.05)
+        selection = chance.permutation(len(points))[: len(points) // 3]
+        output = analyse(PointCloud(points[selection]), noise_m=0.0002)
+        assert output.hurst is not None
+        result.append(output.hurst.H)
+    assert np.mean(result) == pytest.approx(hurst, abs=0.05)

@@ -29,8 +29,8 @@ BOTH = """dip_direction,dip,trend,plunge,set,kind,site
 """
 
 
-def told(found: Any) -> dict[str, tuple[str, list[float], list[float]]]:
-    return {s.name: (s.kind, list(s.azimuth_deg), list(s.angle_deg)) for s in found.sets}
+def told(result: Any) -> dict[str, tuple[str, list[float], list[float]]]:
+    return {s.name: (s.kind, list(s.azimuth_deg), list(s.angle_deg)) for s in result.sets}
 
 
 def test_rows_are_told_apart_by_set(tmp_path: Path) -> None:
@@ -43,8 +43,8 @@ def test_rows_are_told_apart_by_set(tmp_path: Path) -> None:
 
 
 def test_any_column_tells_rows_apart(tmp_path: Path) -> None:
-    found = told(net(tmp_path, BOTH, "site"))
-    assert found == {
+    result = told(net(tmp_path, BOTH, "site"))
+    assert result == {
         "n (planes)": ("plane", [120, 90], [30, 45]),
         "n (lines)": ("line", [200], [10]),
         "s": ("plane", [130, 300], [35, 80]),
@@ -64,9 +64,9 @@ def test_without_sets_kinds_tell_rows_apart_and_without_kinds_geometry(tmp_path:
 
 
 def test_a_net_keeps_what_was_asked(tmp_path: Path) -> None:
-    plain, asked = net(tmp_path, BOTH), net(tmp_path, BOTH, projection="angle", contour="kamb")
+    plain, requests = net(tmp_path, BOTH), net(tmp_path, BOTH, projection="angle", contour="kamb")
     assert (plain.projection, plain.contour) == ("area", None)
-    assert (asked.projection, asked.contour) == ("angle", "kamb")
+    assert (requests.projection, requests.contour) == ("angle", "kamb")
 
 
 def test_clusters_have_a_mean_and_girdles_have_none(tmp_path: Path) -> None:
@@ -78,8 +78,8 @@ def test_clusters_have_a_mean_and_girdles_have_none(tmp_path: Path) -> None:
     around, steep = normals_to_planes(girdle)[:2]
     rows = [f"{a},{b},cluster" for a, b in zip(direction, dip, strict=True)]
     rows += [f"{a},{b},girdle" for a, b in zip(around, steep, strict=True)]
-    found = net(tmp_path, "dip_direction,dip,set\n" + "\n".join(rows) + "\n")
-    assert [s.name for s in found.sets] == ["cluster", "girdle"]
-    (mean,) = found.means
-    assert mean.color == found.sets[0].color
+    result = net(tmp_path, "dip_direction,dip,set\n" + "\n".join(rows) + "\n")
+    assert [s.name for s in result.sets] == ["cluster", "girdle"]
+    (mean,) = result.means
+    assert mean.color == result.sets[0].color
     assert angle_between_lines(mean.line, Line(132 + 180, 90 - 41)) < 3

@@ -22,7 +22,7 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
-from vomstudio.products.elevation.shading import dips_of, hillshade
+from vomstudio.products.elevation.shading import compute_dips, hillshade
 from vomstudio.products.elevation.writing import figures_of, write_elevation
 
 
@@ -80,11 +80,11 @@ class ElevationModel(ElevationFigures):
 
         Horn's gradients over eight neighbours, NaN if one is missing.
         """
-        return dips_of(self.heights, self.gsd_m, self._plan.frame)[0]
+        return compute_dips(self.heights, self.gsd_m, self._plan.frame)[0]
 
     def aspect(self) -> Float32Array:
         """Return the dip direction of the surface (h, w), degrees; NaN if level or unknown."""
-        return dips_of(self.heights, self.gsd_m, self._plan.frame)[1]
+        return compute_dips(self.heights, self.gsd_m, self._plan.frame)[1]
 
     def hillshade(self) -> ByteArray:
         """Return the hillshade (h, w), 1 to 255, 0 if unknown.

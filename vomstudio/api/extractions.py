@@ -246,8 +246,8 @@ def follow(
     """
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
-    from vomstudio.extraction.proposals.edge_photos import showing_edges
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, wearing_edges
+    from vomstudio.extraction.proposals.edge_photos import replace_by_edges
+    from vomstudio.extraction.proposals.edge_pictures import EDGE_COST, colour_by_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
     from vomstudio.studio.jobs.edge_detection import open_edge_finder
@@ -269,7 +269,7 @@ def follow(
         data, crs, _ = load_placed(source_model, "model")
         spacing = resolution(data)
         arguments: dict[str, Any] = {
-            "cost": options.used_cost if edges is None else DRAWN,
+            "cost": options.used_cost if edges is None else EDGE_COST,
             "called": "" if edges is None else options.used_cost,
             "resolution": spacing,
             "model": getattr(getattr(source_model, "path", None), "name", None) or "",
@@ -278,13 +278,13 @@ def follow(
         trace: FollowedTrace
         if options.photo is None:
             if edges is not None:
-                data = wearing_edges(data, spacing, *edges)
+                data = colour_by_edges(data, spacing, *edges)
             trace = followed_trace(SurfaceGraph(data), points(through, "through"), **arguments)
         else:
             way_points = pixels_or_points(through, "through")
             photos = _photos(source_model, data, spacing, options.photo, options.cameras)
             if edges is not None:
-                photos = showing_edges(photos, *edges)
+                photos = replace_by_edges(photos, *edges)
             trace = photo_trace(SurfaceGraph(data), photos, way_points, **arguments)
     warn(trace.warnings)
     return trace

@@ -142,7 +142,7 @@ def stereonet(
     """
     from vomstudio.products.net import stereonet_axes
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.preparation import contouring_of, wishes_of
+    from vomstudio.products.net.preparation import contouring_of, read_wishes
     from vomstudio.products.net.table_net import net_of_table
 
     options = options_from_arguments(
@@ -180,8 +180,8 @@ def stereonet(
     with arguments_named(StereonetFigure):
         style = FigureStyle.from_options(figure)
     with arguments_named(StereonetOptions):
-        contents = wishes_of(options)
-    if ax is not None and not stereonet_axes.are_axes(ax):
+        contents = read_wishes(options)
+    if ax is not None and not stereonet_axes.is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
@@ -197,7 +197,7 @@ def stereonet(
         net = contents.net(net, rows)
     if ax is None:
         size = None if size_mm is None else style.size_mm
-        ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.lines_below(net)))
+        ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.text_below(net)))
     stereonet_axes.draw_net(ax, net, style)
     return ax
 

@@ -26,7 +26,7 @@ from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.requests import (
     FoldView,
     OrthophotoFigures,
-    Requested,
+    PlannedPicture,
     direction_of,
     request_picture,
 )
@@ -83,7 +83,7 @@ class Orthophoto(OrthophotoFigures):
     fold: FoldView | None
     warnings: tuple[Finding, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)
-    _request: Requested = field(metadata=HIDDEN)
+    _request: PlannedPicture = field(metadata=HIDDEN)
     _picture: DrawnPicture = field(metadata=HIDDEN)
 
     def save(

@@ -93,7 +93,7 @@ def propose_traces(
     (True, 0.02)
     """
     from vomstudio.extraction.proposals import traces as proposing
-    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
+    from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
     from vomstudio.studio.jobs.edge_detection import open_edge_finder
@@ -113,7 +113,7 @@ def propose_traces(
         data, crs, _ = load_placed(model if is_array(model) else to_model(model), "model")
         spacing = resolution(data)
         return proposing.propose_traces(
-            SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+            SurfaceGraph(data if edges is None else colour_by_edges(data, spacing, *edges)),
             options,
             resolution=spacing,
             model=getattr(getattr(model, "path", None), "name", None) or "",

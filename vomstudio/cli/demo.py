@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings: list[Finding] = []
     with watch.step("measure", tr("Measuring the sample")):
         from vomstudio.products.sample.check import check_sample
-        from vomstudio.products.sample.report import as_html, as_text, tally
+        from vomstudio.products.sample.report import format_html, format_text, tally
         from vomstudio.project.sample import read_picks, read_truth
 
         picks = read_picks()
@@ -92,8 +92,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         notes.append(photos.pop("text"))
         warnings += photos.pop("warnings")
         notes += warnings
-    text = as_text(checks, notes)
-    page = as_html(checks, notes, images, sum(watch.seconds.values()))
+    text = format_text(checks, notes)
+    page = format_html(checks, notes, images, sum(watch.seconds.values()))
     for name, content in (("summary.txt", text + "\n"), ("summary.html", page)):
         write_bytes(folder / name, content.encode(), force=True)
         files.append(folder / name)

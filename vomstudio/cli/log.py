@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.notation import plane_option
     from vomstudio.products.net.figure import picture_format
-    from vomstudio.products.section.decimals import with_error
+    from vomstudio.products.section.decimals import format_with_error
     from vomstudio.project.tables.log_table import about_log, write_log
 
     is_project = Path(args.table).is_dir()
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             str(i.number),
             i.base,
             i.top,
-            with_error(i.thickness_m.value, i.thickness_m.error95),
+            format_with_error(i.thickness_m.value, i.thickness_m.error95),
             i.lithology,
             i.notes,
         ]
@@ -173,10 +173,10 @@ def _project_log(
     args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
 ) -> _LogAnswer:
     from vomstudio.products.section.line_log import TRACES, answer
-    from vomstudio.products.section.project_log import kept_question
+    from vomstudio.products.section.project_log import read_log_question
 
     progress = report_reading(args, args.table)
-    question = kept_question(
+    question = read_log_question(
         Path(args.table),
         line.line or "",
         of=line.of or TRACES,

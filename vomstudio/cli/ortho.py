@@ -54,9 +54,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.ortho.interpretation import (
         LEGEND,
         PARTS,
-        items_shown,
         parse_parts,
         read_items,
+        select_items,
     )
     from vomstudio.products.ortho.sheet import format_of
     from vomstudio.studio.world_models import check_place
@@ -70,7 +70,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         format_of(drawing.sheet)
     parts = PARTS if drawing.show is None else parse_parts(drawing.show)
     drawings = () if drawing.draw is None else drawing_targets(args.output).values()
-    for target in (args.output, *orthophoto.outputs_of(args.output), drawing.sheet, *drawings):
+    for target in (
+        args.output,
+        *orthophoto.orthophoto_outputs(args.output),
+        drawing.sheet,
+        *drawings,
+    ):
         if target is not None:
             check_target(target, force=args.force)
     fold = None if options.fold is None else _fold(options.fold, args.azimuth)
@@ -82,7 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         else requests.direction_of(options, fold)
     )
     shown_items = items if only is None else only.features(items)
-    features = None if drawing.draw is None else items_shown(shown_items, parts)
+    features = None if drawing.draw is None else select_items(shown_items, parts)
     progress = report_reading(args, args.model)
     check_place(frame_options(args), args.project)
     loaded = read_model(args.model, progress, frame_options(args))
@@ -113,7 +118,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         legend=LEGEND in parts,
         only=None if only is None else only.seen_in(items, request.plan),
     )
-    result = requests.written(
+    result = requests.collect_result(
         picture_files, request, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
     )
     out.result(add_unitless_names(result.to_dict(), metric=place.in_metres))

@@ -168,7 +168,7 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
 
 
 def _coverage(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.products.fractures.summary import looked_at_rows
+    from vomstudio.products.fractures.summary import coverage_rows
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
     with _edited_project(args, out, saves=False) as desk:
@@ -176,7 +176,7 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     grids = [each.to_dict() for each in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(findings)
-    lines = [line for g in shares for line in (g.name, *looked_at_rows(g.coverage), "")]
+    lines = [line for g in shares for line in (g.name, *coverage_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
 
 

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             temporary,
             roses,
             format=format_,
-            style=style.of_net(),
+            style=style.net_style(),
             width_mm=figure.width_mm or SIZE_MM[0],
         )
     warnings: list[Finding] = list(table.warnings)

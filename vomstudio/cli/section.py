@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, by_domain
+    from vomstudio.products.section.directions import Directions, assign_domain_axes
     from vomstudio.products.section.inputs import (
         ReadFeatures,
         read_features,
@@ -66,7 +66,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     section_features = ReadFeatures()
     if features.features is not None:
         section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
-    directions = by_domain(section_features.items, "--along") if is_by_domain else Directions(along)
+    directions = (
+        assign_domain_axes(section_features.items, "--along") if is_by_domain else Directions(along)
+    )
     curtain, warnings = _curtain(place, model)
     grazing = directions.check(curtain)
     progress_of(args).stage(tr("Intersecting the model"))

@@ -84,9 +84,9 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.surface.slope_facets import (
-        faces_of,
-        labels_of,
-        painted,
+        read_facet_labels,
+        read_facet_slopes,
+        slope_fields,
         write_facet_slopes,
     )
     from vomstudio.studio.world_models import read_in_world
@@ -103,13 +103,15 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     report_reading(args, args.facets)
     facets = read_orientations(args.facets, args.azimuth)
     model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
-    faces = faces_of(facets, None if model is None else model.data)
+    faces = read_facet_slopes(facets, None if model is None else model.data)
     slopes = facet_slopes(table, faces, options, progress)
     warnings = list(slopes.warnings)
     if args.output is not None:
         write_facet_slopes(args.output, slopes, force=args.force)
     if args.paint is not None and model is not None:
-        warnings += write_labelled(args, model, painted(slopes, labels_of(model.data)), args.paint)
+        warnings += write_labelled(
+            args, model, slope_fields(slopes, read_facet_labels(model.data)), args.paint
+        )
     out.result(
         {**slopes.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings}
     )

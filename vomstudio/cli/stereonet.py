@@ -46,12 +46,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.preparation import contouring_of, wishes_of
-    from vomstudio.products.net.table_net import net_of_table, recoloured
+    from vomstudio.products.net.preparation import contouring_of, read_wishes
+    from vomstudio.products.net.table_net import net_of_table, replace_colors
 
     format_ = picture_format(args.output, "--output")
     options = options_from(args, StereonetOptions)
-    contents = wishes_of(options)
+    contents = read_wishes(options)
     style = FigureStyle.from_options(options_from(args, StereonetFigure))
     colors = options_from(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contour=options.contour,
         contouring=contouring_of(options),
     )
-    net = recoloured(net, colors_among(colors, [s.name for s in net.sets]))
+    net = replace_colors(net, colors_among(colors, [s.name for s in net.sets]))
     net = contents.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             temporary,
             net,
             format=format_,
-            style=style.of_net(),
+            style=style.net_style(),
             width_mm=style.width_mm,
             height_mm=style.height_mm,
         )
@@ -91,10 +91,10 @@ def _report(
     out: Output,
 ) -> None:
     from vomstudio.geology.table_folds import not_good_warning
-    from vomstudio.products.net.contours import density_found, few_for_contours
+    from vomstudio.products.net.contours import check_contour_sizes, describe_density
 
-    density = density_found(net)
-    warnings = [*table.warnings, *few_for_contours(net)]
+    density = describe_density(net)
+    warnings = [*table.warnings, *check_contour_sizes(net)]
     fold = net.fold
     if fold is not None:
         warnings += not_good_warning(net.fold_not_good, fold.n)

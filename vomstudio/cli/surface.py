@@ -90,11 +90,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:
-    from vomstudio.products.surface.patch import around, of_facet
+    from vomstudio.products.surface.patch import extract_around, extract_facet
 
     if place is not None:
-        return around(data, *place)
-    return data if args.facet is None else of_facet(data, args.facet)
+        return extract_around(data, *place)
+    return data if args.facet is None else extract_facet(data, args.facet)
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

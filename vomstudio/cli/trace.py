@@ -30,7 +30,7 @@ from vomstudio.extraction.trace_options import (
 
 if TYPE_CHECKING:
     from vomstudio.extraction.followed_trace import FollowedTrace
-    from vomstudio.extraction.proposals.edge_pictures import Find
+    from vomstudio.extraction.proposals.edge_pictures import EdgeDetector
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.studio.world_models import WorldModel
 
@@ -88,7 +88,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     """Follow a contact. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.followed_trace import write_path
-    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
+    from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
     from vomstudio.studio.jobs.edge_detection import open_edge_finder
@@ -110,7 +110,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             surface = SurfaceGraph(
                 model.data
                 if edges is None or options.photo is not None
-                else wearing_edges(model.data, spacing, *edges)
+                else colour_by_edges(model.data, spacing, *edges)
             )
             if way_points.shape[1] == 3:
                 _require_on_model(args.through, way_points, surface, spacing)
@@ -148,18 +148,18 @@ def _followed(
     surface: SurfaceGraph,
     way_points: FloatArray,
     spacing: float,
-    edges: tuple[Find, Path] | None,
+    edges: tuple[EdgeDetector, Path] | None,
 ) -> FollowedTrace:
     from vomstudio.extraction.calibrated_photos import open_photos
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
-    from vomstudio.extraction.proposals.edge_photos import showing_edges
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN
+    from vomstudio.extraction.proposals.edge_photos import replace_by_edges
+    from vomstudio.extraction.proposals.edge_pictures import EDGE_COST
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
     arguments: dict[str, Any] = {
-        "cost": options.used_cost if edges is None else DRAWN,
+        "cost": options.used_cost if edges is None else EDGE_COST,
         "called": "" if edges is None else options.used_cost,
         "resolution": spacing,
         "model": Path(args.model).name,
@@ -177,7 +177,7 @@ def _followed(
         model.to_world,
     )
     if edges is not None:
-        photos = showing_edges(photos, *edges)
+        photos = replace_by_edges(photos, *edges)
     return photo_trace(surface, photos, way_points, **arguments)
 
 
@@ -185,16 +185,16 @@ def _require_on_model(
     path: str, points: FloatArray, surface: SurfaceGraph, resolution: float
 ) -> None:
     """Raise InputError, with the line of the table, for a way-point off the model."""
-    from vomstudio.extraction.followed_trace import off_model_finding, off_the_model
+    from vomstudio.extraction.followed_trace import find_way_point_off_model, off_model_finding
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
-    row = off_the_model(surface, points, resolution)
+    row = find_way_point_off_model(surface, points, resolution)
     if row is None:
         return
     table = read_table(path)
     finite = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
     line = int(np.asarray(table.line_numbers)[finite][row])
-    distance = float(surface.snapped(points)[row])
+    distance = float(surface.snap_distances(points)[row])
     raise InputError(off_model_finding(row + 1, distance, resolution), file=path, line=line)
 
 

@@ -1,1 +1,1 @@
-"""What the program proposes: facets, and lines that follow a contact."""
+"""Facets, traces that follow contacts, proposed lines and selections of a model."""

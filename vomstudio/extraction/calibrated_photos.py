@@ -1,4 +1,4 @@
-"""The photos of a model with their cameras, opened beside it: in World, with their pixels."""
+"""Calibrated photos of a model in World, with their pixels."""
 
 from __future__ import annotations
 
@@ -22,18 +22,27 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 
-# Of a cloud a line of sight meets points within so many times their usual spacing.
-_REACH_SPACINGS = 1.0
-# Sides of a photo and of its camera may differ by rounding when it was made smaller.
-_SAME_SHAPE = 0.005
-_WHOLE = 1 << 30
+# Distance within which a line of sight meets a point of a cloud, in typical spacings.
+_SIGHT_RADIUS_SPACINGS = 1.0
+# Relative tolerance of the aspect ratio of a reduced photo and its camera.
+_ASPECT_TOLERANCE = 0.005
+_FULL_SIZE_PX = 1 << 30
 
 
 @dataclass(frozen=True, eq=False)
 class CalibratedPhotos:
-    """views : what the photos see of the model, World
-    chosen : the row of the view that was asked for
-    files : of the views' photos by row, as far as they were found
+    """Photos of a model with their cameras.
+
+    Parameters
+    ----------
+    views : PhotoViews
+        Views of the model, World.
+    chosen : int
+        Row of the requested view.
+    files : mapping of int to Path
+        Files of the photos that were found, by row of the views.
+    cameras : Path
+    warnings : tuple of Finding
     """
 
     views: PhotoViews
@@ -44,14 +53,29 @@ class CalibratedPhotos:
 
     @property
     def name(self) -> str:
-        """Of the photo that was chosen."""
+        """Name of the requested photo."""
         return self.views.views[self.chosen].name
 
     def pixels(self, view: int) -> ByteArray:
-        """(height, width, 3) as stored, of the size that the camera has. Raises InputError."""
+        """Read the pixels of a photo as stored, in the size of its camera.
+
+        Parameters
+        ----------
+        view : int
+            Row of the view.
+
+        Returns
+        -------
+        (height, width, 3) uint8 array
+
+        Raises
+        ------
+        InputError
+            If the photo cannot be read or has another size.
+        """
         from vomstudio.io.photos.pixels import read_stored
 
-        picture, _, _ = read_stored(self.files[view], _WHOLE)
+        picture, _, _ = read_stored(self.files[view], _FULL_SIZE_PX)
         lens = self.views.views[view].intrinsics
         height, width = picture.shape[:2]
         if (width, height) != (lens.width, lens.height):
@@ -75,12 +99,29 @@ def open_photos(
     cameras: str | Path,
     to_world: npt.ArrayLike | None = None,
 ) -> CalibratedPhotos:
-    """The photos that `cameras` knows, one of them chosen.
+    """Open the photos of a camera file, one of which is requested.
 
-    data : the model, World; resolution : of it, m
-    photo : a file, or the name of a photo whose file lies where the cameras say or beside them
-    to_world : (4, 4) from the frame of the model's file, in which the cameras stand
-    Raises InputError and UsageError that name the file.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        The model, World, m.
+    resolution : float
+        Resolution of the model, m.
+    photo : str or Path
+        File, or name of a photo that is where the cameras state it or beside them.
+    cameras : str or Path
+        Poses and lenses, in the frame of the model's file.
+    to_world : (4, 4) array_like, optional
+        Transform from the frame of the model's file to World.
+
+    Returns
+    -------
+    CalibratedPhotos
+
+    Raises
+    ------
+    InputError, UsageError
+        Both name the file.
     """
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.io.photos.cameras_file import Cameras
@@ -88,55 +129,62 @@ def open_photos(
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
-    own = read_own_cameras(cameras, _bounds_in_file(data, matrix))
-    if not own.views:
+    file_cameras = read_own_cameras(cameras, _bounds_in_file(data, matrix))
+    if not file_cameras.views:
         raise InputError(
             Finding("cameras.no-poses"),
             file=cameras,
         )
-    names = list(own.views)
-    chosen, files = _files(names, own, Path(photo))
+    names = list(file_cameras.views)
+    row, files = _files(names, file_cameras, Path(photo))
     scale = transform.scale_of(matrix)
-    moved = [own.views[n].moved(scale, matrix[:3, :3] / scale, matrix[:3, 3]) for n in names]
-    origin = np.floor(np.median([view.centre for view in moved], axis=0))
-    near = tuple(
-        scaled(view, files.get(i)).moved(1.0, np.eye(3), -origin) for i, view in enumerate(moved)
+    world_views = [
+        file_cameras.views[n].moved(scale, matrix[:3, :3] / scale, matrix[:3, 3]) for n in names
+    ]
+    origin = np.floor(np.median([view.centre for view in world_views], axis=0))
+    local_views = tuple(
+        scale_view(view, files.get(i)).moved(1.0, np.eye(3), -origin)
+        for i, view in enumerate(world_views)
     )
     x, y, z = (int(value) for value in origin)
-    tree = RayTree(data, _REACH_SPACINGS * resolution)
-    views = PhotoViews(Cameras(near, Path("."), (x, y, z)), tree, None, resolution)
-    return CalibratedPhotos(views, chosen, files, Path(cameras), own.warnings)
+    tree = RayTree(data, _SIGHT_RADIUS_SPACINGS * resolution)
+    views = PhotoViews(Cameras(local_views, Path("."), (x, y, z)), tree, None, resolution)
+    return CalibratedPhotos(views, row, files, Path(cameras), file_cameras.warnings)
 
 
-def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, Path]]:
-    """The row of the photo that is meant, and the files of all that are found: beside it, else
-    where the cameras say."""
+def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, dict[int, Path]]:
+    """Return the row of the requested photo, and the files of all photos that exist.
+
+    Photos are searched beside the requested one if that is a file, else where the cameras state.
+    """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.io.photos.photo_names import photo_finder
 
-    assert isinstance(own, OwnCameras)
+    assert isinstance(file_cameras, OwnCameras)
     row = photo_finder(names)(photo.as_posix())
     if row is None:
         raise UsageError(
-            Finding("photo.no-camera", photo=photo.name, cameras=own.path.name, photos=names),
+            Finding(
+                "photo.no-camera", photo=photo.name, cameras=file_cameras.path.name, photos=names
+            ),
             field="--photo",
         )
-    found = dict[str, Path]()
+    paths = dict[str, Path]()
     if photo.is_file():
-        found = find_camera_photos(own, photo.parent)
+        paths = find_camera_photos(file_cameras, photo.parent)
     else:
-        found = find_camera_photos(own)
-        if names[row] not in found:
+        paths = find_camera_photos(file_cameras)
+        if names[row] not in paths:
             raise InputError(Finding("file.missing"), file=photo)
-    files = {i: found[name] for i, name in enumerate(names) if name in found}
+    files = {i: paths[name] for i, name in enumerate(names) if name in paths}
     if photo.is_file():
         files[row] = photo
     return row, files
 
 
-def scaled(view: View, file: Path | None) -> View:
-    """The view for its photo as it lies there, which may have been made smaller."""
+def scale_view(view: View, file: Path | None) -> View:
+    """Return the view scaled to its photo's file, which may be a reduced copy."""
     from vomstudio.io.photos.pixels import open_photo
 
     if file is None:
@@ -149,13 +197,13 @@ def scaled(view: View, file: Path | None) -> View:
         return view
     if (width, height) == (lens.width, lens.height):
         return view
-    if abs(width * lens.height / (height * lens.width) - 1.0) > _SAME_SHAPE:
+    if abs(width * lens.height / (height * lens.width) - 1.0) > _ASPECT_TOLERANCE:
         return view
     return View(view.name, lens.scaled(width, height), view.rotation, view.translation)
 
 
 def _bounds_in_file(data: Mesh | PointCloud, matrix: FloatArray) -> FloatArray:
-    """(2, 3) box around the model in the frame of its file."""
+    """Return the bounding box (2, 3) of the model in the frame of its file."""
     low, high = np.asarray(data.bounds, np.float64)
     grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
     corners = transform.apply(transform.invert(matrix), np.where(grid == 1, high, low))

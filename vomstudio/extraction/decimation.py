@@ -1,4 +1,4 @@
-"""Meshes far finer than what is asked of them, thinned by clusters of their vertices."""
+"""Decimation of meshes that are far finer than required, by clustering their vertices."""
 
 from __future__ import annotations
 
@@ -7,14 +7,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.extraction.measurable_kernels import areas_of, clustered
+from vomstudio.extraction.measurable_kernels import accumulate_areas, cluster_vertices
 from vomstudio.geometry.kernels.jit import for_reading
 
 
 @dataclass(frozen=True, eq=False)
-class Thinner:
-    """vertices : (n, 3); nodes : (vertices that were,) the vertex that stands for each of them
-    faces : (k, 3); rows : (k,) the face that each was; areas : (k,) that it stands for
+class ThinnedMesh:
+    """Decimated mesh.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+    nodes : (vertices of the input,) int array
+        New vertex that replaces each old one.
+    faces : (k, 3) int array
+    rows : (k,) int array
+        Face of the input that each face was.
+    areas : (k,) array
+        Area of the input that each face represents.
     """
 
     vertices: FloatArray
@@ -24,59 +34,73 @@ class Thinner:
     areas: FloatArray
 
 
-def thinner(vertices: FloatArray, faces: IntArray, cell: float) -> Thinner:
-    """Vertices in one cube with sides of `cell` that hang together along edges within it are put
-    together at their mean (Rossignac & Borrel 1993, but for what only lies close by), and faces
-    with less than three of them go. Their area goes to the faces around.
+def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh:
+    """Merge vertices that are in one cube and connected by edges within it.
 
-    What would have no face left, as a piece smaller than a cube, stays as it is.
+    Each cluster is replaced by its mean (after Rossignac & Borrel 1993, but only for connected
+    vertices). Faces with fewer than three remaining vertices are removed, and their area is
+    distributed to the faces around. A piece smaller than a cube, which would lose all its faces,
+    stays unchanged.
+
+    Parameters
+    ----------
+    vertices : (v, 3) array
+    faces : (f, 3) int array
+    cell : float
+        Side of the cubes, in the unit of the vertices.
+
+    Returns
+    -------
+    ThinnedMesh
     """
     corner = vertices.min(axis=0)
     cells = ((vertices - corner) / cell).astype(np.int32)
     faces = for_reading(faces, np.int64)
     root = np.empty(len(vertices), np.int64)
-    clustered(cells, faces, root)
-    own = root[faces]
-    left = _three(own)
-    shown = np.zeros(len(vertices), np.bool_)
-    shown[own[left].ravel()] = True
-    lost = np.flatnonzero(~shown[root])
+    cluster_vertices(cells, faces, root)
+    clustered_faces = root[faces]
+    is_kept = _has_three_corners(clustered_faces)
+    has_face = np.zeros(len(vertices), np.bool_)
+    has_face[clustered_faces[is_kept].ravel()] = True
+    lost = np.flatnonzero(~has_face[root])
     if len(lost):
         root[lost] = lost
-        own = root[faces]
-        left = _three(own)
-        _beside(lost, own[left], faces, root)
+        clustered_faces = root[faces]
+        is_kept = _has_three_corners(clustered_faces)
+        _merge_isolated(lost, clustered_faces[is_kept], faces, root)
     number = np.cumsum(root == np.arange(len(root))) - 1
     nodes = number[root]
     count = np.bincount(nodes)
     middle = np.stack([np.bincount(nodes, vertices[:, k]) / count for k in range(3)], axis=1)
-    rows = np.flatnonzero(left)
-    fewer = nodes[faces[rows]]
-    # A third of each face is of each corner.
-    there = np.zeros(len(count))
+    rows = np.flatnonzero(is_kept)
+    new_faces = nodes[faces[rows]]
+    # Each corner of a face receives a third of its area.
+    old_area = np.zeros(len(count))
     area = np.empty(len(faces))
-    areas_of(for_reading(vertices, np.float64), faces, nodes, area, there)
-    kept = np.empty(len(fewer))
-    shows = np.zeros(len(count))
-    areas_of(middle, for_reading(fewer, np.int64), np.arange(len(count)), kept, shows)
+    accumulate_areas(for_reading(vertices, np.float64), faces, nodes, area, old_area)
+    face_area = np.empty(len(new_faces))
+    new_area = np.zeros(len(count))
+    accumulate_areas(
+        middle, for_reading(new_faces, np.int64), np.arange(len(count)), face_area, new_area
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
-        more = np.where(shows > 0.0, there / shows, 0.0)
-    return Thinner(middle, nodes, fewer, rows, kept * more[fewer].mean(axis=1))
+        scale = np.where(new_area > 0.0, old_area / new_area, 0.0)
+    return ThinnedMesh(middle, nodes, new_faces, rows, face_area * scale[new_faces].mean(axis=1))
 
 
-def _beside(lost: IntArray, left: IntArray, faces: IntArray, root: IntArray) -> None:
-    """Those that still have no face, as the tips of a rim, go to the vertex beside them."""
-    bare = np.zeros(len(root), np.bool_)
-    bare[lost] = True
-    bare[left.ravel()] = False
-    around = faces[bare[faces].any(axis=1)]
+def _merge_isolated(lost: IntArray, kept_faces: IntArray, faces: IntArray, root: IntArray) -> None:
+    """Merge vertices that still have no face, as the tips of a rim, into a neighbouring vertex."""
+    is_isolated = np.zeros(len(root), np.bool_)
+    is_isolated[lost] = True
+    is_isolated[kept_faces.ravel()] = False
+    around = faces[is_isolated[faces].any(axis=1)]
     for one, other in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
         a, b = around[:, one], around[:, other]
-        joins = bare[a] & ~bare[b]
+        joins = is_isolated[a] & ~is_isolated[b]
         root[a[joins]] = root[b[joins]]
 
 
-def _three(faces: IntArray) -> BoolArray:
-    """Which faces (k, 3) have three corners."""
+def _has_three_corners(faces: IntArray) -> BoolArray:
+    """Return which faces (k, 3) have three distinct corners."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))

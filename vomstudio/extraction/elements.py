@@ -1,5 +1,7 @@
-"""The pieces of a surface that facets are made of: faces of a mesh, points of a cloud, with their
-neighbours, normals, areas and the resolution around them."""
+"""Elements of a surface: faces of a mesh or points of a cloud.
+
+They have neighbours, normals, areas and the local resolution; facets consist of them.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +17,16 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.extraction.kernels import agreement, smoothed
+from vomstudio.extraction.kernels import average_normals, neighbour_cosines
 from vomstudio.extraction.point_neighbours import (
-    AROUND,
-    MANY,
-    QUIET,
-    Seen,
-    drowned,
-    normals_of_places,
-    scattered,
-    seen_around,
+    MAX_ANGLE_SHARE,
+    MIN_CELL_CLOUD,
+    NORMAL_COUNTS,
+    Surroundings,
+    estimate_normals,
+    find_scattered_points,
+    find_surroundings,
+    is_noise_dominated,
 )
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -39,32 +41,40 @@ from vomstudio.geometry.nearby.shared_corners import (
     snapped,
 )
 
-_SMOOTHINGS = 12
-# Ours: neighbours of faces are turned by 30 degrees and more.
-_FEWEST_NOISY, _NOISY = 1_000, 0.12
-_PER_CELL = 16.0
-FEWEST_AROUND = 20
-"""Points in a cell and those around it that tell a plane."""
-_LOOKED_AT = 40_000
-_FEWEST_SCATTERED = 1_000
-_ENOUGH = 100_000
-_WRONG_NORMALS_DEG, _WRONG_SHARE = 30.0, 0.03
-# Below it the points tell a normal: at an edge of 60 degrees the variation is as much.
-_FLAT = 0.06
+_MAX_SMOOTHINGS = 12
+# Not from a paper: minimum number of faces and roughness of a noisy mesh, in which neighbouring
+# faces differ by 30 degrees and more.
+_MIN_NOISY_FACES, _MIN_NOISE = 1_000, 0.12
+_POINTS_PER_CELL = 16.0
+MIN_POINTS_AROUND = 20
+"""Minimum number of points in and around a cell for a plane."""
+_MAX_NOISE_SAMPLE = 40_000
+_MIN_SPARSE_POINTS = 1_000
+_MAX_MEDIAN_SAMPLE = 100_000
+_MAX_NORMAL_ERROR_DEG, _MAX_WRONG_SHARE = 30.0, 0.03
+# Maximum variation of points that define a normal; an edge of 60 degrees has as much.
+_MAX_FLAT_VARIATION = 0.06
 NO_SURFACE = 1.0 / 3.0
-"""The variation of a point that is no piece of a surface."""
-# A point whose neighbours lie much farther from it than theirs from them is no piece of a surface.
-_LONELY = 2.0
+"""Variation of a point that is not part of a surface."""
+# A point is isolated if its neighbours are this many times farther away than theirs are from them.
+_MAX_DISTANCE_RATIO = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
-    """What cells tell of the points (n,) of a cloud, which are sorted by them.
+class CellPlanes:
+    """Planes found on cells, transferred to the points (n,) of a cloud, which are sorted by cells.
 
-    labels : int32 plane, -1 for none; open : to be looked at by itself
-    normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
-    wide : m, how wide the surroundings are where the noise is so large beside the spacing that only
-        they tell normals, NaN where they do not; inf where none do; 0 where single points do
+    Parameters
+    ----------
+    labels : (n,) int32 array
+        Plane, -1 for none.
+    open : (n,) bool array
+        Points to analyse individually.
+    normals, variation, areas, noise : arrays
+        Of the surroundings, as in `Elements`.
+    wide : float
+        If the noise exceeds the spacing: width of the surroundings that define normals, m. NaN if
+        they do not, inf if none do, 0 if single points do.
     """
 
     labels: Int32Array
@@ -76,33 +86,51 @@ class Begun:
     wide: float = 0.0
 
 
-def middle_of(values: FloatArray) -> float:
-    """The median, of very many that of some hundred thousand wherever they lie."""
-    return float(np.median(values[:: max(1, len(values) // _ENOUGH)]))
+def approximate_median(values: FloatArray) -> float:
+    """Return the median, for many values that of a regular sample."""
+    return float(np.median(values[:: max(1, len(values) // _MAX_MEDIAN_SAMPLE)]))
 
 
-Begin = Callable[[FloatArray, bool], tuple[CellGrid, Begun]]
-"""Of places, and whether their noise is known to be large."""
+PlaneFinder = Callable[[FloatArray, bool], tuple[CellGrid, CellPlanes]]
+"""Finds planes on cells of places (n, 3), given whether their noise is known to be large."""
 
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """n pieces of a surface; lengths in the unit of World.
+    """Pieces of a surface; lengths in the unit of World.
 
-    of : what they are, a cell being the points in a cube; origin : (3,) to be added to all places
-    places : (n, 3) from the origin on; normals : (n, 3) unit, of either side, NaN where none
-    areas : (n,) each stands for; inner : (n, 6) second moments of each about its place, over its
-        area (xx, yy, zz, xy, xz, yz), or one row of zeros for all
-    variation : (n,) surface variation, 0 for flat, NO_SURFACE for none; NaN where unknown
-    spacing, noise : (n,) mean spacing of the model's points around, and of their scatter about the
-        surface
-    starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]; points that scatter in all
-        directions have none
-    rows : (n,) of the model's faces or points, which stand behind them
-    row_of : (rows of the model,) the element of each face or point, -1 for none
-    begun : (n,) facets that are known already; points amid one have no neighbours listed
-    around : of how many points normals and variation of points are; 0 where of wide surroundings
-    fewer : (n,) where they are of the least number, None where nowhere
+    Parameters
+    ----------
+    of : {"face", "point", "cell"}
+        Kind of piece; a cell contains the points in a cube.
+    origin : (3,) array
+        To be added to all places.
+    places : (n, 3) array
+        Relative to the origin.
+    normals : (n, 3) array
+        Unit vectors of arbitrary sign, NaN if unknown.
+    areas : (n,) array
+    inner : (n, 6) array
+        Second moments of each piece about its place over its area (xx, yy, zz, xy, xz, yz), or one
+        row of zeros for all.
+    variation : (n,) array
+        Surface variation, 0 for flat, `NO_SURFACE` for none, NaN if unknown.
+    spacing, noise : (n,) arrays
+        Mean local spacing of the model's points, and their scatter about the surface.
+    starts, near : int arrays
+        The neighbours of e are near[starts[e]:starts[e + 1]]. Points that scatter in all directions
+        have none.
+    rows : (n,) int array
+        Faces or points of the model.
+    row_of : int array
+        Element of each face or point of the model, -1 for none.
+    warnings : tuple of Finding
+    begun : (n,) int32 array, optional
+        Known facets; points inside one have no list of neighbours.
+    around : int
+        Number of points for normals and variation; 0 for wide surroundings.
+    fewer : (n,) bool array, optional
+        Points that use the smallest number; None if none does.
     """
 
     of: Literal["face", "point", "cell"]
@@ -124,71 +152,99 @@ class Elements:
     fewer: BoolArray | None = None
 
     @cached_property
-    def usual_area(self) -> float:
-        return middle_of(self.areas)
+    def typical_area(self) -> float:
+        """Typical area of an element."""
+        return approximate_median(self.areas)
 
     def __len__(self) -> int:
         return len(self.places)
 
 
-def elements_of(
-    data: Mesh | PointCloud, angle_deg: float, progress: Progress, begin: Begin | None = None
+def build_elements(
+    data: Mesh | PointCloud, angle_deg: float, progress: Progress, begin: PlaneFinder | None = None
 ) -> Elements:
-    """Of a model in World. angle_deg : by which normals may differ on one facet; they are taken
-    from as much of the surface as their noise needs. begin : finds planes in a cloud of many
-    points from 0 on, before its points are looked at one by one. Raises GeometryError where there
-    is no surface, Cancelled through `progress`."""
+    """Build the elements of a model.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        World, m.
+    angle_deg : float
+        Maximum angle between the normals of one facet. Normals are averaged over as much of the
+        surface as their noise requires.
+    progress : Progress
+    begin : callable, optional
+        Finds planes on cells of a large cloud, before its points are analysed individually.
+
+    Returns
+    -------
+    Elements
+
+    Raises
+    ------
+    GeometryError
+        If the model has no surface.
+    Cancelled
+        Through `progress`.
+    """
     if isinstance(data, Mesh) and len(data.faces):
-        return _of_mesh(data, angle_deg, progress)
+        return _mesh_elements(data, angle_deg, progress)
     points = data.vertices if isinstance(data, Mesh) else data.points
     normals = None if isinstance(data, Mesh) else data.normals
-    return _of_cloud(points, normals, angle_deg, progress, begin)
+    return _cloud_elements(points, normals, angle_deg, progress, begin)
 
 
 # --- clouds -----------------------------------------------------------------------------------
-def _of_cloud(
+def _cloud_elements(
     points: FloatArray,
     file_normals: Float32Array | None,
     angle_deg: float,
     progress: Progress,
-    begin: Begin | None,
+    begin: PlaneFinder | None,
 ) -> Elements:
-    grid, begun, sound, origin = _grid_of(points, begin)
+    grid, begun, finite_rows, origin = _build_grid(points, begin)
     places = grid.places
     if len(places) < 4:
         raise GeometryError(Finding("cloud.too-few-points", n=len(places), minimum=4))
     rows, row_of = grid.rows, grid.row_of
-    if sound is not None:
-        rows, row_of = sound[rows], np.full(len(points), -1, np.int64)
-        row_of[sound] = grid.row_of
+    if finite_rows is not None:
+        rows, row_of = finite_rows[rows], np.full(len(points), -1, np.int64)
+        row_of[finite_rows] = grid.row_of
     open_ = np.arange(len(places)) if begun is None else np.flatnonzero(begun.open)
-    known = None if begun is None else _neighbours_for(begun, angle_deg)
-    few, lost, area = None, open_[:0], 0.0
-    if len(places) >= MANY:
-        few = grid.count_around() < FEWEST_AROUND
-        open_, lost, area = _without_scattered(grid, open_, few)
-    around, seen = seen_around(grid, open_, few, known, angle_deg, progress)
-    number = np.zeros(len(places) + 1, np.int64)
-    number[open_ + 1] = seen.near.shape[1]
+    point_count = None if begun is None else _required_neighbours(begun, angle_deg)
+    is_sparse, scattered_rows, scattered_area = None, open_[:0], 0.0
+    if len(places) >= MIN_CELL_CLOUD:
+        is_sparse = grid.count_around() < MIN_POINTS_AROUND
+        open_, scattered_rows, scattered_area = _separate_scattered(grid, open_, is_sparse)
+    around, surroundings = find_surroundings(
+        grid, open_, is_sparse, point_count, angle_deg, progress
+    )
+    neighbour_count = np.zeros(len(places) + 1, np.int64)
+    neighbour_count[open_ + 1] = surroundings.near.shape[1]
     warnings: list[Finding] = []
     if begun is not None and begun.wide:
         around = 0
-        known_ = begun.normals, begun.variation, begun.areas, begun.noise
+        values = begun.normals, begun.variation, begun.areas, begun.noise
         if np.isfinite(begun.wide):
-            warnings.append(_wide(begun))
+            warnings.append(_noise_warning(begun))
     else:
-        known_ = _surroundings(open_, seen, begun, len(places))
-    normals, variation, areas, noise = known_
+        values = _surroundings(open_, surroundings, begun, len(places))
+    normals, variation, areas, noise = values
     if around:
-        normals[lost], variation[lost], areas[lost], noise[lost] = np.nan, NO_SURFACE, area, 0.0
+        (
+            normals[scattered_rows],
+            variation[scattered_rows],
+            areas[scattered_rows],
+            noise[scattered_rows],
+        ) = np.nan, NO_SURFACE, scattered_area, 0.0
     if file_normals is not None:
         normals = _merge_normals(
             np.asarray(file_normals, np.float64)[rows], normals, variation, warnings
         )
     fewer = None
-    if around and (seen.around < around).any():
+    if around and (surroundings.around < around).any():
         fewer = np.zeros(len(places), np.bool_)
-        fewer[open_[seen.around < around]] = True
+        fewer[open_[surroundings.around < around]] = True
     return Elements(
         "point",
         origin,
@@ -199,8 +255,8 @@ def _of_cloud(
         variation,
         np.sqrt(areas),
         noise,
-        np.cumsum(number),
-        seen.near.ravel(),
+        np.cumsum(neighbour_count),
+        surroundings.near.ravel(),
         rows,
         row_of,
         tuple(warnings),
@@ -210,64 +266,71 @@ def _of_cloud(
     )
 
 
-def _grid_of(
-    points: FloatArray, begin: Begin | None
-) -> tuple[CellGrid, Begun | None, IntArray | None, FloatArray]:
-    """The points in cells, what is begun on these, the rows of the points that have a place, where
-    these are not all, and the origin of the places."""
-    given = for_reading(points, np.float64)
+def _build_grid(
+    points: FloatArray, begin: PlaneFinder | None
+) -> tuple[CellGrid, CellPlanes | None, IntArray | None, FloatArray]:
+    """Sort points into cells.
+
+    Returns the grid, the planes found on its cells, the rows of finite points (None for all), and
+    the origin of the places.
+    """
+    coordinates = for_reading(points, np.float64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    odd = bounds_of(given, low, high)
-    if len(points) - odd < 4:
-        raise GeometryError(Finding("cloud.too-few-points", n=len(points) - odd, minimum=4))
-    sound = np.flatnonzero(np.isfinite(points).all(axis=1)) if odd else None
+    invalid = bounds_of(coordinates, low, high)
+    if len(points) - invalid < 4:
+        raise GeometryError(Finding("cloud.too-few-points", n=len(points) - invalid, minimum=4))
+    finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
     origin = np.floor(low)
-    local = (given if sound is None else given[sound]) - origin
-    noisy = begin is not None and len(local) < MANY and drowned(local)
-    if begin is not None and (noisy or len(local) >= MANY):
-        return *begin(local, noisy), sound, origin
-    return grid_of(local, _PER_CELL), None, sound, origin
+    local = (coordinates if finite_rows is None else coordinates[finite_rows]) - origin
+    noisy = begin is not None and len(local) < MIN_CELL_CLOUD and is_noise_dominated(local)
+    if begin is not None and (noisy or len(local) >= MIN_CELL_CLOUD):
+        return *begin(local, noisy), finite_rows, origin
+    return grid_of(local, _POINTS_PER_CELL), None, finite_rows, origin
 
 
-def _without_scattered(
-    grid: CellGrid, open_: IntArray, few: BoolArray
+def _separate_scattered(
+    grid: CellGrid, open_: IntArray, is_sparse: BoolArray
 ) -> tuple[IntArray, IntArray, float]:
-    """Of the open points those to be looked at, and those in cells with few points that scatter in
-    all directions, with the area of each of these."""
-    thin = few[grid.cells_of(open_)]
-    if thin.sum() < _FEWEST_SCATTERED:
+    """Separate open points to analyse from scattered ones in sparse cells.
+
+    Also returns the area of each of the latter.
+    """
+    is_thin = is_sparse[grid.cells_of(open_)]
+    if is_thin.sum() < _MIN_SPARSE_POINTS:
         return open_, open_[:0], 0.0
-    lost = np.zeros(len(open_), np.bool_)
-    lost[thin], area = scattered(grid.places[open_[thin]])
-    return open_[~lost], open_[lost], area
+    is_scattered = np.zeros(len(open_), np.bool_)
+    is_scattered[is_thin], area = find_scattered_points(grid.places[open_[is_thin]])
+    return open_[~is_scattered], open_[is_scattered], area
 
 
 def _surroundings(
-    open_: IntArray, seen: Seen, begun: Begun | None, n: int
+    open_: IntArray, surroundings: Surroundings, begun: CellPlanes | None, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Normals, variation, areas and noise of n points from what is around those that are open, and
-    from cells around the others."""
-    kept = seen.near.shape[1]
+    """Combine normals, variation, areas and noise of n points from points (if open) and cells."""
+    neighbour_count = surroundings.near.shape[1]
     if begun is None:
         normals, variation, areas, noise = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     else:
         normals, variation, areas, noise = begun.normals, begun.variation, begun.areas, begun.noise
-    normals[open_], variation[open_] = seen.normals, seen.variation
-    far = seen.far
-    areas[open_] = np.pi * far**2 / kept
-    beside = np.sort(areas[seen.near], axis=1)
-    usual = (np.sqrt(beside[:, (kept - 1) // 2]) + np.sqrt(beside[:, kept // 2])) / 2.0
-    usual *= np.sqrt(kept / np.pi)
-    lone = open_[far > 2.0 * _LONELY * usual]
-    areas[open_] = np.pi * np.minimum(far, _LONELY * usual) ** 2 / kept
-    # Of a disc of area A the variance along each diameter is A / (4 pi).
-    own = np.maximum(seen.variation, 0.0) * seen.around * areas[open_]
-    noise[open_] = np.sqrt(own / (2.0 * np.pi))
-    normals[lone], variation[lone] = np.nan, NO_SURFACE
+    normals[open_], variation[open_] = surroundings.normals, surroundings.variation
+    far = surroundings.far
+    areas[open_] = np.pi * far**2 / neighbour_count
+    neighbour_areas = np.sort(areas[surroundings.near], axis=1)
+    typical = (
+        np.sqrt(neighbour_areas[:, (neighbour_count - 1) // 2])
+        + np.sqrt(neighbour_areas[:, neighbour_count // 2])
+    ) / 2.0
+    typical *= np.sqrt(neighbour_count / np.pi)
+    isolated = open_[far > 2.0 * _MAX_DISTANCE_RATIO * typical]
+    areas[open_] = np.pi * np.minimum(far, _MAX_DISTANCE_RATIO * typical) ** 2 / neighbour_count
+    # In a disc of area A the variance along each diameter is A / (4 pi).
+    variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_]
+    noise[open_] = np.sqrt(variance / (2.0 * np.pi))
+    normals[isolated], variation[isolated] = np.nan, NO_SURFACE
     return normals, variation, areas, noise
 
 
-def _wide(begun: Begun) -> Finding:
+def _noise_warning(begun: CellPlanes) -> Finding:
     noise = float(np.median(begun.noise))
     return Finding(
         "cloud.noisy",
@@ -277,20 +340,22 @@ def _wide(begun: Begun) -> Finding:
     )
 
 
-def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
-    """How many neighbours make quiet normals by the noise of what lies in planes; None where that
-    is less than half of the cloud."""
+def _required_neighbours(begun: CellPlanes, angle_deg: float) -> int | None:
+    """Return the number of neighbours for stable normals, from the noise within planes.
+
+    None if planes cover less than half of the cloud.
+    """
     if begun.wide:
-        return AROUND[0]
+        return NORMAL_COUNTS[0]
     n = len(begun.open)
     if 2 * int(begun.open.sum()) > n:
         return None
-    closed = np.flatnonzero(~begun.open)[:: max(1, n // _LOOKED_AT)]
+    closed = np.flatnonzero(~begun.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
     noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
-    # The error of the normal of k points with that noise is 2 sqrt(pi) noise / (spacing k), and
-    # normals of neighbours, which share points, differ by about as much at the median.
-    wanted = 2.0 * np.sqrt(np.pi) * noise / np.radians(QUIET * angle_deg)
-    return next((count for count in AROUND if count >= wanted), AROUND[-1])
+    # The error of the normal of k points with this noise is 2 sqrt(pi) noise / (spacing k). Normals
+    # of neighbours, which share points, differ by about as much at the median.
+    required = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
+    return next((count for count in NORMAL_COUNTS if count >= required), NORMAL_COUNTS[-1])
 
 
 def _merge_normals(
@@ -317,43 +382,43 @@ def _merge_normals(
     if not both.any():
         return fitted
     angle = float(np.degrees(np.arccos(min(float(np.median(cosine[both])), 1.0))))
-    if angle > _WRONG_NORMALS_DEG:
+    if angle > _MAX_NORMAL_ERROR_DEG:
         warnings.append(Finding("cloud.normals-unused", angle_deg=angle))
         return fitted
-    flat = both & (variation < _FLAT)
-    wrong = flat & (cosine < np.cos(np.radians(_WRONG_NORMALS_DEG)))
+    flat = both & (variation < _MAX_FLAT_VARIATION)
+    wrong = flat & (cosine < np.cos(np.radians(_MAX_NORMAL_ERROR_DEG)))
     share = float(wrong.sum()) / max(int(flat.sum()), 1)
-    if share > _WRONG_SHARE:
+    if share > _MAX_WRONG_SHARE:
         warnings.append(
             Finding(
                 "cloud.normals-partly-unused",
                 share_percent=100.0 * share,
-                limit_deg=_WRONG_NORMALS_DEG,
+                limit_deg=_MAX_NORMAL_ERROR_DEG,
             )
         )
-        # Near an edge as many may be wrong, but the points do not show which.
+        # Near an edge as many may be wrong, but the points do not show which ones.
         known &= flat
     return np.where((known & ~wrong)[:, None], unit, fitted)
 
 
 # --- meshes -----------------------------------------------------------------------------------
-def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
+def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     vertices = np.asarray(mesh.vertices, np.float64)
-    whole = np.asarray(np.isfinite(vertices).all(axis=1))
+    finite = np.asarray(np.isfinite(vertices).all(axis=1))
     faces = np.asarray(mesh.faces, np.int64)
-    sound = whole[faces].all(axis=1)
-    if not sound.any():
+    is_finite_face = finite[faces].all(axis=1)
+    if not is_finite_face.any():
         raise GeometryError(Finding("model.no-faces"))
-    origin = np.floor(vertices[whole].min(axis=0))
-    local = np.where(whole[:, None], vertices, 0.0) - origin
-    local = snapped(local, faces[sound])
+    origin = np.floor(vertices[finite].min(axis=0))
+    local = np.where(finite[:, None], vertices, 0.0) - origin
+    local = snapped(local, faces[is_finite_face])
     corners = local[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
     double = np.linalg.norm(cross, axis=1)
-    # Slivers have no normal worth the name.
+    # Slivers have no reliable normal.
     longest = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
-    rows = np.flatnonzero(sound & (double > 1e-9 * longest))
+    rows = np.flatnonzero(is_finite_face & (double > 1e-9 * longest))
     if not len(rows):
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
@@ -369,12 +434,14 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     places = used_corners.mean(axis=1)
     areas = double[rows] / 2.0
     normals = cross[rows] / double[rows, None]
-    off = used_corners - places[:, None]
+    offsets = used_corners - places[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    inner = np.stack([(off[..., a] * off[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1)
+    inner = np.stack(
+        [(offsets[..., a] * offsets[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1
+    )
     progress.stage(tr("Computing normals"), None)
     places = for_kernels(places, np.float64)
-    normals, variation, quiet = _quiet_normals(
+    normals, variation, is_stable = _stabilise_normals(
         for_kernels(normals, np.float64),
         for_kernels(areas, np.float64),
         starts,
@@ -382,10 +449,10 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         angle_deg,
         progress,
     )
-    if not quiet:
-        smoothed = normals_of_places(places, angle_deg, progress)
-        normals = normals if smoothed is None else smoothed
-    # Two faces for each vertex.
+    if not is_stable:
+        place_normals = estimate_normals(places, angle_deg, progress)
+        normals = normals if place_normals is None else place_normals
+    # A mesh has two faces per vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
         "face",
@@ -406,24 +473,26 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
 
 
 def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, Int32Array]:
-    """Neighbours across edges of faces (k, 3 numbers of places), and across gaps; the faces of an
-    edge that more than two share follow each other in a ring."""
+    """List the neighbours of faces across edges and gaps.
+
+    The faces of an edge with more than two faces form a ring.
+    """
     k = len(nodes)
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
     key = np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b)
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
-    one, two = order[:-1][same] // 3, order[1:][same] // 3
+    first, second = order[:-1][same] // 3, order[1:][same] // 3
     before, _, beyond = across_gaps(nodes, corners)
-    source = np.concatenate([one, two, before, beyond])
-    target = np.concatenate([two, one, beyond, before])
-    by = np.argsort(source, kind="stable")
+    source = np.concatenate([first, second, before, beyond])
+    target = np.concatenate([second, first, beyond, before])
+    source_order = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
-    return starts, for_kernels(target[by], np.int32)
+    return starts, for_kernels(target[source_order], np.int32)
 
 
-def _quiet_normals(
+def _stabilise_normals(
     normals: FloatArray,
     areas: FloatArray,
     starts: IntArray,
@@ -431,28 +500,31 @@ def _quiet_normals(
     angle_deg: float,
     progress: Progress,
 ) -> tuple[FloatArray, FloatArray, bool]:
-    """Normals smoothed until neighbours agree, half the mean squared sine between each face as it
-    is and its neighbours, which is how rough the mesh is there, and whether they agree."""
+    """Smooth normals until neighbours agree.
+
+    Returns the normals, the roughness (half the mean squared sine between each original face and
+    its neighbours), and whether neighbours agree.
+    """
     if not len(near):
         return normals, np.zeros(len(normals)), True
     cosine = np.empty(len(near))
-    agreement(normals, starts, near, cosine)
+    neighbour_cosines(normals, starts, near, cosine)
     number = np.diff(starts)
     source = np.repeat(np.arange(len(normals)), number)
-    rough = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
-    # Across edges that a smoothing must keep.
-    least = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
-    for _ in range(_SMOOTHINGS):
+    roughness = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
+    # Do not smooth across edges.
+    min_cosine = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
+    for _ in range(_MAX_SMOOTHINGS):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
-        if angle <= 0.5 * QUIET * angle_deg:
-            return normals, rough, True
+        if angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg:
+            return normals, roughness, True
         out = np.empty_like(normals)
-        smoothed(normals, areas, starts, near, least, out)
+        average_normals(normals, areas, starts, near, min_cosine, out)
         normals = out
-        agreement(normals, starts, near, cosine)
+        neighbour_cosines(normals, starts, near, cosine)
         progress.step(0)
-    # With noise of some half of a side faces look in all directions; where they are tells more.
-    # Those of a mesh with few faces are a block's own.
+    # If the noise is about half of a side, faces have arbitrary directions and their places define
+    # better normals. A mesh with few faces has sharp edges of its own.
     angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
-    noisy = len(normals) >= _FEWEST_NOISY and float(np.median(rough)) > _NOISY
-    return normals, rough, not noisy or bool(angle <= 0.5 * QUIET * angle_deg)
+    noisy = len(normals) >= _MIN_NOISY_FACES and float(np.median(roughness)) > _MIN_NOISE
+    return normals, roughness, not noisy or bool(angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg)

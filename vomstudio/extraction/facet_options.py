@@ -17,7 +17,7 @@ MAX_POINTS = 2**31 - 1
 
 @dataclass(frozen=True)
 class FacetOptions(Options):
-    """Thresholds of facets; None where the program chooses.
+    """Thresholds of facets; None for an automatic value.
 
     Raises
     ------
@@ -87,12 +87,12 @@ class FacetOptions(Options):
 
     @property
     def used_angle_deg(self) -> float:
-        """The angle that applies, given or of the preset."""
+        """Angle that applies, degrees: the given one, or the default of the preset."""
         default = DEFAULT_ANGLE_DEG if self.preset is None else DSE_ANGLE_DEG
         return default if self.angle_deg is None else self.angle_deg
 
     @property
     def used_min_points(self) -> int:
-        """The minimum number of points that applies, given or of the preset."""
+        """Minimum number of points that applies: the given one, or the default of the preset."""
         default = DEFAULT_MIN_POINTS if self.preset is None else DSE_MIN_POINTS
         return default if self.min_points is None else self.min_points

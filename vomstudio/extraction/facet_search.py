@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from vomstudio.core.progress import Progress
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.facet_sets import with_proposal, with_sets
-from vomstudio.extraction.facet_table import FacetTable, facet_table
+from vomstudio.extraction.facet_sets import add_proposal, add_sets
+from vomstudio.extraction.facet_table import FacetTable, tabulate_facets
 from vomstudio.extraction.facets import find_facets
 from vomstudio.extraction.set_sequence import find_sequence
 from vomstudio.geometry.cloud import PointCloud
@@ -20,31 +20,36 @@ def search(
     frame: str,
     progress: Progress,
 ) -> FacetTable:
-    """Find the facets of a model in World and describe them.
+    """Find the facets of a model, with sets if requested.
 
     Parameters
     ----------
     data : Mesh or PointCloud
-        World, metres.
+        World, m.
     options : FacetOptions
     model : str
         Name of the model.
     frame : str
-        What azimuths count from.
+        Reference of azimuths.
     progress : Progress
+
+    Returns
+    -------
+    FacetTable
 
     Raises
     ------
     GeometryError
         If the model has no surface.
     Cancelled
+        Through `progress`.
     """
     if options.preset is not None:
         sequence = find_sequence(data, options, progress=progress)
-        table = facet_table(sequence.facets, options, model=model, frame=frame)
+        table = tabulate_facets(sequence.facets, options, model=model, frame=frame)
         if not table.rows:
             return table
-        return with_proposal(table, sequence.facets.facets, sequence.sets)
+        return add_proposal(table, sequence.facets.facets, sequence.sets)
     facets = find_facets(data, options, progress=progress)
-    table = facet_table(facets, options, model=model, frame=frame)
-    return with_sets(table, facets.facets) if options.propose_sets else table
+    table = tabulate_facets(facets, options, model=model, frame=frame)
+    return add_sets(table, facets.facets) if options.propose_sets else table

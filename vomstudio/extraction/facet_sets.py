@@ -15,47 +15,63 @@ from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, describe
 from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
 
 
-def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
-    """The facets with the sets that `vomstudio sets` proposes among their planes, each facet
-    counting once: in the rows by name, with the discontinuity that each is a piece of, in `set_of`
-    by place among the sets, -1 for none. facets : of the rows"""
-    if not found.rows:
-        return found
-    return with_proposal(found, facets, sets_among(poles_of(found)))
+def add_sets(table: FacetTable, facets: list[Facet]) -> FacetTable:
+    """Add the sets that `vomstudio sets` proposes for the planes of facets.
+
+    Each facet counts once. The rows receive the name of the set and the discontinuity, `set_of` the
+    index of the set, -1 for none.
+
+    Parameters
+    ----------
+    table : FacetTable
+    facets : list of Facet
+        Facets of the rows.
+
+    Returns
+    -------
+    FacetTable
+    """
+    if not table.rows:
+        return table
+    return add_proposal(table, facets, sets_among(facet_poles(table)))
 
 
-def with_proposal(found: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
-    """The same with sets that are already known; `proposal` : for the facets in their order."""
-    proposal = described(proposal, poles_of(found), pieces_of_facets(found, facets))
-    names = [one.name for one in proposal.sets]
-    number = np.full(len(found.rows) + 1, -1, np.int32)
-    rows = list(found.rows)
+def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
+    """Add known sets to a table; `proposal` is in the order of the facets."""
+    proposal = described(proposal, facet_poles(table), facet_pieces(table, facets))
+    names = [described_set.name for described_set in proposal.sets]
+    number = np.full(len(table.rows) + 1, -1, np.int32)
+    rows = list(table.rows)
     for row, (name, id_) in enumerate(
         zip(proposal.assignment, proposal.discontinuity, strict=True)
     ):
         rows[row] = {**rows[row], "set": name or None, DISCONTINUITY: id_ or None}
         number[row] = names.index(name) if name else -1
     return replace(
-        found,
+        table,
         rows=rows,
-        sets=tuple(one for one in proposal.sets if isinstance(one, DescribedSet)),
+        sets=tuple(
+            described_set
+            for described_set in proposal.sets
+            if isinstance(described_set, DescribedSet)
+        ),
         discontinuities=proposal.discontinuities,
-        set_of=number[found.facet],
-        warnings=(*found.warnings, *proposal.warnings),
+        set_of=number[table.facet],
+        warnings=(*table.warnings, *proposal.warnings),
     )
 
 
-def poles_of(found: FacetTable) -> FloatArray:
-    """(n, 3) of the rows."""
+def facet_poles(table: FacetTable) -> FloatArray:
+    """Return the poles (n, 3) of the rows, World."""
     direction, dip = (
-        np.array([row[name] for row in found.rows], np.float64)
+        np.array([row[name] for row in table.rows], np.float64)
         for name in ("dip_direction_deg", "dip_deg")
     )
     return planes_to_poles(direction, dip)
 
 
-def pieces_of_facets(found: FacetTable, facets: list[Facet]) -> Pieces:
-    """What the facets tell of where they are and how far they reach."""
+def facet_pieces(table: FacetTable, facets: list[Facet]) -> Pieces:
+    """Return position and extent of the facets, for discontinuities."""
     fits = [facet.fit for facet in facets]
     axes = np.array([fit.axes for fit in fits])
     spread = np.array([fit.eigenvalues * (fit.trace or 0.0) for fit in fits])
@@ -63,5 +79,5 @@ def pieces_of_facets(found: FacetTable, facets: list[Facet]) -> Pieces:
         np.array([fit.centroid for fit in fits]),
         np.asarray(np.einsum("mki,mk,mkj->mij", axes, spread, axes)),
         np.array([facet.area for facet in facets]),
-        parse_rings([row[WKT] for row in found.rows]),
+        parse_rings([row[WKT] for row in table.rows]),
     )

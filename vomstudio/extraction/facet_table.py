@@ -1,4 +1,4 @@
-"""What `vomstudio facets` and `vs.facets` tell of a model's facets."""
+"""Result of `vomstudio facets` and `vs.facets`: a table of facets and their coverage."""
 
 from __future__ import annotations
 
@@ -18,22 +18,34 @@ from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
 WKT = "wkt"
-"""The column of the border, behind those of the orientation table."""
+"""Column of the border, after those of the orientation table."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FacetTable(PrintableResult):
-    """Facets of a model and what of it they cover.
+    """Facets of a model and the share of it that they cover.
 
-    facets : how many; rows : of the orientation table with `wkt`, the border in World; the id of a
-        row is the facet's label
-    coverage : share of the model's area that lies in facets; near_planar_share : of the exposed
-        rock's, without vegetation and debris; level_share : of it in facets that dip by less than
-        10 degrees, which may be ground; None where there is none
-    sets, discontinuities : as `vomstudio sets` tells them, where they were asked for
-    facet, set_of : (points,) int32 of each point or vertex of the model, -1 for none
-    area_m2, vegetation_share, debris_share : of the whole model
-    angle_deg, max_distance_m (median), min_points, min_area_m2 : by which they were found
+    Parameters
+    ----------
+    facets : int
+        Number of facets.
+    rows : list of dict
+        Rows of the orientation table with `wkt`, the border in World; `id` is the facet's label.
+    coverage : float or None
+        Share of the model's area in facets.
+    near_planar_share : float or None
+        The same share of the exposed rock, without vegetation and debris.
+    level_share : float or None
+        Share of the exposed rock in facets that dip less than 10 degrees and may be ground.
+    sets, discontinuities : tuple
+        As in `vomstudio sets`, if requested.
+    facet, set_of : (points,) int32 arrays
+        Facet and set of each point or vertex of the model, -1 for none.
+    area_m2, vegetation_share, debris_share : float
+        Of the whole model.
+    angle_deg, max_distance_m, min_points, min_area_m2
+        Thresholds of the search; the distance is a median.
+    warnings : tuple of Finding
     """
 
     facets: int
@@ -56,17 +68,31 @@ class FacetTable(PrintableResult):
 
     @property
     def more(self) -> tuple[str, ...]:
-        """Columns of the rows beyond those of the orientation table."""
+        """Columns of the rows after those of the orientation table."""
         return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
     @property
     def labels(self) -> dict[str, Int32Array]:
-        """Fields of the model's points: `facet` and `set`, -1 for none."""
+        """Fields `facet` and `set` of the model's points, -1 for none."""
         return {"facet": self.facet, "set": self.set_of}
 
 
-def facet_table(found: Facets, options: FacetOptions, *, model: str, frame: str) -> FacetTable:
-    """model : its name; frame : what azimuths count from, as the table says it"""
+def tabulate_facets(facets: Facets, options: FacetOptions, *, model: str, frame: str) -> FacetTable:
+    """Tabulate facets.
+
+    Parameters
+    ----------
+    facets : Facets
+    options : FacetOptions
+    model : str
+        Name of the model.
+    frame : str
+        Reference of azimuths, as in the orientation table.
+
+    Returns
+    -------
+    FacetTable
+    """
     rows = [
         {
             **plane_row(
@@ -82,25 +108,25 @@ def facet_table(found: Facets, options: FacetOptions, *, model: str, frame: str)
             ),
             WKT: facet.border,
         }
-        for number, facet in enumerate(found.facets)
+        for number, facet in enumerate(facets.facets)
     ]
-    seen = found.exposure
+    exposure = facets.exposure
     return FacetTable(
         facets=len(rows),
         rows=rows,
-        coverage=seen.coverage,
-        near_planar_share=seen.near_planar_share,
-        level_share=seen.level_share,
+        coverage=exposure.coverage,
+        near_planar_share=exposure.near_planar_share,
+        level_share=exposure.level_share,
         sets=(),
         discontinuities=(),
-        facet=found.labels,
-        set_of=np.full(len(found.labels), -1, np.int32),
-        area_m2=seen.area_m2,
-        vegetation_share=seen.vegetation_share,
-        debris_share=seen.debris_share,
+        facet=facets.labels,
+        set_of=np.full(len(facets.labels), -1, np.int32),
+        area_m2=exposure.area_m2,
+        vegetation_share=exposure.vegetation_share,
+        debris_share=exposure.debris_share,
         angle_deg=options.used_angle_deg,
-        max_distance_m=found.reach,
-        min_points=found.min_points,
+        max_distance_m=facets.reach,
+        min_points=facets.min_points,
         min_area_m2=options.min_area_m2,
-        warnings=found.warnings,
+        warnings=facets.warnings,
     )

@@ -1,9 +1,9 @@
-"""Facets: pieces of an outcrop's face that lie in one plane, found automatically.
+"""Facets: planar pieces of an outcrop's face, found automatically.
 
-Region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and its likes, on the
-faces of a mesh or the neighbours in a cloud; thresholds of angle and distance, of which the second
-is tied to the local resolution. Each facet is fitted and judged as a patch that was brushed by
-hand, see geometry/patches.py and geometry/moment_planes.py.
+Region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and similar methods, on
+the faces of a mesh or the neighbours in a cloud. Thresholds are an angle and a distance, which
+depends on the local resolution. Each facet is fitted and judged like a patch brushed by hand, see
+geometry/patches.py and geometry/moment_planes.py.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
-from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
-from vomstudio.extraction.cells.planes import begun_on_cells
-from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
+from vomstudio.extraction.borders.polygons import enclose_faces, enclose_points, to_wkt
+from vomstudio.extraction.cells.planes import find_cell_planes
+from vomstudio.extraction.elements import CellPlanes, Elements, approximate_median, build_elements
 from vomstudio.extraction.exposure import (
     LEVEL_DEG,
     NEAR_PLANAR_SHARE,
     Exposure,
-    exposure_of,
     fills_volume,
     is_grass,
+    measure_exposure,
 )
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.extraction.growing import bending, grown, reach_of
-from vomstudio.extraction.kernels import grouped
+from vomstudio.extraction.growing import element_tolerances, find_bent_facets, grow_facets
+from vomstudio.extraction.kernels import sort_by_label
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
@@ -46,27 +46,47 @@ from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
 
-# Facets of a mesh with few large faces are told by their area.
-_SHARE_OF_MESH = 0.01
-# Ours: pieces of a bend are turned by less than the angles that may be within some of them.
-_WAVY, _WAVY_TURN = 0.4, 3.0
-# Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
-_SLICE = 2.0
-# Ours; below this share of the spacing layers are no matter.
-_TOLD = 0.05
-# Ours: of the area, and by as much as areas of a dozen points each make it wider by chance.
-_THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
-# In which facets are fitted, several at once.
-_PARTS = 64
+# Share of the area: minimum size of a facet on a mesh with few large faces.
+_MIN_AREA_SHARE = 0.01
+# Not from the paper: the share of wavy facets above which a warning is given, and the maximum turn
+# between pieces of a bend, in threshold angles.
+_MAX_WAVY_SHARE, _MAX_BEND_ANGLES = 0.4, 3.0
+# Not from the paper: minimum width in standard deviations; a strip of even width has 3.5.
+_MIN_WIDTH_DEVIATIONS = 2.0
+# Not from the paper: minimum scatter, relative to the spacing, at which levels are tested.
+_MIN_LEVEL_SCATTER = 0.05
+# Not from the paper: share of the area and correction of the spacing of thinly covered parts (areas
+# of a dozen points each make it this much wider by chance), and the size of the sample.
+_THIN_AREA_SHARE, _SPACING_BIAS, _MAX_SAMPLE = 0.9, 1.2, 5_000
+# Number of blocks in which facets are fitted in parallel.
+_FIT_BLOCKS = 64
 
 
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
-    resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
-    the faces or points; level_gap : m between the levels in which its points lie, None for one;
-    bent : it goes over into others beside it, as a piece of a wavy or curved face; bend_deg : from
-    edge to edge, None where it does not bend as a whole"""
+    """One planar piece of the surface.
+
+    Parameters
+    ----------
+    fit, verdict
+        Of its plane, World.
+    moments : Moments
+        Of its points, World.
+    area : float
+        m².
+    resolution : float
+        Local resolution, m.
+    border : str or None
+        Polygon with holes in the plane, as WKT in World.
+    rows : (k,) int array
+        Faces or points of the model.
+    level_gap : float or None
+        Distance between two levels of its points, m; None for one level.
+    bent : bool
+        Whether it continues into neighbours as a piece of a wavy or curved face.
+    bend_deg : float or None
+        Bend from edge to edge, degrees; None if it does not bend as a whole.
+    """
 
     fit: PlaneFit
     moments: Moments
@@ -82,9 +102,23 @@ class Facet:
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """facets : the largest first; labels : (points,) int32 facet of each point or vertex of the
-    model, -1 for none; of : what facets are made of; reach : m, the distance that was allowed
-    (median); covers : (points,) int32 of each point, a place in `exposure.COVERS`, -1 for none"""
+    """Facets of a model, the largest first.
+
+    Parameters
+    ----------
+    facets : list of Facet
+    labels : (points,) int32 array
+        Facet of each point or vertex of the model, -1 for none.
+    of : str
+        Kind of the elements.
+    reach : float
+        Median of the maximum distance from the plane, m.
+    min_points : int
+    exposure : Exposure
+    covers : (points,) int32 array
+        Index into `exposure.COVERS` of each point, -1 for none.
+    warnings : tuple of Finding
+    """
 
     facets: list[Facet]
     labels: Int32Array
@@ -103,18 +137,35 @@ def find_facets(
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
 ) -> Facets:
-    """The facets of a model in World, m.
+    """Find the facets of a model.
 
-    thresholds : of the profile by which their planes are judged
-    Raises GeometryError where the model has no surface, Cancelled through `progress`.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        World, m.
+    options : FacetOptions, optional
+    thresholds : Thresholds
+        Of the profile by which planes are judged.
+    progress : Progress, optional
+
+    Returns
+    -------
+    Facets
+
+    Raises
+    ------
+    GeometryError
+        If the model has no surface.
+    Cancelled
+        Through `progress`.
     """
     options = options or FacetOptions()
     progress = progress or Silent()
     if isinstance(data, Mesh) and len(data.faces):
-        data = _with_shared_corners(data)
+        data = _snap_corners(data)
 
-    def begin(local: FloatArray, noisy: bool) -> tuple[CellGrid, Begun]:
-        return begun_on_cells(
+    def begin(local: FloatArray, noisy: bool) -> tuple[CellGrid, CellPlanes]:
+        return find_cell_planes(
             local,
             options.used_angle_deg,
             options.max_distance_m,
@@ -124,197 +175,222 @@ def find_facets(
             noisy,
         )
 
-    elements = elements_of(data, options.used_angle_deg, progress, begin)
-    reach = reach_of(elements, options.max_distance_m)
-    usual = middle_of(reach)
+    elements = build_elements(data, options.used_angle_deg, progress, begin)
+    reach = element_tolerances(elements, options.max_distance_m)
+    typical_reach = approximate_median(reach)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
-    fewest = options.used_min_points
-    # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
-    least_count = fewest if mesh is None else max(fewest // 2, 1)
-    least_area = np.inf
+    min_points = options.used_min_points
+    # A mesh has about two faces per vertex, and far fewer in a piece of a few faces.
+    min_count = min_points if mesh is None else max(min_points // 2, 1)
+    min_area = np.inf
     if mesh is not None and options.min_points is None:
-        least_area = _SHARE_OF_MESH * float(elements.areas.sum())
+        min_area = _MIN_AREA_SHARE * float(elements.areas.sum())
     elif mesh is not None:
-        least_count = 1
-    labels = grown(
+        min_count = 1
+    labels = grow_facets(
         elements,
         angle_deg=options.used_angle_deg,
         reach=reach,
-        least_count=least_count,
-        least_area=least_area,
-        usual=usual,
+        min_count=min_count,
+        min_area=min_area,
+        typical_reach=typical_reach,
         progress=progress,
-        begun=elements.begun,
+        known_labels=elements.begun,
     )
     colors = _colors(data, elements)
-    labels = _without_most(labels, fills_volume(elements, skin=True))
+    labels = _remove_mostly_excluded(labels, fills_volume(elements, skin=True))
     if colors is not None:
-        elements, labels = _without_grass(elements, labels, colors)
-    found, labels = _facets(
-        data, elements, labels, options, fewest, least_area, thresholds, progress
+        elements, labels = _remove_grass(elements, labels, colors)
+    facets, labels = _fit_facets(
+        data, elements, labels, options, min_points, min_area, thresholds, progress
     )
     progress.stage(tr("Describing the facets"))
-    bent = bending(elements, labels, _WAVY_TURN * options.used_angle_deg)
-    found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
-    return _told(data, elements, found, labels, usual, fewest, thresholds, colors)
+    bent = find_bent_facets(elements, labels, _MAX_BEND_ANGLES * options.used_angle_deg)
+    facets = [
+        _mark_bent(facet) if is_bent else facet for facet, is_bent in zip(facets, bent, strict=True)
+    ]
+    return _assemble(data, elements, facets, labels, typical_reach, min_points, thresholds, colors)
 
 
-def _with_shared_corners(mesh: Mesh) -> Mesh:
+def _snap_corners(mesh: Mesh) -> Mesh:
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
-    there = np.asarray(np.isfinite(vertices).all(axis=1))
-    own = snapped(vertices, faces[there[faces].all(axis=1)])
-    return mesh if own is vertices else replace(mesh, vertices=own)
+    is_finite = np.asarray(np.isfinite(vertices).all(axis=1))
+    snapped_vertices = snapped(vertices, faces[is_finite[faces].all(axis=1)])
+    return mesh if snapped_vertices is vertices else replace(mesh, vertices=snapped_vertices)
 
 
-def _without_most(labels: Int32Array, none: BoolArray) -> Int32Array:
-    """Without facets most of whose elements are (n,) none of the rock: slices of what fills a
-    volume, and lawns."""
-    filling = np.flatnonzero(none & (labels >= 0))
-    if not len(filling):
+def _remove_mostly_excluded(labels: Int32Array, excluded: BoolArray) -> Int32Array:
+    """Remove facets most of whose elements are excluded (n,)."""
+    rows = np.flatnonzero(excluded & (labels >= 0))
+    if not len(rows):
         return labels
     count = np.bincount(labels + 1)[1:]
-    out = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
-    return np.where(out[labels], np.int32(-1), labels) if out.any() else labels
+    is_removed = np.append(2 * np.bincount(labels[rows], minlength=len(count)) > count, False)
+    return np.where(is_removed[labels], np.int32(-1), labels) if is_removed.any() else labels
 
 
-def _without_grass(
+def _remove_grass(
     elements: Elements, labels: Int32Array, colors: FloatArray
 ) -> tuple[Elements, Int32Array]:
     """Remove facets that are mostly grass, and add a warning to the elements."""
-    rock = _without_most(labels, is_grass(colors))
-    lost = (rock < 0) & (labels >= 0)
-    if not lost.any():
+    rock = _remove_mostly_excluded(labels, is_grass(colors))
+    removed = (rock < 0) & (labels >= 0)
+    if not removed.any():
         return elements, rock
     warning = Finding(
         "facets.vegetation",
         share_percent=max(
-            100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0
+            100.0 * float(elements.areas[removed].sum() / np.nansum(elements.areas)), 1.0
         ),
     )
     return replace(elements, warnings=(*elements.warnings, warning)), rock
 
 
-def facets_of_labels(
+def build_facets(
     cloud: PointCloud,
     elements: Elements,
     labels: Int32Array,
     options: FacetOptions,
-    fewest: int,
+    min_points: int,
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[Facets, IntArray]:
-    """Facets of pieces that are known already, and of each the label that it had: labels (n,) of
-    the elements, -1 for none."""
-    found, fresh = _facets(cloud, elements, labels, options, fewest, np.inf, thresholds, progress)
-    kept = np.flatnonzero(fresh >= 0)
-    was = np.zeros(len(found), np.int64)
-    was[fresh[kept]] = labels[kept]
-    # There is no distance by which they were grown: that of the points counts.
+    """Build facets from known labels.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    elements : Elements
+    labels : (n,) int32 array
+        Piece of each element, -1 for none.
+    options : FacetOptions
+    min_points : int
+        Minimum number of points.
+    thresholds : Thresholds
+    progress : Progress
+
+    Returns
+    -------
+    facets : Facets
+    was : (facets,) int array
+        Label that each facet had.
+    """
+    facets, new_labels = _fit_facets(
+        cloud, elements, labels, options, min_points, np.inf, thresholds, progress
+    )
+    rows = np.flatnonzero(new_labels >= 0)
+    old_label = np.zeros(len(facets), np.int64)
+    old_label[new_labels[rows]] = labels[rows]
+    # Without a growing distance the median spacing is reported.
     reach = float(np.median(elements.spacing))
     colors = _colors(cloud, elements)
-    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, colors), was
+    return _assemble(
+        cloud, elements, facets, new_labels, reach, min_points, thresholds, colors
+    ), old_label
 
 
-def _told(
+def _assemble(
     data: Mesh | PointCloud,
     elements: Elements,
-    found: list[Facet],
+    facets: list[Facet],
     labels: Int32Array,
     reach: float,
-    fewest: int,
+    min_points: int,
     thresholds: Thresholds,
     colors: FloatArray | None,
 ) -> Facets:
-    large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
-    level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in found] + [False])
-    exposure = exposure_of(elements, labels, large[labels], level[labels], colors)
+    large = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
+    level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in facets] + [False])
+    exposure = measure_exposure(elements, labels, large[labels], level[labels], colors)
     return Facets(
-        found,
-        _of_points(data, elements, labels),
+        facets,
+        _label_points(data, elements, labels),
         elements.of,
         reach,
-        fewest,
+        min_points,
         exposure,
-        _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_facet_warnings(elements, found, exposure)),
+        _label_points(data, elements, exposure.covers),
+        (*elements.warnings, *_facet_warnings(elements, facets, exposure)),
     )
 
 
-def _facets(
+def _fit_facets(
     data: Mesh | PointCloud,
     elements: Elements,
     labels: Int32Array,
     options: FacetOptions,
-    fewest: int,
-    least_area: float,
+    min_points: int,
+    min_area: float,
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[list[Facet], Int32Array]:
-    """The facets that are large enough, numbered anew, and the elements' labels of them."""
+    """Fit the facets and renumber those that are large enough; return them and the new labels."""
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
-    cuts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
-    grouped(for_kernels(labels, np.int32), cuts, order)
-    made: list[tuple[Facet, IntArray]] = []
-    flattest = options.min_coplanarity
-    flattest = thresholds.least_coplanarity if flattest is None else flattest
-    pieces: list[IntArray] = [order[cuts[i] : cuts[i + 1]] for i in range(count)]
+    starts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
+    sort_by_label(for_kernels(labels, np.int32), starts, order)
+    accepted: list[tuple[Facet, IntArray]] = []
+    min_coplanarity = options.min_coplanarity
+    min_coplanarity = thresholds.least_coplanarity if min_coplanarity is None else min_coplanarity
+    pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
     fitted: list[Facet | None] = [None] * count
-    # Each thread has its share of the large ones, which come first.
-    spread = np.argsort(np.arange(count) % _PARTS, kind="stable")
+    # Distribute the large facets, which come at the start, evenly over the threads.
+    balanced = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
 
     def work(block: slice) -> None:
-        for i in spread[block]:
-            fitted[i] = _facet(data, elements, pieces[i], thresholds)
+        for i in balanced[block]:
+            fitted[i] = _fit_facet(data, elements, pieces[i], thresholds)
 
-    in_blocks(work, count, progress, max(1, count // _PARTS))
-    for own, facet in zip(pieces, fitted, strict=True):
+    in_blocks(work, count, progress, max(1, count // _FIT_BLOCKS))
+    for rows, facet in zip(pieces, fitted, strict=True):
         if facet is None or facet.area < (options.min_area_m2 or 0.0):
             continue
-        if facet.fit.n < fewest and facet.area < least_area:
+        if facet.fit.n < min_points and facet.area < min_area:
             continue
         if _is_slice(facet.fit):
             continue
-        if facet.fit.coplanarity is not None and facet.fit.coplanarity < flattest:
+        if facet.fit.coplanarity is not None and facet.fit.coplanarity < min_coplanarity:
             continue
-        made.append((facet, own))
-    made.sort(key=lambda pair: -pair[0].area)
-    fresh = np.full(len(labels), -1, np.int32)
-    for number, (_, own) in enumerate(made):
-        fresh[own] = number
-    return [facet for facet, _ in made], fresh
+        accepted.append((facet, rows))
+    accepted.sort(key=lambda pair: -pair[0].area)
+    new_labels = np.full(len(labels), -1, np.int32)
+    for number, (_, rows) in enumerate(accepted):
+        new_labels[rows] = number
+    return [facet for facet, _ in accepted], new_labels
 
 
-def _facet(
-    data: Mesh | PointCloud, elements: Elements, own: IntArray, thresholds: Thresholds
+def _fit_facet(
+    data: Mesh | PointCloud, elements: Elements, rows_of_elements: IntArray, thresholds: Thresholds
 ) -> Facet | None:
-    rows = elements.rows[own]
+    rows = elements.rows[rows_of_elements]
     weights: FloatArray | None
     if elements.of == "face":
         assert isinstance(data, Mesh)
         points, weights = face_points(data, rows)
     else:
-        points, weights = elements.places[own] + elements.origin, None
-    known = moments(points, weights, distinct=elements.of == "point")
+        points, weights = elements.places[rows_of_elements] + elements.origin, None
+    facet_moments = moments(points, weights, distinct=elements.of == "point")
     try:
-        fit = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
+        fit = fit_moments(
+            facet_moments.n, facet_moments.mean, facet_moments.scatter, facet_moments.n_effective
+        )
     except GeometryError:
         return None
-    spacing = float(np.sqrt(np.median(elements.areas[own])))
+    spacing = float(np.sqrt(np.median(elements.areas[rows_of_elements])))
     if elements.of == "face":
         assert isinstance(data, Mesh)
         area = float(face_areas(data, rows).sum())
-        spacing = float(np.sqrt(2.0 * np.median(elements.areas[own])))
+        spacing = float(np.sqrt(2.0 * np.median(elements.areas[rows_of_elements])))
         corners = np.asarray(data.vertices[data.faces[rows]], np.float64)
-        polygon, axes = polygon_of_faces(corners, fit.centroid, fit.normal)
+        polygon, axes = enclose_faces(corners, fit.centroid, fit.normal)
     else:
-        wide = max(spacing, _wide_spacing(elements.areas[own]))
-        polygon, axes = polygon_of_points(points, wide, fit.centroid, fit.normal)
+        wide_spacing = max(spacing, _wide_spacing(elements.areas[rows_of_elements]))
+        polygon, axes = enclose_points(points, wide_spacing, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
-    thick = (fit.rms or 0.0) > _TOLD * spacing
-    gap = level_gap(points, fit.normal) if thick else None
+    has_scatter = (fit.rms or 0.0) > _MIN_LEVEL_SCATTER * spacing
+    gap = level_gap(points, fit.normal) if has_scatter else None
     verdict = judge(
         fit,
         resolution_m=resolution,
@@ -324,21 +400,24 @@ def _facet(
         seen=level_findings(gap),
         bend_deg=(bend := bend_of(points, fit.normal)),
     )
-    border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, known, verdict, area, resolution, border, rows, gap, bend_deg=bend)
+    border = to_wkt(polygon, axes, fit.centroid, 0.25 * spacing)
+    return Facet(fit, facet_moments, verdict, area, resolution, border, rows, gap, bend_deg=bend)
 
 
 def _wide_spacing(areas: FloatArray) -> float:
-    """Of points that stand for areas (n,): where they are thin they are few, but not the area."""
-    if len(areas) > _MANY:
-        areas = areas[:: len(areas) // _MANY]
-    lined = np.sort(areas)
-    upto = np.cumsum(lined)
-    return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
+    """Return the spacing where points (areas n,) are thin: few points, but most of the area."""
+    if len(areas) > _MAX_SAMPLE:
+        areas = areas[:: len(areas) // _MAX_SAMPLE]
+    ascending = np.sort(areas)
+    cumulative = np.cumsum(ascending)
+    return (
+        float(np.sqrt(ascending[np.searchsorted(cumulative, _THIN_AREA_SHARE * cumulative[-1])]))
+        / _SPACING_BIAS
+    )
 
 
-def _bent(facet: Facet) -> Facet:
-    """Said to be a piece of a wavy or curved face."""
+def _mark_bent(facet: Facet) -> Facet:
+    """Mark a facet as a piece of a wavy or curved face."""
     verdict = facet.verdict
     return replace(
         facet,
@@ -352,14 +431,16 @@ def _bent(facet: Facet) -> Facet:
 
 
 def _is_slice(fit: PlaneFit) -> bool:
-    """The extent across is no more than a few times the scatter, as of a slice of points that fill
-    a volume: its plane may as well be one at right angles."""
+    """Check for a slice of points that fill a volume: its width is a few times the scatter.
+
+    The plane of such a slice could as well be at right angles.
+    """
     _, across, scatter = fit.eigenvalues
-    return bool(across < _SLICE**2 * scatter)
+    return bool(across < _MIN_WIDTH_DEVIATIONS**2 * scatter)
 
 
-def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
-    """It is so large beside the resolution that its error can be believed."""
+def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
+    """Check that a facet is large enough, relative to the resolution, for a reliable error."""
     extent = feature_extent_m(facet.fit, "patch") or 0.0
     return extent >= thresholds.least_extent_over_resolution * facet.resolution
 
@@ -369,7 +450,7 @@ def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
         assert isinstance(data, Mesh)
         colours: GenericArray | None = data.colors
         if colours is None and (textures := TextureColours(data)).any:
-            colours = textures.of_vertices
+            colours = textures.vertex_colours
         if colours is None:
             return None
         corners = np.asarray(colours[data.faces[elements.rows]], np.float64)
@@ -379,24 +460,26 @@ def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
     return np.asarray(data.colors[elements.rows], np.float64)
 
 
-def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Array) -> Int32Array:
-    """Facet of each point of the model. A vertex of a mesh has that of the facet with the largest
-    part of the faces around it."""
+def _label_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Array) -> Int32Array:
+    """Transfer labels to the points of the model.
+
+    A vertex of a mesh receives the label with the largest area among its faces.
+    """
     if elements.of == "point":
-        there = elements.row_of >= 0
+        has_element = elements.row_of >= 0
         result = np.full(len(elements.row_of), -1, np.int32)
-        result[there] = labels[elements.row_of[there]]
+        result[has_element] = labels[elements.row_of[has_element]]
         return result
     assert isinstance(data, Mesh)
     count = max(int(labels.max(initial=-1)), -1) + 2
     inside = np.flatnonzero(labels >= 0)
     corner = np.asarray(data.faces[elements.rows[inside]], np.int64)
     key = (corner * count + labels[inside, None]).ravel()
-    named, which = np.unique(key, return_inverse=True)
-    area = np.bincount(which, np.repeat(elements.areas[inside], 3))
-    by = np.argsort(area, kind="stable")
+    pairs, pair_of = np.unique(key, return_inverse=True)
+    area = np.bincount(pair_of, np.repeat(elements.areas[inside], 3))
+    order = np.argsort(area, kind="stable")
     result = np.full(len(data.vertices), -1, np.int32)
-    result[named[by] // count] = (named[by] % count).astype(np.int32)
+    result[pairs[order] // count] = (pairs[order] % count).astype(np.int32)
     return result
 
 
@@ -416,23 +499,23 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
             )
         )
     warnings += _level_ground_warnings(exposure)
-    whole = sum(facet.area for facet in facets)
-    if sum(facet.area for facet in facets if facet.bent) > _WAVY * whole:
+    total_area = sum(facet.area for facet in facets)
+    if sum(facet.area for facet in facets if facet.bent) > _MAX_WAVY_SHARE * total_area:
         warnings.append(Finding("facets.wavy"))
     return warnings
 
 
 def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
-    """Report how much of the planar share may be level ground, if it is large."""
+    """Warn about a large share of planar rock that may be level ground."""
     level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
     if level < NEAR_PLANAR_SHARE:
         return []
-    rest = (share - level) / (1.0 - level) if level < 1.0 else 0.0
+    remaining_share = (share - level) / (1.0 - level) if level < 1.0 else 0.0
     return [
         Finding(
             "facets.ground",
             share_percent=100.0 * level,
             limit_deg=LEVEL_DEG,
-            rest_percent=100.0 * max(rest, 0.0),
+            rest_percent=100.0 * max(remaining_share, 0.0),
         )
     ]

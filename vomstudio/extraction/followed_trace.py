@@ -1,4 +1,4 @@
-"""What `vomstudio trace` and `vs.follow` tell of a followed trace."""
+"""Result of `vomstudio trace` and `vs.follow`: a followed trace with its plane."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
-from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
+from vomstudio.extraction.best_cost import AUTO, CostTrial, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -31,19 +31,35 @@ from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
-FARTHEST = 10.0
-"""A way-point farther from the model than so many resolutions is not on it."""
+MAX_SNAP_RESOLUTIONS = 10.0
+"""Maximum distance of a way-point from the model, in resolutions."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FollowedTrace(PrintableResult):
-    """points : (n, 3) every vertex of the path, World, m; length_m : along it
-    snap_m : the farthest that a way-point lies from the path's vertex for it
-    plane : row of the orientation table, or None where there is no plane
-    band : of the planes that a straight trace allows; None where its plane is determined
-    way_points : how many; cost : what was followed; vertices : n
-    tried : of each cost by which it was followed, the best first, where the best was asked for
-    doubtful : stretches that may be on another contact, each with first and last vertex
+    """Trace followed on a model, with its plane.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        Vertices of the path, World, m.
+    length_m : float
+        Length along the path.
+    snap_m : float
+        Maximum distance of a way-point from its vertex of the path.
+    plane : dict or None
+        Row of the orientation table; None if no plane can be fitted.
+    band : BandFigures or None
+        Band of planes that a straight trace allows; None if its plane is determined.
+    way_points, vertices : int
+        Their numbers.
+    cost : str
+        Cost that was followed.
+    warnings : tuple of Finding
+    tried : tuple of CostTrial
+        For the cost "auto": the costs that were compared, best first.
+    doubtful : tuple of DoubtfulStretch
+        Stretches that may be on another contact, with their first and last vertex.
     """
 
     points: FloatArray = field(repr=False, metadata=HIDDEN)
@@ -55,15 +71,17 @@ class FollowedTrace(PrintableResult):
     cost: str
     vertices: int
     warnings: tuple[Finding, ...]
-    tried: tuple[Tried, ...] = field(default=(), kw_only=True)
+    tried: tuple[CostTrial, ...] = field(default=(), kw_only=True)
     doubtful: tuple[DoubtfulStretch, ...] = field(default=(), kw_only=True)
 
 
-def off_the_model(surface: SurfaceGraph, way_points: FloatArray, resolution: float) -> int | None:
-    """The row of the first way-point that is not on the model; None where all are."""
-    limit = FARTHEST * resolution
-    far = np.flatnonzero(~(surface.snapped(way_points) <= limit))
-    return int(far[0]) if len(far) and np.isfinite(resolution) else None
+def find_way_point_off_model(
+    surface: SurfaceGraph, way_points: FloatArray, resolution: float
+) -> int | None:
+    """Return the row of the first way-point that is not on the model, or None."""
+    limit = MAX_SNAP_RESOLUTIONS * resolution
+    rows = np.flatnonzero(~(surface.snap_distances(way_points) <= limit))
+    return int(rows[0]) if len(rows) and np.isfinite(resolution) else None
 
 
 def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Finding:
@@ -72,7 +90,7 @@ def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Fi
         "path.off-model",
         number=number,
         distance_m=distance_m,
-        maximum_m=FARTHEST * resolution_m,
+        maximum_m=MAX_SNAP_RESOLUTIONS * resolution_m,
         resolution_m=resolution_m,
     )
 
@@ -89,37 +107,60 @@ def followed_trace(
     priors: Sequence[SetPrior] = (),
     called: str = "",
 ) -> FollowedTrace:
-    """Follow a contact through way-points (w, 3) in World and fit its plane.
+    """Follow a contact through way-points and fit its plane.
 
-    surface : of a model in World; cost : of COSTS, a field, or "auto" for the best of COSTS;
-    resolution : of the model, m; priors : sets against which a straight trace is held; called : the
-    cost by another name
-    Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
-    model does not hang together between two; UsageError for a cost that the model does not have.
+    Parameters
+    ----------
+    surface : SurfaceGraph
+        Of a model in World.
+    way_points : (w, 3) array
+        World, m.
+    cost : str
+        One of `COSTS`, a field, or "auto" for the best of `COSTS`.
+    resolution : float
+        Resolution of the model, m.
+    model, frame : str
+        Names for the orientation table.
+    thresholds : Thresholds
+    priors : sequence of SetPrior
+        Sets with which the band of a straight trace is compared.
+    called : str
+        Name of the cost in the result, if different.
+
+    Returns
+    -------
+    FollowedTrace
+
+    Raises
+    ------
+    GeometryError
+        For fewer than two way-points, one that is not on the model, or two on separate parts of it.
+    UsageError
+        For a cost that the model does not have.
     """
     follower = None if cost == AUTO else Follower(surface, cost)
     require_on_model(surface, way_points, resolution)
-    near = near_surface(surface)
-    tried: tuple[Tried, ...] = ()
+    vertices = index_vertices(surface)
+    trials: tuple[CostTrial, ...] = ()
     if follower is None:
-        path, cost, tried = follow_best(
-            surface, way_points, near.resolution_near, near.outcrop_normal, whole=True
+        path, cost, trials = follow_best(
+            surface, way_points, vertices.resolution_near, vertices.outcrop_normal, whole=True
         )
     else:
         path = follower.follow(way_points, whole=True)
     cost = called or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
-    own = near.resolution_near(path.points) or 0.0
-    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
-    plane, band, said = plane_of(
+    local_resolution = vertices.resolution_near(path.points) or 0.0
+    reliable = rest_of(path.points, find_jumps(path.points, path.costs, path.at, local_resolution))
+    plane, band, warnings = fit_trace_plane(
         path.points,
-        near,
+        vertices,
         model=model,
         frame=frame,
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        rest=rest,
+        rest=reliable,
     )
     return FollowedTrace(
         points=path.points,
@@ -130,33 +171,39 @@ def followed_trace(
         way_points=len(way_points),
         cost=cost,
         vertices=len(path.points),
-        warnings=said,
-        tried=tried,
-        doubtful=() if rest is None else rest.stretches,
+        warnings=warnings,
+        tried=trials,
+        doubtful=() if reliable is None else reliable.stretches,
     )
 
 
-def near_surface(surface: SurfaceGraph) -> VertexSurface:
-    """What is asked of a model around the points of a path."""
+def index_vertices(surface: SurfaceGraph) -> VertexSurface:
+    """Index the vertices of a surface for queries around the points of a path."""
     data = surface.data
-    own = None
+    undivided = None
     if isinstance(data, Mesh) and data.undivided is not data:
-        own = data.undivided.vertices
-    near = VertexSurface(surface.places + surface.origin, own)
-    near.build()
-    return near
+        undivided = data.undivided.vertices
+    vertices = VertexSurface(surface.places + surface.origin, undivided)
+    vertices.build()
+    return vertices
 
 
 def require_on_model(surface: SurfaceGraph, way_points: FloatArray, resolution: float) -> None:
-    """Raises GeometryError for fewer than two way-points, and for one that is not on the model."""
+    """Require at least two way-points, all on the model.
+
+    Raises
+    ------
+    GeometryError
+        If there are fewer, or one is not on the model.
+    """
     if len(way_points) < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - len(way_points), minimum=2))
-    if (row := off_the_model(surface, way_points, resolution)) is not None:
-        distance_m = float(surface.snapped(way_points)[row])
+    if (row := find_way_point_off_model(surface, way_points, resolution)) is not None:
+        distance_m = float(surface.snap_distances(way_points)[row])
         raise GeometryError(off_model_finding(row + 1, distance_m, resolution))
 
 
-def plane_of(
+def fit_trace_plane(
     points: FloatArray,
     near: VertexSurface,
     *,
@@ -167,20 +214,41 @@ def plane_of(
     priors: Sequence[SetPrior],
     rest: Rest | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
-    """The row of the plane through points (n, 3) of the model `near`, or None; the band of planes
-    that they allow where they are straight; why there is no plane, and which stretches are
-    doubtful. rest : what is outside of these"""
+    """Fit the plane of a trace and judge it.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        World, m.
+    near : VertexSurface
+        Vertices of the model.
+    model, frame, notes : str
+        Values for the orientation table.
+    thresholds : Thresholds
+    priors : sequence of SetPrior
+    rest : Rest, optional
+        The trace without its doubtful stretches.
+
+    Returns
+    -------
+    row : dict or None
+        Row of the orientation table; None if no plane can be fitted.
+    band : BandFigures or None
+        Band of planes that a straight trace allows.
+    findings : tuple of Finding
+        Why there is no plane, and which stretches are doubtful.
+    """
     findings = () if rest is None else tuple(rest.findings())
     try:
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (cause_of(error), *findings)
-    own, face = near.resolution_near(points), near.outcrop_normal(points)
-    stretch = None if rest is None else rest.error95_deg(fit, own, face)
+    resolution, outcrop_normal = near.resolution_near(points), near.outcrop_normal(points)
+    stretch = None if rest is None else rest.error95_deg(fit, resolution, outcrop_normal)
     verdict = judge(
         fit,
-        resolution_m=own,
-        outcrop_normal=face,
+        resolution_m=resolution,
+        outcrop_normal=outcrop_normal,
         thresholds=thresholds,
         seen=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
@@ -189,14 +257,14 @@ def plane_of(
         fit,
         verdict,
         id="1",
-        resolution_m=own,
+        resolution_m=resolution,
         stretch_error_deg=stretch,
-        outcrop_normal=face,
+        outcrop_normal=outcrop_normal,
         model=model,
         frame=frame,
         notes=notes,
     )
-    band = band_of(fit, resolution_m=own, outcrop_normal=face)
+    band = band_of(fit, resolution_m=resolution, outcrop_normal=outcrop_normal)
     return row, None if band is None else band_figures(band, priors), findings
 
 
@@ -208,7 +276,15 @@ def write_path(
     notes: Sequence[str] = (),
     force: bool = False,
 ) -> None:
-    """A row x, y, z for each vertex (n, 3), World, m; whole or not at all. Raises TargetError."""
+    """Write one row x, y, z per vertex (n, 3), World, m.
+
+    The file is written completely or not at all.
+
+    Raises
+    ------
+    TargetError
+        If it cannot be written.
+    """
     head = [
         f"VOM Studio {__version__}, followed trace",
         f"CRS: {crs or 'none declared, coordinates as given'}",

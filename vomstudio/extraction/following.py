@@ -1,4 +1,4 @@
-"""A line that follows a contact between way-points: the path of least cost over the surface.
+"""Following of a contact between way-points: the path of least cost over the surface.
 
 The idea is that of Compass's trace (Thiele et al. 2017, Solid Earth 8, 1241), the path that of
 Dijkstra (1959).
@@ -13,26 +13,38 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
-from vomstudio.extraction.shortest_paths import shortest, straightest
+from vomstudio.extraction.path_costs import COLOUR_COSTS, COSTS, node_colour, node_costs
+from vomstudio.extraction.shortest_paths import shortest_path, straightest_path
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
 Leg = tuple[FloatArray, FloatArray]
-"""Points (n, 3) from one way-point to the next, and what a metre at each costs, as in `Path`."""
+"""Points (n, 3) from one way-point to the next, and the cost of a metre at each, as in `Path`."""
 
 STRETCH = 1.4
-_MARGIN = 12.0
-_WHOLE_NODES = 3_000_000
-# A corridor of more than this part of the nodes, and of more than so many, is not cut out.
-_MOST_OF_ALL = 0.15
-_FEW_NODES = 50_000
+_MARGIN_SPACINGS = 12.0
+_MAX_WHOLE_NODES = 3_000_000
+# A corridor above both this share and this number of nodes is not cut out of the surface.
+_MAX_CORRIDOR_SHARE = 0.15
+_MIN_CORRIDOR_NODES = 50_000
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """points : (n, 3) in the frame of the surface; length : along it; snaps : (w,) distance of each
-    way-point from where the path passes it; at : (w,) rows of points; costs : (n,) of a metre at
-    each point, in medians of the surface around the path"""
+    """Path on a surface.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        In the frame of the surface, m.
+    length : float
+        Length along the path, m.
+    snaps : (w,) array
+        Distance of each way-point from its point of the path, m.
+    at : (w,) int array
+        Rows of these points.
+    costs : (n,) array
+        Cost of a metre at each point, in medians of the surface around the path.
+    """
 
     points: FloatArray
     length: float
@@ -42,18 +54,26 @@ class Path:
 
 
 class Follower:
-    """Follows contacts on one surface, with one cost.
+    """Follower of contacts on one surface, by one cost.
 
-    cost : "colour" (likeness to the colours at the way-points), "dark", "light", "gradient" (edges
-        of lightness), "curvature" (edges and furrows of the surface), or the name of a field, whose
-        low values are followed
-    Raises UsageError for a cost that the model does not have.
+    Parameters
+    ----------
+    surface : SurfaceGraph
+    cost : str
+        "colour" (similar to the colours at the way-points), "dark", "light", "gradient" (edges of
+        lightness), "curvature" (edges and furrows of the surface), or the name of a field, whose
+        low values are followed.
+
+    Raises
+    ------
+    UsageError
+        For a cost that the model does not have.
     """
 
     def __init__(self, surface: SurfaceGraph, cost: str = "colour") -> None:
         self.surface, self.cost = surface, cost
         coloured = surface.data.colors is not None or surface.textures is not None
-        if cost in OF_COLOURS:
+        if cost in COLOUR_COSTS:
             if not coloured:
                 raise UsageError(Finding("model.no-colours"), field="--cost")
         elif cost != "curvature" and cost not in surface.data.fields:
@@ -63,26 +83,37 @@ class Follower:
             )
 
     def follow(self, way_points: FloatArray, *, whole: bool = False) -> Path:
-        """The path through way-points (w, 3), at least two.
+        """Follow the path of least cost through way-points.
 
-        whole : search all of the surface where it is not too large or textured, so that the path is
-            the best of all; else in corridors
-        Raises GeometryError where the way-points are one place, or the surface between two of them
-        does not hang together.
+        Parameters
+        ----------
+        way_points : (w, 3) array
+            World, m; w >= 2.
+        whole : bool
+            Search the whole surface unless it is too large or textured; else only corridors.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        GeometryError
+            If the way-points coincide, or two of them are on separate parts of the surface.
         """
         world = np.asarray(way_points, np.float64).reshape(-1, 3)
-        given = world - self.surface.origin
-        if len(given) < 2:
-            raise GeometryError(Finding("feature.too-few-points", count=2 - len(given), minimum=2))
+        local = world - self.surface.origin
+        if len(local) < 2:
+            raise GeometryError(Finding("feature.too-few-points", count=2 - len(local), minimum=2))
         surface = self.surface
         legs: list[Leg] = []
-        snaps, at = np.zeros(len(given)), np.zeros(len(given), np.int64)
-        tints = self._tints(given)
-        if whole and not surface.refines and len(surface.places) <= _WHOLE_NODES:
-            legs = self._through(surface.whole, given, tints)
+        snaps, at = np.zeros(len(local)), np.zeros(len(local), np.int64)
+        tints = self._tints(local)
+        if whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
+            legs = self._through(surface.whole, local, tints)
         else:
-            for i in range(len(given) - 1):
-                legs.append(self._leg(given[i], given[i + 1], tints, i))
+            for i in range(len(local) - 1):
+                legs.append(self._leg(local[i], local[i + 1], tints, i))
         line: list[FloatArray] = []
         costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
@@ -102,92 +133,96 @@ class Follower:
         return Path(points, length, snaps, at, np.concatenate(costs))
 
     def _leg(
-        self, one: FloatArray, other: FloatArray, tints: FloatArray | None, number: int
+        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
     ) -> Leg:
-        spacing = self._spacing(one, other)
-        stretch, before = STRETCH, 0
-        # In a graph of points and vertices the nearest of all may be one that is not reached.
-        reached = float(self.surface.tree.query(other)[0]) * (1.0 + 1e-9) + 1e-12
-        if self._covers(one, other, spacing):
-            return self._over_whole(one, other, tints, number)
+        spacing = self._spacing(start, goal)
+        stretch, previous = STRETCH, 0
+        # In a graph of points and vertices, the nearest one may not be connected.
+        max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
+        if self._covers(start, goal, spacing):
+            return self._over_whole(start, goal, tints, number)
         while True:
-            margin = (2.0 * _MARGIN if stretch > STRETCH else _MARGIN) * spacing
-            graph = self.surface.corridor(one, other, stretch, margin)
-            ends = _nearest(graph.places, np.stack([one, other]))
-            if np.linalg.norm(graph.places[ends[1]] - other) <= reached:
+            margin = (2.0 * _MARGIN_SPACINGS if stretch > STRETCH else _MARGIN_SPACINGS) * spacing
+            graph = self.surface.corridor(start, goal, stretch, margin)
+            ends = _nearest(graph.places, np.stack([start, goal]))
+            if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
                 costs = self._costs(graph, tints)
-                path = straightest(graph, int(ends[0]), int(ends[1]), costs)
+                path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
                     return self.surface.world(graph, path), costs[path] / np.median(costs)
-            if len(graph.places) in (before, len(self.surface.places)) or stretch > 50.0:
-                raise _apart(number)
-            stretch, before = 3.0 * stretch, len(graph.places)
+            if len(graph.places) in (previous, len(self.surface.places)) or stretch > 50.0:
+                raise _separate_parts_error(number)
+            stretch, previous = 3.0 * stretch, len(graph.places)
 
-    def _covers(self, one: FloatArray, other: FloatArray, spacing: float) -> bool:
-        """Whether the corridor would be so much of the surface that it costs more than all of it,
-        of which what a metre costs is kept."""
+    def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
+        """Check whether a corridor is so large that searching the whole surface is faster.
+
+        The costs of the whole surface are cached.
+        """
         places = len(self.surface.places)
-        if places > _WHOLE_NODES or self.surface.refines:
+        if places > _MAX_WHOLE_NODES or self.surface.refines:
             return False
-        far = float(np.linalg.norm(other - one))
-        reach = STRETCH * far + _MARGIN * spacing
-        area = 0.25 * np.pi * reach * np.sqrt(reach**2 - far**2)
-        return bool(area > _MOST_OF_ALL * places * spacing**2 and area > _FEW_NODES * spacing**2)
+        far = float(np.linalg.norm(goal - start))
+        span = STRETCH * far + _MARGIN_SPACINGS * spacing
+        area = 0.25 * np.pi * span * np.sqrt(span**2 - far**2)
+        return bool(
+            area > _MAX_CORRIDOR_SHARE * places * spacing**2
+            and area > _MIN_CORRIDOR_NODES * spacing**2
+        )
 
     def _over_whole(
-        self, one: FloatArray, other: FloatArray, tints: FloatArray | None, number: int
+        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
     ) -> Leg:
         graph = self.surface.whole
-        ends = np.asarray(self.surface.tree.query(np.stack([one, other]))[1], np.int64)
+        ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
         costs = self._whole_costs(tints)
-        path = straightest(graph, int(ends[0]), int(ends[1]), costs)
+        path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
-            raise _apart(number)
+            raise _separate_parts_error(number)
         return self.surface.world(graph, path), costs[path] / np.median(costs)
 
     def _whole_costs(self, tints: FloatArray | None) -> FloatArray:
-        """(n,) of a metre at each node of the whole surface, reckoned once for each colour."""
+        """Return the cached cost (n,) of a metre at each node of the whole surface."""
         colours = b"" if tints is None else tints.tobytes()
-        known = self.surface.kept_costs.get(self.cost)
-        if known is None or known[0] != colours:
-            known = colours, self._costs(self.surface.whole, tints)
-            self.surface.kept_costs[self.cost] = known
-        return known[1]
+        cached = self.surface.cached_costs.get(self.cost)
+        if cached is None or cached[0] != colours:
+            cached = colours, self._costs(self.surface.whole, tints)
+            self.surface.cached_costs[self.cost] = cached
+        return cached[1]
 
-    def _through(self, graph: Graph, given: FloatArray, tints: FloatArray | None) -> list[Leg]:
-        """The best of all paths, leg by leg."""
-        nodes = np.asarray(self.surface.tree.query(given)[1], np.int64)
+    def _through(self, graph: Graph, local: FloatArray, tints: FloatArray | None) -> list[Leg]:
+        """Follow the best of all paths, leg by leg."""
+        nodes = np.asarray(self.surface.tree.query(local)[1], np.int64)
         costs = self._whole_costs(tints)
-        usual = np.median(costs)
+        typical = np.median(costs)
         legs = []
         for i in range(len(nodes) - 1):
-            path = shortest(graph, int(nodes[i]), int(nodes[i + 1]), costs)
+            path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
-                raise _apart(i)
-            legs.append((self.surface.world(graph, path), costs[path] / usual))
+                raise _separate_parts_error(i)
+            legs.append((self.surface.world(graph, path), costs[path] / typical))
         return legs
 
-    def _spacing(self, one: FloatArray, other: FloatArray) -> float:
+    def _spacing(self, start: FloatArray, goal: FloatArray) -> float:
         places = self.surface.places
         k = min(9, len(places))
-        distance = self.surface.tree.query(np.stack([one, other]), k=k)[0]
-        # Of k points in a disc.
+        distance = self.surface.tree.query(np.stack([start, goal]), k=k)[0]
+        # Mean spacing of k points in a disc.
         return float(np.median(distance[:, -1] * np.sqrt(np.pi / k)))
 
     # --- costs -------------------------------------------------------------------------------
-    def _tints(self, given: FloatArray) -> FloatArray | None:
-        """(w, 3) colours at the way-points, as they are compared."""
+    def _tints(self, local: FloatArray) -> FloatArray | None:
+        """Return the opponent colours (w, 3) at the way-points."""
         if self.cost != "colour":
             return None
         surface = self.surface
-        found = []
-        for point in given:
+        colours = []
+        for point in local:
             graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
-            found.append(tint(graph, int(_nearest(graph.places, point[None])[0])))
-        return np.array(found)
+            colours.append(node_colour(graph, int(_nearest(graph.places, point[None])[0])))
+        return np.array(colours)
 
     def _costs(self, graph: Graph, tints: FloatArray | None) -> FloatArray:
-        """(n,) cost of a metre at each node."""
         return node_costs(graph, self.cost, tints)
 
 
@@ -195,5 +230,5 @@ def _nearest(places: FloatArray, points: FloatArray) -> IntArray:
     return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
 
 
-def _apart(number: int) -> GeometryError:
+def _separate_parts_error(number: int) -> GeometryError:
     return GeometryError(Finding("path.separate-parts", first=number + 1, second=number + 2))

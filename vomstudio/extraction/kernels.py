@@ -1,7 +1,7 @@
 """Compiled inner loops of the search for facets.
 
 Elements are the faces of a mesh or the points of a cloud; `starts` and `near` list the neighbours
-of each. Nothing here allocates: what is written comes in as arguments.
+of each. No function allocates memory: results are written to arguments.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8[::1])")
-def local_planes(points, places, rows, normals, variation):  # type: ignore[no-untyped-def]
-    """Unit normal of the points (k of each row) around each place, and the surface variation: the
-    smallest eigenvalue of their covariance over the sum (Pauly, Gross & Kobbelt 2002). NaN where
-    the points tell no plane."""
+def fit_local_planes(points, places, rows, normals, variation):  # type: ignore[no-untyped-def]
+    """Fit a plane to the points (k of each row) around each place.
+
+    Writes unit normals (n, 3) and the surface variation (n,): the smallest eigenvalue of the
+    covariance over the sum (Pauly, Gross & Kobbelt 2002). NaN if the points do not define a plane.
+    """
     k = rows.shape[1]
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
@@ -29,7 +31,7 @@ def local_planes(points, places, rows, normals, variation):  # type: ignore[no-u
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
         sx, sy, sz = sx / k, sy / k, sz / k
-        found = eigen_of(
+        eigen = eigen_of(
             xx / k - sx * sx,
             yy / k - sy * sy,
             zz / k - sz * sz,
@@ -37,19 +39,21 @@ def local_planes(points, places, rows, normals, variation):  # type: ignore[no-u
             xz / k - sx * sz,
             yz / k - sy * sz,
         )
-        total = found[3] + found[4] + found[5]
-        if found[4] > 1e-9 * found[5] and total > 0.0:
-            normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
-            variation[row] = max(found[3], 0.0) / total
+        total = eigen[3] + eigen[4] + eigen[5]
+        if eigen[4] > 1e-9 * eigen[5] and total > 0.0:
+            normals[row, 0], normals[row, 1], normals[row, 2] = eigen[0], eigen[1], eigen[2]
+            variation[row] = max(eigen[3], 0.0) / total
         else:
             normals[row, 0], normals[row, 1], normals[row, 2] = math.nan, math.nan, math.nan
             variation[row] = math.nan
 
 
 @kernel("void(f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1])")
-def smoothed(normals, areas, starts, near, least, out):  # type: ignore[no-untyped-def]
-    """The mean of each element's normal and those of its neighbours that are within the angle
-    whose cosine is `least`, weighted by area; axial, so that sides do not matter."""
+def average_normals(normals, areas, starts, near, least, out):  # type: ignore[no-untyped-def]
+    """Average the normal of each element with those of its neighbours, weighted by area.
+
+    Only neighbours within the angle with the cosine `least` count. Normals are axial.
+    """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
         sx, sy, sz = areas[e] * nx, areas[e] * ny, areas[e] * nz
@@ -68,9 +72,11 @@ def smoothed(normals, areas, starts, near, least, out):  # type: ignore[no-untyp
 
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1])")
-def agreement(normals, starts, near, out):  # type: ignore[no-untyped-def]
-    """Of each element's normal with each of its neighbours', in the order of `near`: the cosine of
-    the angle between them; axial, so that sides do not matter."""
+def neighbour_cosines(normals, starts, near, out):  # type: ignore[no-untyped-def]
+    """Write the cosines of the angles between normals of neighbours, in the order of `near`.
+
+    Normals are axial.
+    """
     for e in range(len(normals)):
         nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
         for at in range(starts[e], starts[e + 1]):
@@ -86,7 +92,7 @@ def _reset(sums):  # type: ignore[no-untyped-def]
 
 @part
 def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
-    """One element to the sums of weight, first and second moments; `inner` are its own."""
+    """Add one element to the sums of weight, first and second moments."""
     i = e if len(inner) > 1 else 0
     sums[0] += w
     sums[1] += w * x
@@ -102,10 +108,10 @@ def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
 
 @part
 def _plane_of(sums):  # type: ignore[no-untyped-def]
-    """Normal, mean and the two larger eigenvalues of the sums."""
+    """Return normal, mean and the two larger eigenvalues of sums."""
     w = sums[0]
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
-    found = eigen_of(
+    eigen = eigen_of(
         sums[4] / w - x * x,
         sums[5] / w - y * y,
         sums[6] / w - z * z,
@@ -113,14 +119,14 @@ def _plane_of(sums):  # type: ignore[no-untyped-def]
         sums[8] / w - x * z,
         sums[9] / w - y * z,
     )
-    return found[0], found[1], found[2], x, y, z, found[4], found[5]
+    return eigen[0], eigen[1], eigen[2], x, y, z, eigen[4], eigen[5]
 
 
 @kernel(
     "i8(i8[::1], i8, i8, f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], i8[::1], i4[::1],"
     "f8, i8, f8, i4[::1], i4[::1], i8, f8[::1])"
 )
-def grow(  # type: ignore[no-untyped-def]
+def grow_regions(  # type: ignore[no-untyped-def]
     order,
     first,
     last,
@@ -139,12 +145,12 @@ def grow(  # type: ignore[no-untyped-def]
     label,
     sums,
 ):
-    """Grow regions from the seeds order[first:last], in that order; the next free label.
+    """Grow regions from the seeds order[first:last], in that order; return the next free label.
 
-    An element joins where its normal is within the angle of the region's plane and its place
-    within its own `reach` of it. The plane is fitted anew as the region grows by a half. Regions
-    of fewer elements than least_count are dissolved unless they have least_area. labels : -1 for
-    free, -2 for elements that take no part
+    An element joins if its normal is within the angle of the region's plane and its place within
+    its `reach` of the plane. The plane is fitted again whenever the region has grown by a half.
+    Regions with fewer elements than `least_count` are dissolved unless they have `least_area`. In
+    `labels`, -1 marks free elements and -2 excluded ones.
     """
     for seed in range(first, last):
         s = order[seed]
@@ -157,7 +163,7 @@ def grow(  # type: ignore[no-untyped-def]
         _add(sums, areas[s], 0.0, 0.0, 0.0, inner, s)
         labels[s] = label
         queue[0] = s
-        head, tail, again = 0, 1, 8
+        head, tail, refit_size = 0, 1, 8
         while head < tail:
             e = queue[head]
             head += 1
@@ -176,12 +182,12 @@ def grow(  # type: ignore[no-untyped-def]
                 queue[tail] = o
                 tail += 1
                 _add(sums, areas[o], x, y, z, inner, o)
-                if tail >= again:
-                    again = tail + tail // 2
-                    found = _plane_of(sums)
-                    if found[6] > 1e-6 * found[7]:
-                        nx, ny, nz = found[0], found[1], found[2]
-                        cx, cy, cz = found[3], found[4], found[5]
+                if tail >= refit_size:
+                    refit_size = tail + tail // 2
+                    plane = _plane_of(sums)
+                    if plane[6] > 1e-6 * plane[7]:
+                        nx, ny, nz = plane[0], plane[1], plane[2]
+                        cx, cy, cz = plane[3], plane[4], plane[5]
         if tail < least_count and sums[0] < least_area:
             for at in range(tail):
                 labels[queue[at]] = -1
@@ -194,16 +200,15 @@ def grow(  # type: ignore[no-untyped-def]
     "i8(i8[::1], f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1],"
     "f8[::1], i4[::1], i4[::1])"
 )
-def settle(  # type: ignore[no-untyped-def]
+def assign_nearest_planes(  # type: ignore[no-untyped-def]
     rows, places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
 ):
-    """Give every element of these rows to the nearest plane among its own and its neighbours', or
-    to none.
+    """Assign each element of `rows` to the nearest plane of its own label and its neighbours'.
 
-    centres, facing (f, 3), limits (f,) : of the facets' planes; beyond its limit or the element's
-    own reach an element is none of it. Where its normal is off by more than the angle, as at an
-    edge that two faces share, it must lie twice as near. out : (rows,) becomes the labels. Returns
-    how many have changed.
+    centres, facing (f, 3) and limits (f,) describe the facets' planes. An element beyond the limit
+    of a plane or its own `reach` is not assigned to it. If its normal differs by more than the
+    angle, as at an edge between two faces, it must be twice as near. Writes the labels to `out`
+    (rows,) and returns the number of changes.
     """
     changed = 0
     for i in range(len(rows)):
@@ -243,12 +248,14 @@ def settle(  # type: ignore[no-untyped-def]
     "void(i8[::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1],"
     "i8[::1])"
 )
-def sums_of(  # type: ignore[no-untyped-def]
+def add_moments(  # type: ignore[no-untyped-def]
     rows, places, areas, inner, reach, labels, about, known, sums, count
 ):
-    """Add the moments of each facet's elements of these rows: weight, first and second moments
-    about a place that is `known`, or the first of them, and the squares of `reach`, if that is of
-    all elements (f, 11); and how many they are."""
+    """Add the moments of each facet's elements among `rows` to `sums` (f, 11) and `count` (f,).
+
+    The columns are weight, first and second moments about a place that is `known`, else the first
+    element, and the squares of `reach` if it has a value per element.
+    """
     for e in rows:
         f = labels[e]
         if f < 0:
@@ -271,18 +278,20 @@ def sums_of(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[::1], i4[::1], i4[::1])")
-def renumbered(labels, number, out):  # type: ignore[no-untyped-def]
-    """Give each element the number of its label; labels below 0 count from the end."""
+def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
+    """Map labels to numbers; labels below 0 count from the end of `number`."""
     for e in range(len(labels)):
         f = labels[e]
         out[e] = number[f if f >= 0 else len(number) + f]
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
-def sums_in_cells(places, normals, areas, per, names, ends, sums):  # type: ignore[no-untyped-def]
-    """Add the elements with a normal to cubic cells, `per` of which are along a unit, that are in a
-    table (see `tabulate`): the area, and times that the products of the normals (xx, yy, zz, xy,
-    xz, yz), the places from the corner of the cell on, and the products of these."""
+def add_to_cells(places, normals, areas, per, names, ends, sums):  # type: ignore[no-untyped-def]
+    """Add elements with a normal to cubic cells, `per` along a unit, that are in a table.
+
+    See `tabulate` for the table. Columns: area, and weighted by area the products of the normals
+    (xx, yy, zz, xy, xz, yz), the places from the corner of the cell, and the products of these.
+    """
     for e in range(len(places)):
         x, y, z = places[e, 0] * per, places[e, 1] * per, places[e, 2] * per
         i, j, k = int(x), int(y), int(z)
@@ -312,14 +321,16 @@ def sums_in_cells(places, normals, areas, per, names, ends, sums):  # type: igno
 
 @part
 def cell_name(i, j, k):  # type: ignore[no-untyped-def]
-    """One number of three, the same for cells that are far apart by 2 million."""
+    """Combine three cell indices into one key; it repeats after 2 million cells."""
     return ((i & 0x1FFFFF) << 42) | ((j & 0x1FFFFF) << 21) | (k & 0x1FFFFF)
 
 
 @kernel("void(i4[::1], i8[::1], i8[::1])")
-def grouped(labels, starts, order):  # type: ignore[no-untyped-def]
-    """The elements of each facet in their order: those of f become order[starts[f]:starts[f + 1]].
-    starts : (facets + 1,) zeros; elements of no facet are left out"""
+def sort_by_label(labels, starts, order):  # type: ignore[no-untyped-def]
+    """Sort elements by facet: those of facet f become order[starts[f]:starts[f + 1]].
+
+    `starts` (facets + 1,) must be zero on entry. Elements without a facet are omitted.
+    """
     for e in range(len(labels)):
         if labels[e] >= 0:
             starts[labels[e] + 1] += 1

@@ -1,14 +1,15 @@
-"""How well a plane of a given attitude could be measured, place by place, before anyone picks.
+"""Map of the expected error of a plane with a given attitude, before anything is picked.
 
-Exercise 6 of the textbook: the same beds are known well where the outcrop's face turns, and not at
-all where it is one flat wall, since their traces there are straight. For each place of a surface
-the plane of that attitude is laid through it. The line along which it cuts the surface, within the
-length of a trace, has a covariance as the vertices of a real trace have; with the noise of the
-model across the plane, and one independent point for each resolution along the line, the joint
-95 % region of the plane's normal is that of `geometry.plane_errors`, no less than what the
-resolution can tilt over the line's shorter axis, and with the registration, as for a picked trace.
-Where the face is nearly parallel to the plane it exposes the plane as a surface, and the expected
-error is that of a patch of this size (`geometry.plane_sizes`).
+A bed is measured well where the outcrop's face turns, and not at all where the face is one flat
+wall, because its trace there is straight. For each piece of the surface a plane of the attitude is
+placed through it. The line along which the plane cuts the surface, within the length of a trace,
+has a covariance like the vertices of a picked trace. With the noise of the model across the plane
+and one independent point for each resolution along the line, the joint 95 % region of the normal
+follows from `geometry.plane_errors`. It is at least the tilt that the resolution allows over the
+line's shorter axis, and includes the registration, as for a picked trace.
+
+Where the face is nearly parallel to the plane it exposes the plane as a surface. The expected
+error is then that of a patch of this size (`geometry.plane_sizes`).
 """
 
 from __future__ import annotations
@@ -23,12 +24,17 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
-from vomstudio.extraction.decimation import thinner
-from vomstudio.extraction.elements import Elements, elements_of
-from vomstudio.extraction.measurable_kernels import longest_sides
-from vomstudio.extraction.measurable_lines import CELL, hanging_together, lines_through, step_of
+from vomstudio.extraction.decimation import thin_mesh
+from vomstudio.extraction.elements import Elements, build_elements
+from vomstudio.extraction.measurable_kernels import square_longest_sides
+from vomstudio.extraction.measurable_lines import (
+    CELL_STRIPS,
+    connected_pieces,
+    intersection_moments,
+    strip_half_width,
+)
 from vomstudio.extraction.measurable_options import MeasurableOptions
-from vomstudio.extraction.refinement import finer
+from vomstudio.extraction.refinement import subdivide_mesh
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_reading
@@ -49,38 +55,54 @@ from vomstudio.geometry.resolution import (
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 CLASSES = ("none", "poor", "doubtful", "good")
-"""Of an expected error, the worst first; in none the plane can't be told at all."""
+"""Classes of an expected error, worst first; for "none" the plane cannot be determined."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
-LEAST_RESOLUTIONS = 10.0
-LEAST_LENGTH = 4.0
-"""Of a trace, in resolutions."""
-USUAL_RESOLUTIONS = 100.0
-"""The length of a trace that is proposed."""
-_NORMALS_DEG = 20.0
-_FEWEST_PIECES = 4
-_FINE = 1.25
-"""Cells that are larger by this than the sides of most faces hold several of them."""
-_SURELY = 0.6
-"""Of the resolution of all points, which is taken where they are dense: the surface's is more."""
-# Places evenly over the surface at which the model's resolution is looked at, and of these those
-# that tell whether its noise is larger than its spacing.
-_SAMPLES, _OF_ALL = 4000, 100
+MIN_EXTENT_RESOLUTIONS = 10.0
+MIN_LENGTH_RESOLUTIONS = 4.0
+"""Minimum length of a trace, in resolutions."""
+DEFAULT_LENGTH_RESOLUTIONS = 100.0
+"""Default length of a trace, in resolutions."""
+_NORMAL_ANGLE_DEG = 20.0
+_MIN_PIECES = 4
+_MIN_CELL_RATIO = 1.25
+"""Cells larger than the typical side of a face by this factor contain several faces."""
+_MIN_RESOLUTION_RATIO = 0.6
+"""Lower bound of the surface's resolution over that of all points, which may be denser."""
+# Number of places, even over the area, at which the resolution is estimated, and of those that show
+# whether the noise exceeds the spacing.
+_RESOLUTION_SAMPLES, _NOISE_SAMPLES = 4000, 100
 
 
 @dataclass(frozen=True, eq=False)
 class Measurable:
-    """Of each of n pieces of a surface (faces of a mesh, points of a cloud); degrees and metres.
+    """Expected errors on n pieces of a surface (faces of a mesh, points of a cloud).
 
-    trace_deg : (n,) expected 95 % error of a trace through it, 90 where any plane through the line
-        would do, NaN where there is no line: the face is the plane's, or has no normal
-    patch_deg : (n,) of the patch of the plane that the face exposes, NaN where it exposes none or a
-        patch under ten resolutions
-    extent : (n,) longest axis of the line, m; relief : (n,) its shorter axis, m
-    classes : (n,) int8 in CLASSES, of the better of the two
-    patches : (n,) int32 number of the patch, -1 for none
-    areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
-    nodes : (vertices of the model,) those with one number are one vertex of the map, of a mesh that
-        is far finer than it needs; None where each is one by itself
+    Parameters
+    ----------
+    elements : Elements
+    trace_deg : (n,) array
+        Expected 95 % error of a trace through each piece, degrees. 90 if any plane through the line
+        fits; NaN if there is no line: the face is parallel to the plane, or has no normal.
+    patch_deg : (n,) array
+        Expected 95 % error of the exposed patch, degrees; NaN if there is none or its size is less
+        than ten resolutions.
+    extent, relief : (n,) arrays
+        Longest and shorter axis of the line, m.
+    classes : (n,) int8 array
+        Index into `CLASSES` of the better of trace and patch.
+    patches : (n,) int32 array
+        Number of the patch, -1 for none.
+    areas : (n,) array
+        Area of each piece, m².
+    resolutions : (n,) array
+        Local resolution of the model, m.
+    length : float
+        Length of a trace, m.
+    resolution, noise : float
+        Typical values, m.
+    warnings : tuple of Finding
+    nodes : (vertices of the model,) int array, optional
+        Vertex of the map for each vertex of a decimated mesh; None without decimation.
     """
 
     elements: Elements
@@ -100,18 +122,33 @@ class Measurable:
 
     @property
     def trace_classes(self) -> Int8Array:
-        """(n,) in CLASSES, of traces alone."""
+        """Index (n,) into `CLASSES` for traces alone."""
         return _classes(self.trace_deg, self.extent, self.resolutions)
 
     @property
     def best_deg(self) -> FloatArray:
-        """(n,) expected 95 % error of whichever is better, 90 for none."""
+        """Expected 95 % error (n,) of the better of trace and patch, degrees; 90 for none."""
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
 
-def usual_resolution(data: Mesh | PointCloud) -> float:
-    """Typical effective resolution of a model, as around a picked trace. Raises GeometryError where
-    its points stand at one place."""
+def typical_resolution(data: Mesh | PointCloud) -> float:
+    """Estimate the typical effective resolution of a model, as around a picked trace.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        In World, m.
+
+    Returns
+    -------
+    float
+        m.
+
+    Raises
+    ------
+    GeometryError
+        If all points coincide.
+    """
     from scipy.spatial import cKDTree
 
     points = resolving_points(data)
@@ -119,31 +156,40 @@ def usual_resolution(data: Mesh | PointCloud) -> float:
     if len(points) > 3:
         points = points - points.mean(axis=0)
         tree = cKDTree(points, leafsize=32, compact_nodes=False, balanced_tree=False)
-        found = effective_resolution(points, tree, points[:: max(1, len(points) // _OF_ALL)])
-        if found is not None and found > 0.0:
-            return found
+        resolution = effective_resolution(
+            points, tree, points[:: max(1, len(points) // _NOISE_SAMPLES)]
+        )
+        if resolution is not None and resolution > 0.0:
+            return resolution
     raise GeometryError(Finding("model.no-resolution"))
 
 
-def measurable(
+def map_measurability(
     data: Mesh | PointCloud,
     normal: npt.ArrayLike,
     options: MeasurableOptions,
     progress: Progress | None = None,
 ) -> Measurable:
-    """Map how well a plane could be measured on a surface in World.
+    """Map how well a plane could be measured on a surface.
 
     Parameters
     ----------
+    data : Mesh or PointCloud
+        In World, m.
     normal : (3,) array_like
-        Normal of the plane.
+        Normal of the plane, World.
     options : MeasurableOptions
-        With the length of a trace.
+        Must contain the length of a trace.
+    progress : Progress, optional
+
+    Returns
+    -------
+    Measurable
 
     Raises
     ------
     GeometryError
-        If there is no surface, or the length is too short for a trace on it.
+        If the model has no surface, or the length is too short for a trace on it.
     Cancelled
         Through `progress`.
     """
@@ -156,7 +202,7 @@ def measurable(
         resolution = _resolutions(resolving_points(data), elements)
     else:
         resolution = np.full(len(elements), options.resolution_m)
-    return _of_elements(
+    return _map_elements(
         surface, np.asarray(normal, np.float64), resolution, length, options, progress
     )
 
@@ -164,8 +210,11 @@ def measurable(
 # --- the surface ------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """elements : pieces, none of them large or very small beside the length; of : (n,) the face or
-    point of the model that each is a piece of; nodes : as `Measurable` has them"""
+    """Pieces of a surface, none of them long compared with a trace.
+
+    `of` (n,) is the face or point of the model that each piece belongs to, `nodes` as in
+    `Measurable`.
+    """
 
     elements: Elements
     of: IntArray
@@ -177,76 +226,82 @@ def _surface(
 ) -> _Surface:
     progress.stage(tr("Analysing the surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
-        elements = elements_of(data, _NORMALS_DEG, progress)
+        elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _Surface(elements, np.asarray(elements.rows))
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
-    whole = np.asarray(np.isfinite(vertices).all(axis=1))
-    rows = np.arange(len(faces)) if whole.all() else np.flatnonzero(whole[faces].all(axis=1))
+    finite = np.asarray(np.isfinite(vertices).all(axis=1))
+    rows = np.arange(len(faces)) if finite.all() else np.flatnonzero(finite[faces].all(axis=1))
     if not len(rows):
         raise GeometryError(Finding("model.no-faces"))
-    own = faces if len(rows) == len(faces) else faces[rows]
-    square = np.empty(len(own))
-    longest_sides(for_reading(vertices, np.float64), for_reading(own, np.int64), square)
-    # A half and three quarters of the faces have no longer side.
-    usual, long = np.sqrt(np.percentile(square, [50.0, 75.0]))
-    step = step_of(float(long), length)
-    longest = 2.0 * step
-    if longest < usual:
-        # What is far too short would be cut into millions of pieces before it is refused.
-        _require_longer(length, resolution or _SURELY * usual_resolution(data))
-    fine = CELL * step > _FINE * usual
-    if not fine and float(square.max()) <= longest**2:
-        elements = elements_of(data, _NORMALS_DEG, progress)
+    used_faces = faces if len(rows) == len(faces) else faces[rows]
+    square = np.empty(len(used_faces))
+    square_longest_sides(
+        for_reading(vertices, np.float64), for_reading(used_faces, np.int64), square
+    )
+    # Half and three quarters of the faces have no side longer than these.
+    typical_side, long_side = np.sqrt(np.percentile(square, [50.0, 75.0]))
+    step = strip_half_width(float(long_side), length)
+    max_side = 2.0 * step
+    if max_side < typical_side:
+        # Refuse a length that is far too short before the mesh is cut into millions of pieces.
+        _require_min_length(length, resolution or _MIN_RESOLUTION_RATIO * typical_resolution(data))
+    fine = CELL_STRIPS * step > _MIN_CELL_RATIO * typical_side
+    if not fine and float(square.max()) <= max_side**2:
+        elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _Surface(elements, np.asarray(elements.rows))
-    number = welded(vertices)
-    places = np.zeros((int(number.max()) + 1, 3))
-    origin = vertices[whole].min(axis=0)
-    places[number] = np.where(whole[:, None], vertices, origin) - origin
-    own, nodes, areas = number[own], None, None
+    node_of = welded(vertices)
+    places = np.zeros((int(node_of.max()) + 1, 3))
+    origin = vertices[finite].min(axis=0)
+    places[node_of] = np.where(finite[:, None], vertices, origin) - origin
+    used_faces, nodes, areas = node_of[used_faces], None, None
     if fine:
-        few = thinner(places, own, CELL * step)
-        places, own, areas = few.vertices, few.faces, few.areas
-        rows, nodes = rows[few.rows], few.nodes[number]
-    places, cut, of = finer(places, own, longest)
+        thinned = thin_mesh(places, used_faces, CELL_STRIPS * step)
+        places, used_faces, areas = thinned.vertices, thinned.faces, thinned.areas
+        rows, nodes = rows[thinned.rows], thinned.nodes[node_of]
+    places, cut, source = subdivide_mesh(places, used_faces, max_side)
     mesh = Mesh(places + origin, cut.astype(np.int32))
-    elements = elements_of(mesh, _NORMALS_DEG, progress)
-    of = of[elements.rows]
+    elements = build_elements(mesh, _NORMAL_ANGLE_DEG, progress)
+    source = source[elements.rows]
     if areas is not None:
-        # Those of their pieces in their proportion.
-        shown = np.bincount(of, elements.areas, len(areas))[of]
-        elements = replace(elements, areas=elements.areas * (areas[of] / shown))
-    return _Surface(elements, rows[of], nodes)
+        # Distribute the area of each face over its pieces in proportion.
+        piece_area = np.bincount(source, elements.areas, len(areas))[source]
+        elements = replace(elements, areas=elements.areas * (areas[source] / piece_area))
+    return _Surface(elements, rows[source], nodes)
 
 
 def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
-    """(n,) effective resolution of the model around each piece, taken as that around a picked trace
-    is: spacing and noise of the vertices or points nearest to it, and not of the pieces, which are
-    cut finer than the model is."""
+    """Estimate the effective resolution (n,) of the model around each piece, m.
+
+    It follows from the spacing and noise of the nearest vertices or points, as around a picked
+    trace; the pieces themselves are cut finer than the model.
+    """
     from scipy.spatial import cKDTree
 
-    sound = points[np.isfinite(points).all(axis=1)] - elements.origin
-    tree = cKDTree(sound, leafsize=32, compact_nodes=False, balanced_tree=False)
+    finite = points[np.isfinite(points).all(axis=1)] - elements.origin
+    tree = cKDTree(finite, leafsize=32, compact_nodes=False, balanced_tree=False)
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    # Evenly over the area.
+    # Sample evenly over the area.
     total = np.cumsum(weight)
-    evenly = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * total[-1]
-    rows = np.unique(np.minimum(np.searchsorted(total, evenly), len(weight) - 1))
-    nearest = sound[tree.query(elements.places[rows])[1]]
-    near = tree.query(nearest, k=min(COUNTS[0], len(sound)))[1].reshape(len(rows), -1)
-    area, _ = of_neighbours(sound[near])
+    sample_area = (np.arange(_RESOLUTION_SAMPLES) + 0.5) / _RESOLUTION_SAMPLES * total[-1]
+    rows = np.unique(np.minimum(np.searchsorted(total, sample_area), len(weight) - 1))
+    nearest = finite[tree.query(elements.places[rows])[1]]
+    near = tree.query(nearest, k=min(COUNTS[0], len(finite)))[1].reshape(len(rows), -1)
+    area, _ = of_neighbours(finite[near])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
-    usual = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
-    whole = effective_resolution(sound, tree, nearest[:: max(1, len(nearest) // _OF_ALL)])
-    if whole is None or not usual > 0.0:
+    typical = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
+    overall = effective_resolution(finite, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)])
+    if overall is None or not typical > 0.0:
         return np.asarray(elements.spacing)
-    # Where noise is larger than the spacing, it is everywhere.
-    spacing = np.maximum(np.nan_to_num(spacing, nan=usual), whole if whole > 1.5 * usual else 0.0)
+    # If the noise exceeds the spacing, it does so everywhere.
+    spacing = np.maximum(
+        np.nan_to_num(spacing, nan=typical), overall if overall > 1.5 * typical else 0.0
+    )
     return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
 
 # --- the map ----------------------------------------------------------------------------------
-def _of_elements(
+def _map_elements(
     surface: _Surface,
     normal: FloatArray,
     resolution: FloatArray,
@@ -257,31 +312,31 @@ def _of_elements(
     elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     typical = _weighted_median(resolution, weight)
-    _require_longer(length, typical)
+    _require_min_length(length, typical)
     noise = options.noise_m
     if noise is None:
         noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION
     normal = normal / np.linalg.norm(normal)
-    known = np.isfinite(elements.normals[:, 0])
+    has_normal = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
-    exposed = known & (cosine >= np.cos(np.radians(options.angle_deg)))
+    exposed = has_normal & (cosine >= np.cos(np.radians(options.angle_deg)))
     progress.stage(tr("Selecting patches"), None)
     patches, patch_deg, patch_extent = _patches(
         elements, exposed, resolution, noise, options, weight
     )
-    figures = lines_through(
-        elements, normal, known & ~exposed, exposed, resolution, length, progress
+    moments = intersection_moments(
+        elements, normal, has_normal & ~exposed, exposed, resolution, length, progress
     )
-    trace_deg, extent, relief = _errors(figures, noise, options)
-    of_trace = _classes(trace_deg, extent, resolution)
-    of_patch = _classes(patch_deg, patch_extent, resolution)
+    trace_deg, extent, relief = _errors(moments, noise, options)
+    trace_classes = _classes(trace_deg, extent, resolution)
+    patch_classes = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
         replace(elements, rows=surface.of),
         trace_deg,
         patch_deg,
         extent,
         relief,
-        np.maximum(of_trace, of_patch),
+        np.maximum(trace_classes, patch_classes),
         patches,
         weight,
         resolution,
@@ -293,8 +348,8 @@ def _of_elements(
     )
 
 
-def _require_longer(length: float, resolution: float) -> None:
-    if length < LEAST_LENGTH * resolution:
+def _require_min_length(length: float, resolution: float) -> None:
+    if length < MIN_LENGTH_RESOLUTIONS * resolution:
         raise GeometryError(Finding("trace.too-short", length_m=length, resolution_m=resolution))
 
 
@@ -305,13 +360,13 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 
 def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> Int8Array:
-    found = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
-    # Below ten resolutions no error can be believed.
+    classes = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
+    # Below ten resolutions an error estimate is not reliable.
     with np.errstate(invalid="ignore"):
-        small = extent < LEAST_RESOLUTIONS * resolution
-    found = np.where(small, np.minimum(found, 2), found)
-    # 90 degrees: all planes through the line will do.
-    return np.where(np.nan_to_num(error, nan=90.0) >= 90.0, 0, found).astype(np.int8)
+        small = extent < MIN_EXTENT_RESOLUTIONS * resolution
+    classes = np.where(small, np.minimum(classes, 2), classes)
+    # At 90 degrees every plane through the line fits.
+    return np.where(np.nan_to_num(error, nan=90.0) >= 90.0, 0, classes).astype(np.int8)
 
 
 # --- patches ----------------------------------------------------------------------------------
@@ -323,34 +378,36 @@ def _patches(
     options: MeasurableOptions,
     weight: FloatArray,
 ) -> tuple[Int32Array, FloatArray, FloatArray]:
-    """Number of the patch of each piece, the expected error of it, and its diameter."""
-    number = np.full(len(elements), -1, np.int32)
-    label = hanging_together(elements, np.where(exposed, 0, -1))
+    """Return the patch of each piece, its expected error (degrees) and its diameter (m)."""
+    patches = np.full(len(elements), -1, np.int32)
+    label = connected_pieces(elements, np.where(exposed, 0, -1))
     if not exposed.any():
-        return number, np.full(len(number), np.nan), np.full(len(number), np.nan)
-    _, own = np.unique(label[exposed], return_inverse=True)
-    number[exposed] = own
-    area = np.bincount(own, weight[exposed])
-    fine = np.bincount(own, (weight * resolution)[exposed]) / np.maximum(area, 1e-300)
+        return patches, np.full(len(patches), np.nan), np.full(len(patches), np.nan)
+    _, patch_of = np.unique(label[exposed], return_inverse=True)
+    patches[exposed] = patch_of
+    area = np.bincount(patch_of, weight[exposed])
+    mean_resolution = np.bincount(patch_of, (weight * resolution)[exposed]) / np.maximum(
+        area, 1e-300
+    )
     size = 2.0 * np.sqrt(area / np.pi)
     error = np.full(len(size), np.nan)
-    # The curve is one of the size over the resolution, and most patches are too small for it.
-    for row in np.flatnonzero(size >= LEAST_RESOLUTIONS * fine):
-        told = PlaneSizes(float(fine[row]), noise, options.used_registration_error_deg).error_deg(
-            float(size[row])
-        )
-        error[row] = np.nan if told is None else told
-    deg, extent = np.full(len(number), np.nan), np.full(len(number), np.nan)
-    deg[exposed], extent[exposed] = error[own], size[own]
-    return number, deg, extent
+    # The error depends on size over resolution, and most patches are too small for it.
+    for row in np.flatnonzero(size >= MIN_EXTENT_RESOLUTIONS * mean_resolution):
+        error_deg = PlaneSizes(
+            float(mean_resolution[row]), noise, options.used_registration_error_deg
+        ).error_deg(float(size[row]))
+        error[row] = np.nan if error_deg is None else error_deg
+    deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
+    deg[exposed], extent[exposed] = error[patch_of], size[patch_of]
+    return patches, deg, extent
 
 
 # --- errors -----------------------------------------------------------------------------------
 def _errors(
-    figures: FloatArray, noise: float, options: MeasurableOptions
+    moments: FloatArray, noise: float, options: MeasurableOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Expected 95 % error of the trace, its longest and its shorter axis."""
-    length, resolution, larger, smaller, count = figures.T
+    """Return the expected 95 % error (degrees), longest axis and shorter axis (m) of the traces."""
+    length, resolution, larger, smaller, count = moments.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
     free = length / resolution - 3.0
     if options.points is not None:
@@ -358,14 +415,14 @@ def _errors(
     square = noise**2
     values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        able = (free > 0.0) & (count >= _FEWEST_PIECES) & (smaller > 0.0)
-        quantile = joint_quantile(np.where(able, free, 1.0))
+        is_determined = (free > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
+        quantile = joint_quantile(np.where(is_determined, free, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
-        # As of a trace: quality.resolution_tilt_deg.
+        # As for a trace, see quality.resolution_tilt_deg.
         unseen = POINT_OVER_RESOLUTION * np.sqrt(12.0 * CHI2_TWO / np.maximum(free + 3.0, 1.0))
         tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen) * resolution, relief))
         error = np.minimum(
             np.hypot(np.maximum(fit, tilt), options.used_registration_error_deg), 90.0
         )
-    error = np.where(able, error, 90.0)
+    error = np.where(is_determined, error, 90.0)
     return np.where(np.isfinite(larger), error, np.nan), extent, relief

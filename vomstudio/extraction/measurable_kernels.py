@@ -1,4 +1,4 @@
-"""Compiled inner loop of the map of how well a plane could be measured."""
+"""Compiled inner loops of the map of measurable planes."""
 
 from __future__ import annotations
 
@@ -10,35 +10,47 @@ from vomstudio.geometry.kernels.jit import kernel
     "f8, f8, f8[:,::1])"
 )
 def line_moments(  # type: ignore[no-untyped-def]
-    rows, own, slopes, steepness, areas, resolution, first, last, half, width, out
+    rows, coordinates, slopes, steepness, areas, resolution, first, last, half, width, out
 ):
-    """Moments of the line along which a plane through each of the places `rows` cuts the surface,
-    within `half` of it.
+    """Compute the moments of the line along which a plane through each place cuts the surface.
 
-    Pieces of the surface come in runs, first[i] to last[i] of piece i, of those that hang together
-    near its plane, in the order of own[:, 3]. own : (n, 4) offset along the normal, two coordinates
-    in the plane, and the coordinate that orders; slopes : (n, 2) how far a piece moves in the plane
-    where it is brought to an offset higher by one along the surface; steepness : sine of the angle
-    between surface and plane. A strip of the surface of `width` either side of the line counts.
-    out : (len(rows), 9) area of the strip, mean of `resolution` by area, and mean and
-    covariance (uu, vv, uv) of the line; number of pieces; the longest of them as a share
+    Only the part within `half` of the place counts. Pieces of the surface are sorted in runs,
+    first[i] to last[i] of piece i, of connected pieces near its plane, by coordinates[:, 3].
+
+    Parameters
+    ----------
+    rows : (k,) array
+        Places.
+    coordinates : (n, 4) array
+        Offset along the normal, two coordinates in the plane, and the sort coordinate.
+    slopes : (n, 2) array
+        Shift of a piece in the plane per unit of offset along the surface.
+    steepness : (n,) array
+        Sine of the angle between surface and plane.
+    areas, resolution : (n,) arrays
+    first, last : (n,) arrays
+    half, width : float
+        Half the length of the line, and half the width of the strip of surface.
+    out : (k, 9) array
+        Written: area of the strip, area-weighted mean of `resolution`, mean (2) and covariance
+        (uu, vv, uv) of the line, number of pieces, share of the largest piece.
     """
     for at in range(len(rows)):
         i = rows[at]
-        s, u, v, t = own[i, 0], own[i, 1], own[i, 2], own[i, 3]
+        s, u, v, t = coordinates[i, 0], coordinates[i, 1], coordinates[i, 2], coordinates[i, 3]
         w, wl, wu, wv = 0.0, 0.0, 0.0, 0.0
         uu, vv, uv = 0.0, 0.0, 0.0
-        number, most = 0.0, 0.0
-        for way in range(2):
-            step = 1 if way == 0 else -1
-            j = i if way == 0 else i - 1
+        number, largest = 0.0, 0.0
+        for side in range(2):
+            step = 1 if side == 0 else -1
+            j = i if side == 0 else i - 1
             while first[i] <= j < last[i]:
-                if abs(own[j, 3] - t) > half + width:
+                if abs(coordinates[j, 3] - t) > half + width:
                     break
-                off = own[j, 0] - s
+                off = coordinates[j, 0] - s
                 if abs(off) <= width * steepness[j]:
-                    x = own[j, 1] - u - off * slopes[j, 0]
-                    y = own[j, 2] - v - off * slopes[j, 1]
+                    x = coordinates[j, 1] - u - off * slopes[j, 0]
+                    y = coordinates[j, 2] - v - off * slopes[j, 1]
                     if x * x + y * y <= half * half:
                         a = areas[j]
                         w += a
@@ -49,7 +61,7 @@ def line_moments(  # type: ignore[no-untyped-def]
                         vv += a * y * y
                         uv += a * x * y
                         number += 1.0
-                        most = max(most, a)
+                        largest = max(largest, a)
                 j += step
         out[at, 0] = w
         if w > 0.0:
@@ -57,27 +69,26 @@ def line_moments(  # type: ignore[no-untyped-def]
             out[at, 1] = wl / w
             out[at, 2], out[at, 3] = x, y
             out[at, 4], out[at, 5], out[at, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
-            out[at, 7], out[at, 8] = number, most / w
+            out[at, 7], out[at, 8] = number, largest / w
 
 
 @kernel("void(f8[:,::1], i8[:,::1], f8[::1])")
-def longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
-    """Of each face (k, 3) the square of its longest side."""
+def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
+    """Write the squared longest side of each face (k, 3)."""
     for i in range(len(faces)):
-        most = 0.0
+        longest = 0.0
         for k in range(3):
             a, b = faces[i, k], faces[i, (k + 1) % 3]
             x = vertices[a, 0] - vertices[b, 0]
             y = vertices[a, 1] - vertices[b, 1]
             z = vertices[a, 2] - vertices[b, 2]
-            most = max(most, x * x + y * y + z * z)
-        out[i] = most
+            longest = max(longest, x * x + y * y + z * z)
+        out[i] = longest
 
 
 @kernel("void(i4[:,::1], i8[:,::1], i8[::1])")
-def clustered(cells, faces, root):  # type: ignore[no-untyped-def]
-    """Of each vertex the first of those that hang together with it along edges of the faces (k, 3)
-    whose ends are in one cell (n, 3)."""
+def cluster_vertices(cells, faces, root):  # type: ignore[no-untyped-def]
+    """Write, for each vertex, the first vertex connected to it within one cell (n, 3)."""
     for i in range(len(root)):
         root[i] = i
     for i in range(len(faces)):
@@ -99,14 +110,14 @@ def clustered(cells, faces, root):  # type: ignore[no-untyped-def]
                 root[b] = a
             elif b < a:
                 root[a] = b
-    # The first of each comes before all others.
+    # Each root is the first vertex of its cluster.
     for i in range(len(root)):
         root[i] = root[root[i]]
 
 
 @kernel("void(f8[:,::1], i8[:,::1], i8[::1], f8[::1], f8[::1])")
-def areas_of(vertices, faces, nodes, out, around):  # type: ignore[no-untyped-def]
-    """Area of each face (k, 3), of which a third is added to the node of each of its corners."""
+def accumulate_areas(vertices, faces, nodes, out, around):  # type: ignore[no-untyped-def]
+    """Write the area of each face (k, 3), and add a third of it to the node of each corner."""
     for i in range(len(faces)):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
         px, py, pz = (

@@ -20,7 +20,13 @@ MIN_POINTS, MAX_POINTS = 4, 1_000_000
 
 @dataclass(frozen=True)
 class MeasurableOptions(Options):
-    """Trace and model of the map. Raises UsageError for a value outside its bounds."""
+    """Trace and model for the map.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
 
     length_m: float | None = option(
         None,
@@ -66,13 +72,19 @@ class MeasurableOptions(Options):
 
     @property
     def used_registration_error_deg(self) -> float:
-        """The error that applies, 0 if it is not given."""
+        """Error that applies, degrees; 0 by default."""
         return self.registration_error_deg or 0.0
 
 
 @dataclass(frozen=True)
 class MeasurableTarget(Options):
-    """Plane and raster of the command. Raises UsageError unless one plane is given."""
+    """Plane and raster of the command.
+
+    Raises
+    ------
+    UsageError
+        Unless exactly one plane is given.
+    """
 
     plane: str | None = option(
         None, metavar="DD/D", help=to_translate("dip direction and dip of the plane")

@@ -1,5 +1,8 @@
-"""What a metre of a path costs: between nearly nothing where a surface looks as a contact does, and
-one; so a path is the shortest where nothing is to be seen."""
+"""Cost of a metre of a path at each node of a surface.
+
+The cost is close to zero where a surface looks like a contact, and one where it does not. Without
+a contact the path of least cost is therefore the shortest one.
+"""
 
 from __future__ import annotations
 
@@ -12,102 +15,129 @@ from vomstudio.extraction.surface_graph import Graph
 from vomstudio.geometry.kernels.pieces import in_pieces
 
 COSTS = ("colour", "dark", "light", "gradient", "curvature")
-"""The others are names of fields."""
-OF_COLOURS = ("colour", "dark", "light", "gradient")
+"""Names of costs; any other cost is the name of a field."""
+COLOUR_COSTS = ("colour", "dark", "light", "gradient")
 
-# A metre on the contact costs this much of one beside it.
-_LEAST = 0.02
-# Of the values in the corridor, in percent, what counts as nothing and as all: a thin bed is a
+# Cost of a metre on the contact, as a share of that away from it.
+_MIN_COST = 0.02
+# Percentiles of the values in a corridor that count as the lowest and the highest: a thin bed is a
 # small part of them.
-_LOW, _HIGH = 0.2, 98.0
-# Steps of smoothing that follow each other: a bed of up to some ten nodes has a middle.
-_VALLEY = (2, 4, 8)
-# Chroma shows contacts that lightness does not.
-_CHROMA = 1.5
-# An edge is looked for in lightness that is smoothed so often.
-_BLUR = 3
-_LIGHTNESS = np.array([0.299, 0.587, 0.114])
+_LOW_PERCENTILE, _HIGH_PERCENTILE = 0.2, 98.0
+# Passes of successive smoothings: a bed about ten nodes wide still has a middle.
+_VALLEY_SMOOTHINGS = (2, 4, 8)
+# Weight of chroma against lightness.
+_CHROMA_WEIGHT = 1.5
+# Smoothing passes of the lightness before its gradient is computed.
+_GRADIENT_SMOOTHINGS = 3
+_LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
-def tint(graph: Graph, node: int) -> FloatArray:
-    """(3,) the colour at a node, as `node_costs` compares it."""
+def node_colour(graph: Graph, node: int) -> FloatArray:
+    """Return the mean opponent colour (3,) of a node and its neighbours."""
     assert graph.colours is not None
-    around = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
-    return np.asarray(compared(graph.colours[around].mean(axis=0)[None])[0])
+    rows = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
+    return np.asarray(opponent_colours(graph.colours[rows].mean(axis=0)[None])[0])
 
 
 def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
-    """(n,) cost of a metre at each node. tints : (w, 3) colours to follow, for "colour"."""
+    """Compute the cost of a metre at each node.
+
+    Parameters
+    ----------
+    graph : Graph
+    cost : str
+        One of `COSTS`, or the name of a field whose low values are followed.
+    tints : (w, 3) array, optional
+        Opponent colours to follow, required for the cost "colour".
+
+    Returns
+    -------
+    (n,) array
+        Between 0 and 1, without unit.
+    """
     if cost == "colour":
         assert graph.colours is not None
         assert tints is not None
-        own = compared(np.stack([smoothed(graph, c) for c in graph.colours.T], axis=1))
-        off = np.full(len(own), np.inf)
-        for wanted in np.unique(tints, axis=0):
-            np.minimum(off, ((own - wanted) ** 2).sum(axis=1), out=off)
-        value = np.sqrt(off)
-        value /= max(float(np.percentile(value, _HIGH)), 1e-9)
+        colours = opponent_colours(
+            np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
+        )
+        square = np.full(len(colours), np.inf)
+        for target in np.unique(tints, axis=0):
+            np.minimum(square, ((colours - target) ** 2).sum(axis=1), out=square)
+        value = np.sqrt(square)
+        value /= max(float(np.percentile(value, _HIGH_PERCENTILE)), 1e-9)
     else:
-        value = looked_for(graph, cost)
-        sound = np.isfinite(value)
-        whole = bool(sound.all())
-        known = value if whole else value[sound]
-        low, high = np.percentile(known, [_LOW, _HIGH]) if len(known) else (0.0, 0.0)
+        value = contact_values(graph, cost)
+        finite = np.isfinite(value)
+        is_complete = bool(finite.all())
+        finite_values = value if is_complete else value[finite]
+        low, high = (
+            np.percentile(finite_values, [_LOW_PERCENTILE, _HIGH_PERCENTILE])
+            if len(finite_values)
+            else (0.0, 0.0)
+        )
         value = (value - low) / max(high - low, 1e-12)
-        if not whole:
-            value[~sound] = 1.0
+        if not is_complete:
+            value[~finite] = 1.0
     valley = _valley(graph, np.clip(value, 0.0, 1.0))
-    return np.asarray(_LEAST + (1.0 - _LEAST) * valley**2)
+    return np.asarray(_MIN_COST + (1.0 - _MIN_COST) * valley**2)
 
 
-def smoothed(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
-    """The mean (n,) of each node's value and its neighbours', so many times over."""
-    from vomstudio.extraction.path_kernels import means
+def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
+    """Average each node with its neighbours, `times` times over; returns (n,)."""
+    from vomstudio.extraction.path_kernels import average_neighbours
 
-    now, next_ = np.array(values, np.float64), np.empty(len(values))
+    current, following = np.array(values, np.float64), np.empty(len(values))
     with in_pieces(len(values)) as run:
         for _ in range(times):
-            run(partial(means, graph.starts, graph.near, now, next_))
-            now, next_ = next_, now
-    return now
+            run(partial(average_neighbours, graph.starts, graph.near, current, following))
+            current, following = following, current
+    return current
 
 
-def looked_for(graph: Graph, cost: str) -> FloatArray:
-    """(n,) of any cost but "colour": least where a contact is."""
-    from vomstudio.extraction.path_kernels import slopes
+def contact_values(graph: Graph, cost: str) -> FloatArray:
+    """Compute the values (n,) of any cost but "colour", lowest on a contact."""
+    from vomstudio.extraction.path_kernels import compute_gradients
 
     if cost == "curvature":
         return -graph.roughness
     if cost not in COSTS:
         return np.array(graph.fields[cost], np.float64)
     assert graph.colours is not None
-    light = smoothed(graph, graph.colours @ _LIGHTNESS, _BLUR if cost == "gradient" else 1)
+    lightness = smooth_values(
+        graph, graph.colours @ _LIGHTNESS_WEIGHTS, _GRADIENT_SMOOTHINGS if cost == "gradient" else 1
+    )
     if cost == "dark":
-        return light
+        return lightness
     if cost == "light":
-        return -light
-    steep = np.empty((len(light), 3))
-    slopes(graph.places, graph.starts, graph.near, light, steep)
-    return np.asarray(-np.linalg.norm(steep, axis=1))
+        return -lightness
+    gradients = np.empty((len(lightness), 3))
+    compute_gradients(graph.places, graph.starts, graph.near, lightness, gradients)
+    return np.asarray(-np.linalg.norm(gradients, axis=1))
 
 
 def _valley(graph: Graph, value: FloatArray) -> FloatArray:
-    """The mean of values (n,) and of what smoothing leaves of them: least in the middle of a bed.
+    """Average values (n,) with their successive smoothings, so that the middle of a bed is lowest.
 
-    Inside a bed of one colour the shortest way cuts the corners from side to side, which tilts its
-    plane: always outward where the bed bends back, so that the residuals do not tell.
+    Within a bed of one colour the shortest path cuts corners from side to side. That tilts the
+    plane systematically, and the residuals do not show it.
     """
     total, last = value.copy(), value
-    for times in _VALLEY:
-        last = smoothed(graph, last, times)
+    for times in _VALLEY_SMOOTHINGS:
+        last = smooth_values(graph, last, times)
         total += last
-    total /= len(_VALLEY) + 1
+    total /= len(_VALLEY_SMOOTHINGS) + 1
     return total
 
 
-def compared(colours: FloatArray) -> FloatArray:
-    """Red, green, blue as lightness and two chroma (opponent colours)."""
+def opponent_colours(colours: FloatArray) -> FloatArray:
+    """Convert red, green, blue (n, 3) to lightness and two weighted chroma (opponent colours)."""
     r, g, b = colours.T
     return np.stack(
-        [(r + g + b) / 3.0, _CHROMA * (r - g) / 2.0, _CHROMA * (2.0 * b - r - g) / 4.0], axis=1
+        [
+            (r + g + b) / 3.0,
+            _CHROMA_WEIGHT * (r - g) / 2.0,
+            _CHROMA_WEIGHT * (2.0 * b - r - g) / 4.0,
+        ],
+        axis=1,
     )

@@ -1,7 +1,7 @@
 """Compiled inner loops of paths over a graph.
 
-The neighbours of node i are near[starts[i]:starts[i + 1]]. Nothing here allocates: what is written
-comes in as arguments.
+The neighbours of node i are near[starts[i]:starts[i + 1]]. No function allocates memory: results
+are written to arguments.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i4[::1])")
-def neighbours(first, second, starts, near):  # type: ignore[no-untyped-def]
-    """Lists of neighbours from the two ends of each arc, each at the other. starts (n + 1,) comes
-    in as zeros."""
+def list_neighbours(first, second, starts, near):  # type: ignore[no-untyped-def]
+    """List the neighbours of nodes from the ends of arcs; `starts` (n + 1,) must be zero."""
     for arc in range(len(first)):
         starts[first[arc] + 1] += 1
         starts[second[arc] + 1] += 1
     for node in range(1, len(starts)):
         starts[node] += starts[node - 1]
-    # Filled from the front, each list moves its own start, which is put back afterwards.
+    # Filling a list moves its start; the starts are restored afterwards.
     for arc in range(len(first)):
         a, b = first[arc], second[arc]
         near[starts[a]] = b
@@ -33,9 +32,8 @@ def neighbours(first, second, starts, near):  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(i8[::1], i4[::1])")
-def without_repeats(starts, near):  # type: ignore[no-untyped-def]
-    """Put each node's neighbours in order and leave each of them once, in place: how many there are
-    in all."""
+def remove_duplicates(starts, near):  # type: ignore[no-untyped-def]
+    """Sort each node's neighbours and remove duplicates, in place; return the total number."""
     count, begin = 0, starts[0]
     for node in range(len(starts) - 1):
         end = starts[node + 1]
@@ -46,7 +44,7 @@ def without_repeats(starts, near):  # type: ignore[no-untyped-def]
                 to -= 1
             near[to] = value
         starts[node] = count
-        # What is written lies before what is still to be read.
+        # The write position never passes the read position.
         last = -1
         for at in range(begin, end):
             value = near[at]
@@ -59,18 +57,20 @@ def without_repeats(starts, near):  # type: ignore[no-untyped-def]
 
 
 @part
-def _by_way_of(places, node, one, other):  # type: ignore[no-untyped-def]
-    """From one place to another by way of a node."""
+def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
+    """Return the distance from one place to another through a node."""
     x, y, z = places[node, 0], places[node, 1], places[node, 2]
     far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
     return far + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
 
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
-def within(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
-    """The nodes that hang together with `first` inside the ellipsoid whose points' distances from
-    `one` and `other` sum to `reach`: how many, written to rows; -1 where rows has no room for them.
-    mark (n,) is -1 on the way in and out."""
+def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
+    """List the nodes connected to `first` inside an ellipsoid; return their number, -1 if too many.
+
+    The ellipsoid contains the points whose distances from `one` and `other` sum to at most
+    `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
+    """
     rows[0] = first
     mark[first] = 0
     count, done = 1, 0
@@ -79,7 +79,7 @@ def within(places, starts, near, first, one, other, reach, mark, rows):  # type:
         done += 1
         for at in range(starts[node], starts[node + 1]):
             to = near[at]
-            if mark[to] >= 0 or _by_way_of(places, to, one, other) > reach:
+            if mark[to] >= 0 or _detour(places, to, one, other) > reach:
                 continue
             if count == len(rows):
                 done = -1
@@ -93,27 +93,28 @@ def within(places, starts, near, first, one, other, reach, mark, rows):  # type:
 
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
-def inside(places, one, other, reach, rows):  # type: ignore[no-untyped-def]
-    """All nodes inside that ellipsoid, in their order: how many, written to rows (n,). Many are
-    found faster so than from neighbour to neighbour."""
+def list_nodes_in_ellipsoid(places, one, other, reach, rows):  # type: ignore[no-untyped-def]
+    """List all nodes inside such an ellipsoid in rows (n,); return their number.
+
+    For many nodes this is faster than a search from neighbour to neighbour.
+    """
     count = 0
     x, y, z = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]), 0.5 * (one[2] + other[2])
-    # The ball around it, a little larger for rounding, leaves out most without a root.
-    most = 0.25 * reach * reach * (1.0 + 1e-9)
+    # The enclosing ball, slightly enlarged for rounding, excludes most nodes without a root.
+    max_square = 0.25 * reach * reach * (1.0 + 1e-9)
     for node in range(len(places)):
         right, up, ahead = places[node, 0] - x, places[node, 1] - y, places[node, 2] - z
-        if right * right + up * up + ahead * ahead > most:
+        if right * right + up * up + ahead * ahead > max_square:
             continue
-        if _by_way_of(places, node, one, other) <= reach:
+        if _detour(places, node, one, other) <= reach:
             rows[count] = node
             count += 1
     return count
 
 
 @kernel("i8(i8[::1], i4[::1], i8, b1[::1], i8[::1])")
-def together(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
-    """How many nodes hang together with `first`, which come to be true in met (n,); rows (n,) is
-    space."""
+def mark_component(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
+    """Mark the nodes connected to `first` in met (n,); return their number."""
     rows[0], met[first] = first, True
     count, done = 1, 0
     while done < count:
@@ -128,9 +129,11 @@ def together(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
 
 
 @kernel("i8(i8[::1], i4[::1], i8[::1], i8[::1], i8[::1], i4[::1])")
-def part_of(starts, near, rows, number, new_starts, new_near):  # type: ignore[no-untyped-def]
-    """The graph of some nodes alone: how long its list of neighbours is. number (n,) is the place
-    of a node among rows, -1 of the others."""
+def extract_subgraph(starts, near, rows, number, new_starts, new_near):  # type: ignore[no-untyped-def]
+    """Extract the graph of some nodes; return the length of its list of neighbours.
+
+    `number` (n,) is the index of a node among `rows`, -1 for others.
+    """
     count = 0
     for i in range(len(rows)):
         new_starts[i] = count
@@ -144,8 +147,8 @@ def part_of(starts, near, rows, number, new_starts, new_near):  # type: ignore[n
 
 
 @kernel("void(i8[::1], i4[::1], f8[::1], f8[::1], i8, i8)")
-def means(starts, near, values, out, first, last):  # type: ignore[no-untyped-def]
-    """The mean (n,) of each node's value and its neighbours', of the nodes first to last - 1."""
+def average_neighbours(starts, near, values, out, first, last):  # type: ignore[no-untyped-def]
+    """Average each node's value with its neighbours', for the nodes first to last - 1."""
     begin = starts[first]
     for node in range(first, last):
         end = starts[node + 1]
@@ -164,9 +167,11 @@ def _distance(places, a, b):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[:,::1])")
-def slopes(places, starts, near, values, out):  # type: ignore[no-untyped-def]
-    """Change of a value per unit of length at each node, as a vector: the mean of that along its
-    arcs. On a speckle the sides cancel."""
+def compute_gradients(places, starts, near, values, out):  # type: ignore[no-untyped-def]
+    """Write the gradient of a value at each node: the mean of the gradients along its arcs.
+
+    On a speckle the arcs cancel each other.
+    """
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
         for at in range(starts[node], starts[node + 1]):
@@ -183,7 +188,7 @@ def slopes(places, starts, near, values, out):  # type: ignore[no-untyped-def]
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
 def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
-    """Move what is at a place of the heap toward its root."""
+    """Move an entry of the heap towards its root."""
     node, key = heap[at], keys[at]
     while at > 0:
         above = (at - 1) >> 2
@@ -196,8 +201,8 @@ def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
 
 
 @part
-def _without_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
-    """Take the root away: the new size."""
+def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
+    """Remove the root; return the new size."""
     place[heap[0]] = -1
     size -= 1
     node, key, at = heap[size], keys[size], 0
@@ -205,15 +210,15 @@ def _without_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
         first = 4 * at + 1
         if first >= size:
             break
-        least = first
+        smallest = first
         for other in range(first + 1, min(first + 4, size)):
-            if keys[other] < keys[least]:
-                least = other
-        if keys[least] >= key:
+            if keys[other] < keys[smallest]:
+                smallest = other
+        if keys[smallest] >= key:
             break
-        heap[at], keys[at] = heap[least], keys[least]
+        heap[at], keys[at] = heap[smallest], keys[smallest]
         place[heap[at]] = at
-        at = least
+        at = smallest
     if size > 0:
         heap[at], keys[at], place[node] = node, key, at
     return size
@@ -221,8 +226,7 @@ def _without_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
 
 @part
 def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
-    """Put a node in, or move it up to a smaller key: the new size. place is -1 for what is not in
-    the heap."""
+    """Insert a node or reduce its key; return the new size."""
     at = place[node]
     if at < 0:
         at, size = size, size + 1
@@ -236,13 +240,15 @@ def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
     "b1(f8[:,::1], i8[::1], i4[::1], f8[::1], i8, i8, f8, "
     "f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
-def least_cost(places, starts, near, costs, one, other, least, distance, before, keys, heap, place):  # type: ignore[no-untyped-def]
-    """The search of Dijkstra from one node until another is reached: whether it is. An arc costs
-    its length times the mean of what a metre costs at its ends.
+def search_least_cost(  # type: ignore[no-untyped-def]
+    places, starts, near, costs, one, other, least, distance, before, keys, heap, place
+):
+    """Search from one node until another is reached (Dijkstra 1959); return whether it is.
 
-    least : that no metre costs less; above 0 what is still to go is reckoned with it (A*, Hart,
-    Nilsson & Raphael 1968). distance comes in as infinity, place as -1; before is the node that
-    each is reached from. keys, heap (n,) are space.
+    An arc costs its length times the mean cost of a metre at its ends. With `least` above 0, a
+    lower bound of that cost, the remaining distance guides the search (A*, Hart, Nilsson & Raphael
+    1968). `distance` must be infinite and `place` -1 on entry; `before` receives the predecessors;
+    `keys` and `heap` (n,) are working space.
     """
     distance[one], before[one] = 0.0, -1
     size = _put(keys, heap, place, 0, one, 0.0)
@@ -250,11 +256,11 @@ def least_cost(places, starts, near, costs, one, other, least, distance, before,
         node = heap[0]
         if node == other:
             return True
-        size = _without_root(keys, heap, place, size)
+        size = _remove_root(keys, heap, place, size)
         base = distance[node]
         for at in range(starts[node], starts[node + 1]):
             to = near[at]
-            # Two places at no distance still are an arc.
+            # Coincident places are still connected by an arc.
             step = max(_distance(places, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
             total = base + step
             if total < distance[to]:
@@ -267,7 +273,7 @@ def least_cost(places, starts, near, costs, one, other, least, distance, before,
 
 @part
 def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
-    """Where the states of a node are, made ready when it is first met; nodes is full at -1."""
+    """Return the slot of a node's states and initialise it on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
         return slot
@@ -281,7 +287,7 @@ def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ign
     "i8(f8[:,::1], f8[:,::1], i8[::1], i4[::1], f8[::1], i8, i8, f8[::1], f8, i8, f8, "
     "i4[::1], i4[::1], f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
-def least_turning(  # type: ignore[no-untyped-def]
+def search_least_turning(  # type: ignore[no-untyped-def]
     places,
     flat,
     starts,
@@ -289,10 +295,10 @@ def least_turning(  # type: ignore[no-untyped-def]
     costs,
     one,
     other,
-    rest,
+    remaining,
     turn,
     headings,
-    widest,
+    min_cosine,
     slots,
     nodes,
     distance,
@@ -301,49 +307,50 @@ def least_turning(  # type: ignore[no-untyped-def]
     heap,
     place,
 ):
-    """The same over states: to be at a node with one of so many headings around the circle. From a
-    state lead the arcs within an angle (cosine `widest`) of its heading in the plane, flat (n, 2);
-    and to the next heading to either side, which costs `turn`. The state at the other node; -1
-    where there is no way, -2 where more nodes were met than there is room for.
+    """Search over states: a node together with one of `headings` directions around the circle.
 
-    rest (n,) is what it costs at least from a node to the other, which no arc's cost undercuts.
-    slots (n,) comes in as -1; state slot * headings + h is at nodes[slot]. All else is space.
+    Arcs within an angle (cosine `min_cosine`) of the heading, in the plane flat (n, 2), lead to the
+    same heading at another node. Changing to the next heading on either side costs `turn`. Returns
+    the state at the other node; -1 if it is not connected, -2 if `nodes` is full.
+
+    `remaining` (n,) is a lower bound of the cost from a node to the other one. `slots` (n,) must
+    be -1. State slot * headings + h belongs to nodes[slot]. The other arrays are working space.
     """
     count = _slot_of(one, slots, nodes, 0, headings, distance, place) + 1
     size = 0
     for state in range(headings):
         distance[state], before[state] = 0.0, -1
-        size = _put(keys, heap, place, size, state, rest[one])
+        size = _put(keys, heap, place, size, state, remaining[one])
     while size > 0:
         state = heap[0]
         slot, h = state // headings, state % headings
         node = nodes[slot]
         if node == other:
             return state
-        size = _without_root(keys, heap, place, size)
+        size = _remove_root(keys, heap, place, size)
         base = distance[state]
         for side in (1, headings - 1):
             to = slot * headings + (h + side) % headings
             if base + turn < distance[to]:
                 distance[to] = base + turn
                 before[to] = state
-                size = _put(keys, heap, place, size, to, base + turn + rest[node])
+                size = _put(keys, heap, place, size, to, base + turn + remaining[node])
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
         for at in range(starts[node], starts[node + 1]):
             end = near[at]
             right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
-            # What leads straight out of the plane has no direction in it.
-            if right * x + up * y < widest * math.sqrt(right * right + up * up):
+            # An arc perpendicular to the plane has no direction in it.
+            if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
                 continue
             step = max(_distance(places, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
-            there = _slot_of(end, slots, nodes, count, headings, distance, place)
-            if there < 0:
+            end_slot = _slot_of(end, slots, nodes, count, headings, distance, place)
+            if end_slot < 0:
                 return -2
-            count = max(count, there + 1)
-            to = there * headings + h
+            count = max(count, end_slot + 1)
+            to = end_slot * headings + h
             if base + step < distance[to]:
                 distance[to] = base + step
                 before[to] = state
-                size = _put(keys, heap, place, size, to, base + step + rest[end])
+                size = _put(keys, heap, place, size, to, base + step + remaining[end])
     return -1

@@ -1,9 +1,9 @@
-"""A line that follows a contact in a photo at its full resolution, thrown on the model.
+"""Following of a contact in a photo at full resolution, projected onto the model.
 
-Between way-points it is the path of least cost over the photo's pixels, found in a smaller picture
-first where they are many. Lines of sight through the lens bring it to the surface (after Seers &
-Hodgetts 2016, Journal of Structural Geology 82, 1). Other photos that see the place have a say in
-what a pixel costs, and are asked afterwards whether they show the same there.
+Between way-points the line is the path of least cost over the photo's pixels; large areas are
+searched in a reduced picture first. Lines of sight through the lens project it onto the surface
+(after Seers & Hodgetts 2016, Journal of Structural Geology 82, 1). Other photos that show the place
+contribute to the cost of a pixel, and afterwards confirm the line or not.
 """
 
 from __future__ import annotations
@@ -19,31 +19,45 @@ from vomstudio.core.arrays import ByteArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
-from vomstudio.extraction.photo_votes import Voter, agreement
-from vomstudio.extraction.pixel_graph import along, around, pixel_graph
-from vomstudio.extraction.shortest_paths import straightest
+from vomstudio.extraction.path_costs import COLOUR_COSTS, node_costs, opponent_colours
+from vomstudio.extraction.photo_votes import Voter, count_agreeing_photos
+from vomstudio.extraction.pixel_graph import pixel_graph, pixels_along, pixels_around
+from vomstudio.extraction.shortest_paths import straightest_path
 from vomstudio.extraction.surface_graph import Graph
 
-_STRETCH = 1.4
-_MARGIN = 16.0
-# Pixels: so many are searched at once, and so far beside the line of the smaller picture.
-_MOST_NODES = 120_000
-_BESIDE = 12.0
-_VOTERS = 5
-# Of the model's resolution: so far may a line of sight's end be off, and what another photo shows
-# there with it.
-_OFF = 0.25
-_MOST_PIXELS_OFF = 4
+_CORRIDOR_STRETCH = 1.4
+_MARGIN_PX = 16.0
+# Maximum number of pixels searched at once, and half-width of the corridor around the line of the
+# coarser picture, pixels.
+_MAX_NODES = 120_000
+_CORRIDOR_PX = 12.0
+_MAX_VOTERS = 5
+# Maximum error of the end of a line of sight, in resolutions of the model.
+_SIGHT_ERROR_RESOLUTIONS = 0.25
+_MAX_SIGHT_ERROR_PX = 4
 
 
 @dataclass(frozen=True, eq=False)
 class PhotoPath:
-    """pixels (n, 2) of the photo, points (n, 3) of the model under them, World; at (w,) the rows of
-    the way-points; costs (n,) of a metre at each, in medians of the photo around
-    missed : pixels of the line beside the model
-    seen, agreeing (n,) : how many other photos could judge a point, and how many show the same
-    voters : their names
+    """Path followed in a photo.
+
+    Parameters
+    ----------
+    pixels : (n, 2) array
+        Columns and rows in the photo.
+    points : (n, 3) array
+        Points of the model under the pixels, World, m.
+    at : (w,) int array
+        Rows of the way-points.
+    costs : (n,) array
+        Cost of a metre at each pixel, in medians of the photo around the path.
+    missed : int
+        Number of pixels of the line that miss the model.
+    seen, agreeing : (n,) int arrays
+        Number of other photos that show a point, and of those that confirm it.
+    voters : tuple of str
+        Names of these photos.
+    warnings : tuple of Finding
     """
 
     pixels: FloatArray
@@ -58,28 +72,40 @@ class PhotoPath:
 
     @property
     def judged(self) -> int:
-        """How many points others could judge."""
+        """Number of points that other photos show."""
         return int((self.seen > 0).sum())
 
     @property
     def confirmed(self) -> int:
-        """Of these, how many at least half of the others confirm."""
+        """Number of these points that at least half of the other photos confirm."""
         return int(((self.seen > 0) & (2 * self.agreeing >= self.seen)).sum())
 
 
 def _require_cost(cost: str) -> None:
-    if cost not in OF_COLOURS:
+    if cost not in COLOUR_COSTS:
         raise UsageError(
-            Finding("option.not-a-choice", value=cost, choices=OF_COLOURS),
+            Finding("option.not-a-choice", value=cost, choices=COLOUR_COSTS),
             field="--cost",
         )
 
 
 class PhotoFollower:
-    """Follows contacts in one photo of a model, with one cost.
+    """Follower of contacts in one photo of a model, by one cost.
 
-    cost : "colour", "dark", "light" or "gradient", as in `Follower`
-    Raises UsageError for a cost that photos do not have, InputError for a photo that can't be read.
+    Parameters
+    ----------
+    photos : CalibratedPhotos
+    cost : {"colour", "dark", "light", "gradient"}
+        As in `Follower`.
+    voting : bool
+        Compare with other photos.
+
+    Raises
+    ------
+    UsageError
+        For a cost that photos do not have.
+    InputError
+        If the photo cannot be read.
     """
 
     def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, voting: bool = True):
@@ -87,11 +113,17 @@ class PhotoFollower:
         self.photos, self.cost, self._voting = photos, cost, voting
         self.view = photos.views.views[photos.chosen]
         self._pyramid = [photos.pixels(photos.chosen)]
-        # Photos of the last line, which the next one will probably use too.
-        self._kept: dict[int, Voter] = {}
+        # Photos of the last line, which the next one probably uses too.
+        self._cached_voters: dict[int, Voter] = {}
 
-    def by(self, cost: str) -> PhotoFollower:
-        """The same photo followed with another cost; its pixels are shared. Raises UsageError."""
+    def with_cost(self, cost: str) -> PhotoFollower:
+        """Return a follower of the same photo by another cost; they share pixels.
+
+        Raises
+        ------
+        UsageError
+            For a cost that photos do not have.
+        """
         _require_cost(cost)
         other = copy(self)
         other.cost = cost
@@ -107,6 +139,10 @@ class PhotoFollower:
         alone : bool
             Do not compare the path with other photos, which takes longer.
 
+        Returns
+        -------
+        PhotoPath
+
         Raises
         ------
         GeometryError
@@ -115,43 +151,51 @@ class PhotoFollower:
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(marks)
         voters, warnings = ([], list[Finding]()) if alone else self._voters(marks)
-        stretches = [self._leg(a, b, marks, voters) for a, b in pairwise(marks)]
-        legs = [leg for leg, _ in stretches]
+        paths = [self._leg(a, b, marks, voters) for a, b in pairwise(marks)]
+        legs = [leg for leg, _ in paths]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
-        costs = np.concatenate([stretches[0][1], *(each[1:] for _, each in stretches[1:])])
+        costs = np.concatenate([paths[0][1], *(each[1:] for _, each in paths[1:])])
         at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
         if len(pixels) < 2:
             raise GeometryError(Finding("points.coincident"))
-        points = self.thrown(pixels)
-        there = np.isfinite(points[:, 0])
-        if there.sum() < 2:
+        points = self.project(pixels)
+        is_on_model = np.isfinite(points[:, 0])
+        if is_on_model.sum() < 2:
             raise GeometryError(Finding("path.beside-model"))
-        # Where the way-points are once what misses the model is left out.
-        at = np.maximum(np.cumsum(there)[at] - 1, 0)
-        seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
+        # Rows of the way-points after the pixels that miss the model have been removed.
+        at = np.maximum(np.cumsum(is_on_model)[at] - 1, 0)
+        seen, agreeing = count_agreeing_photos(
+            self._pyramid[0], pixels[is_on_model], self.project, voters
+        )
         return PhotoPath(
-            pixels[there],
-            points[there],
+            pixels[is_on_model],
+            points[is_on_model],
             at,
-            costs[there],
-            int((~there).sum()),
+            costs[is_on_model],
+            int((~is_on_model).sum()),
             seen,
             agreeing,
             tuple(voter.name for voter in voters),
             tuple(warnings),
         )
 
-    def thrown(self, pixels: FloatArray) -> FloatArray:
-        """(n, 3) where the lines of sight through pixels (n, 2) end, World; NaN where nowhere."""
+    def project(self, pixels: FloatArray) -> FloatArray:
+        """Project pixels (n, 2) onto the model along their lines of sight.
+
+        Returns
+        -------
+        (n, 3) array
+            World, m; NaN if a line of sight misses the model.
+        """
         return self.photos.views.places_under(self.photos.chosen, pixels)
 
-    def _require(self, given: FloatArray) -> None:
-        if len(given) < 2:
-            raise GeometryError(Finding("feature.too-few-points", count=2 - len(given), minimum=2))
-        inside = self.view.contains(given) & np.isfinite(given).all(axis=1)
+    def _require(self, marks: FloatArray) -> None:
+        if len(marks) < 2:
+            raise GeometryError(Finding("feature.too-few-points", count=2 - len(marks), minimum=2))
+        inside = self.view.contains(marks) & np.isfinite(marks).all(axis=1)
         for row in np.flatnonzero(~inside).tolist():
             raise GeometryError(Finding("path.outside-photo", number=row + 1, photo=self.view.name))
-        for row in np.flatnonzero(~np.isfinite(self.thrown(given)[:, 0])).tolist():
+        for row in np.flatnonzero(~np.isfinite(self.project(marks)[:, 0])).tolist():
             raise GeometryError(
                 Finding("path.point-beside-model", number=row + 1, photo=self.view.name)
             )
@@ -164,126 +208,136 @@ class PhotoFollower:
         line = np.concatenate(
             [a + (b - a) * np.linspace(0, 1, 20)[:, None] for a, b in pairwise(way_points)]
         )
-        places = self.thrown(line)
+        places = self.project(line)
         places = places[np.isfinite(places[:, 0])]
         voters: list[Voter] = []
         used = dict[int, Voter]()
-        for seen in photos.views.sightings(places):
-            if seen.view == photos.chosen or seen.view not in photos.files:
+        for sighting in photos.views.sightings(places):
+            if sighting.view == photos.chosen or sighting.view not in photos.files:
                 continue
             try:
-                voter = self._kept.get(seen.view) or Voter(
-                    photos.views, seen.view, photos.pixels(seen.view)
+                voter = self._cached_voters.get(sighting.view) or Voter(
+                    photos.views, sighting.view, photos.pixels(sighting.view)
                 )
-                used[seen.view] = voter
+                used[sighting.view] = voter
                 voters.append(voter)
             except InputError as error:
                 warnings.append(finding_of(error))
-            if len(voters) == _VOTERS:
+            if len(voters) == _MAX_VOTERS:
                 break
-        self._kept.clear()
-        self._kept.update(used)
+        self._cached_voters.clear()
+        self._cached_voters.update(used)
         if not voters:
             warnings.append(Finding("path.no-other-photo"))
         return voters, warnings
 
     # --- a leg -------------------------------------------------------------------------------
     def _leg(
-        self, one: FloatArray, other: FloatArray, given: FloatArray, voters: Sequence[Voter]
+        self, start: FloatArray, goal: FloatArray, marks: FloatArray, voters: Sequence[Voter]
     ) -> tuple[FloatArray, FloatArray]:
-        """(k, 2) middles of the pixels from one to the other, and (k,) their costs."""
-        apart = float(np.hypot(*(other - one)))
-        reach = _STRETCH * apart + _MARGIN
-        area = 0.25 * np.pi * reach * np.sqrt(max(reach**2 - apart**2, 1.0))
-        level = max(0, int(np.ceil(np.log2(max(area / _MOST_NODES, 1.0)) / 2.0)))
+        """Return pixels (k, 2) from one way-point to the next, and their costs (k,)."""
+        distance = float(np.hypot(*(goal - start)))
+        span = _CORRIDOR_STRETCH * distance + _MARGIN_PX
+        area = 0.25 * np.pi * span * np.sqrt(max(span**2 - distance**2, 1.0))
+        level = max(0, int(np.ceil(np.log2(max(area / _MAX_NODES, 1.0)) / 2.0)))
         line = np.zeros((0, 2))
-        for down in range(level, -1, -1):
-            picture, size = self._smaller(down), 2.0**down
-            ends = one / size, other / size
-            if down == level:
-                box, mask = around(*ends, reach / size + _MARGIN, picture.shape)
+        for current in range(level, -1, -1):
+            picture, size = self._reduced_picture(current), 2.0**current
+            ends = start / size, goal / size
+            if current == level:
+                box, mask = pixels_around(*ends, span / size + _MARGIN_PX, picture.shape)
             else:
-                box, mask = along(np.vstack([ends[0], 2.0 * line, ends[1]]), _BESIDE, picture.shape)
+                box, mask = pixels_along(
+                    np.vstack([ends[0], 2.0 * line, ends[1]]), _CORRIDOR_PX, picture.shape
+                )
             graph = pixel_graph(picture, box, mask)
-            costs = node_costs(graph, self.cost, self._tints(picture, given / size))
-            if down == level:
-                # Later graphs are narrow, around the line alone.
-                usual = float(np.median(costs))
-            if down == 0 and voters:
-                costs = self._voted(graph, costs, voters, given)
+            costs = node_costs(graph, self.cost, self._tints(picture, marks / size))
+            if current == level:
+                # Graphs of later levels contain only a narrow corridor around the line.
+                typical = float(np.median(costs))
+            if current == 0 and voters:
+                costs = self._add_votes(graph, costs, voters, marks)
             first, last = (_nearest(graph, end) for end in ends)
-            path = straightest(graph, first, last, costs)
+            path = straightest_path(graph, first, last, costs)
             if path is None:
                 raise GeometryError(Finding("path.not-connected"))
             line = graph.places[path, :2]
-        return line, costs[path] / usual
+        return line, costs[path] / typical
 
-    def _smaller(self, level: int) -> ByteArray:
-        """The photo with a pixel for 2^level x 2^level of its own."""
+    def _reduced_picture(self, level: int) -> ByteArray:
+        """Return the photo reduced by a factor of 2^level."""
         import cv2
 
         while len(self._pyramid) <= level:
-            last = self._pyramid[-1]
-            height, width = (max(size // 2, 1) for size in last.shape[:2])
-            half = last[: 2 * height, : 2 * width]
+            previous = self._pyramid[-1]
+            height, width = (max(size // 2, 1) for size in previous.shape[:2])
+            half = previous[: 2 * height, : 2 * width]
             self._pyramid.append(
                 np.asarray(cv2.resize(half, (width, height), interpolation=cv2.INTER_AREA))
             )
         return self._pyramid[level]
 
     def _tints(self, picture: ByteArray, pixels: FloatArray) -> FloatArray:
-        """(w, 3) colours at pixels, each the mean of nine, as they are compared."""
-        found = []
+        """Return the opponent colours (w, 3) at pixels, each the mean of nine."""
+        colours = []
         for x, y in np.floor(pixels).astype(int).tolist():
             rows = slice(max(y - 1, 0), y + 2)
-            around_it = picture[rows, max(x - 1, 0) : x + 2].reshape(-1, 3)
-            if not len(around_it):
-                around_it = picture[-1:, -1]
-            found.append(around_it.mean(axis=0))
-        return compared(np.array(found))
+            window = picture[rows, max(x - 1, 0) : x + 2].reshape(-1, 3)
+            if not len(window):
+                window = picture[-1:, -1]
+            colours.append(window.mean(axis=0))
+        return opponent_colours(np.array(colours))
 
-    def _voted(
-        self, graph: Graph, costs: FloatArray, voters: Sequence[Voter], given: FloatArray
+    def _add_votes(
+        self, graph: Graph, costs: FloatArray, voters: Sequence[Voter], way_points: FloatArray
     ) -> FloatArray:
-        """(n,) half of what the photo says a pixel costs, and half of what the others do; of these
-        the least within as many pixels as the surface may be off."""
+        """Average the costs (n,) of the photo with those of the other photos.
+
+        In the other photos the lowest cost within the error of the surface counts.
+        """
         pixels = graph.places[:, :2]
-        places = self.thrown(pixels)
-        marks = self.thrown(given)
-        total, number = np.zeros(len(costs)), np.zeros(len(costs))
+        places = self.project(pixels)
+        marks = self.project(way_points)
+        total, count = np.zeros(len(costs)), np.zeros(len(costs))
         assert graph.colours is not None
-        reach = self._pixels_off(places)
+        error_px = self._sight_error_px(places)
         for voter in voters:
             colours, seen = voter.colours(places)
             tints, known = voter.colours(marks)
             if not seen.any() or not known.any():
                 continue
-            shown = np.where(seen[:, None], colours, graph.colours)
-            own = node_costs(
-                Graph(graph.places, graph.starts, graph.near, shown, {}, graph.rough, graph.row),
+            combined = np.where(seen[:, None], colours, graph.colours)
+            voter_costs = node_costs(
+                Graph(graph.places, graph.starts, graph.near, combined, {}, graph.rough, graph.row),
                 self.cost,
-                compared(tints[known]),
+                opponent_colours(tints[known]),
             )
-            own[~seen] = np.inf
-            for _ in range(reach):
-                own = np.minimum(own, np.minimum.reduceat(own[graph.near], graph.starts[:-1]))
-            has = np.isfinite(own)
-            total[has] += own[has]
-            number[has] += 1
-        asked = number > 0
+            voter_costs[~seen] = np.inf
+            for _ in range(error_px):
+                voter_costs = np.minimum(
+                    voter_costs, np.minimum.reduceat(voter_costs[graph.near], graph.starts[:-1])
+                )
+            finite = np.isfinite(voter_costs)
+            total[finite] += voter_costs[finite]
+            count[finite] += 1
+        is_judged = count > 0
         costs = costs.copy()
-        costs[asked] = 0.5 * (costs[asked] + total[asked] / number[asked])
+        costs[is_judged] = 0.5 * (costs[is_judged] + total[is_judged] / count[is_judged])
         return costs
 
-    def _pixels_off(self, places: FloatArray) -> int:
-        """By how many pixels what another photo shows may be beside its place."""
+    def _sight_error_px(self, places: FloatArray) -> int:
+        """Estimate the error in pixels of a place projected into another photo."""
         views = self.photos.views
-        there = places[np.isfinite(places[:, 0])]
-        if not len(there):
+        visible = places[np.isfinite(places[:, 0])]
+        if not len(visible):
             return 0
-        depth = float(np.median(self.view.depths(views.local(there))))
+        depth = float(np.median(self.view.depths(views.local(visible))))
         pixel = depth / float(np.sqrt(np.prod(self.view.intrinsics.focal)))
-        return int(np.clip(round(_OFF * views.resolution / pixel), 0, _MOST_PIXELS_OFF))
+        return int(
+            np.clip(
+                round(_SIGHT_ERROR_RESOLUTIONS * views.resolution / pixel), 0, _MAX_SIGHT_ERROR_PX
+            )
+        )
 
 
 def _nearest(graph: Graph, pixel: FloatArray) -> int:

@@ -1,4 +1,4 @@
-"""What `vomstudio trace --photo` and `vs.follow` tell of a trace that was followed in a photo."""
+"""Result of `vomstudio trace --photo` and `vs.follow`: a trace followed in a photo."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
-from vomstudio.extraction.best_cost import AUTO, Tried, best_of
+from vomstudio.extraction.best_cost import AUTO, CostTrial, select_best_path
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.followed_trace import (
-    FARTHEST,
+    MAX_SNAP_RESOLUTIONS,
     FollowedTrace,
-    near_surface,
-    plane_of,
+    fit_trace_plane,
+    index_vertices,
     require_on_model,
 )
-from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.extraction.path_costs import COLOUR_COSTS
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -29,11 +29,11 @@ from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 
-# Below this share the line is said to be doubtful.
-_AGREEING = 0.8
-# A step so many times longer than the others, and than the model's resolution, leads across a gap
-# that the photo does not show.
-_JUMP, _JUMP_RESOLUTIONS = 10.0, 2.0
+# Share of confirmed vertices below which the line is reported as doubtful.
+_MIN_AGREEING_SHARE = 0.8
+# A step longer than both (in median steps and in resolutions) crosses a gap that the photo does not
+# show.
+_MAX_STEP_RATIO, _MIN_GAP_RESOLUTIONS = 10.0, 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,71 +77,96 @@ def photo_trace(
 ) -> PhotoTrace:
     """Follow a contact in a photo and fit its plane.
 
-    surface : of a model in World; resolution : of the model, m
-    cost : of OF_COLOURS, or "auto" for the best of them; called : the cost by another name
-    way_points : (w, 3) in World, or (w, 2) pixels of the photo
-    Raises GeometryError for a way-point that is not on the model or the photo, or hidden in it;
-    UsageError for a cost that photos do not have; InputError for a photo that cannot be read.
+    Parameters
+    ----------
+    surface : SurfaceGraph
+        Of a model in World.
+    photos : CalibratedPhotos
+    way_points : (w, 3) or (w, 2) array
+        World, m, or pixels of the photo.
+    cost : str
+        One of `COLOUR_COSTS`, or "auto" for the best of them.
+    resolution : float
+        Resolution of the model, m.
+    model, frame : str
+        Names for the orientation table.
+    thresholds : Thresholds
+    priors : sequence of SetPrior
+    called : str
+        Name of the cost in the result, if different.
+
+    Returns
+    -------
+    PhotoTrace
+
+    Raises
+    ------
+    GeometryError
+        For a way-point outside the model or the photo, or hidden in the photo.
+    UsageError
+        For a cost that photos do not have.
+    InputError
+        If a photo cannot be read.
     """
-    given = np.asarray(way_points, np.float64)
-    follower = PhotoFollower(photos, OF_COLOURS[0] if cost == AUTO else cost)
-    in_world = given.shape[1] == 3
-    if in_world:
-        require_on_model(surface, given, resolution)
-        pixels = _seen_at(photos, given, resolution)
+    marks = np.asarray(way_points, np.float64)
+    follower = PhotoFollower(photos, COLOUR_COSTS[0] if cost == AUTO else cost)
+    is_world = marks.shape[1] == 3
+    if is_world:
+        require_on_model(surface, marks, resolution)
+        pixels = _project_way_points(photos, marks, resolution)
     else:
-        pixels = given
-    near = near_surface(surface)
-    tried: tuple[Tried, ...] = ()
+        pixels = marks
+    vertices = index_vertices(surface)
+    trials: tuple[CostTrial, ...] = ()
     if cost == AUTO:
-        path, cost, tried = best_of(
-            OF_COLOURS,
-            lambda one: follower.by(one).follow(pixels),
-            near.resolution_near,
-            near.outcrop_normal,
+        path, cost, trials = select_best_path(
+            COLOUR_COSTS,
+            lambda one: follower.with_cost(one).follow(pixels),
+            vertices.resolution_near,
+            vertices.outcrop_normal,
             lambda one: find_jumps(
-                one.points, one.costs, one.at, near.resolution_near(one.points) or 0.0
+                one.points, one.costs, one.at, vertices.resolution_near(one.points) or 0.0
             ),
         )
     else:
         path = follower.follow(pixels)
     cost = called or cost
-    marks = given if in_world else follower.thrown(pixels)
+    snap_targets = marks if is_world else follower.project(pixels)
     notes = tr(
         "followed through {count} way-points by {cost} in the photo {photo}",
-        count=len(given),
+        count=len(marks),
         cost=cost,
         photo=photos.name,
     )
-    own = near.resolution_near(path.points) or 0.0
-    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
-    plane, band, said = plane_of(
+    local_resolution = vertices.resolution_near(path.points) or 0.0
+    reliable = rest_of(path.points, find_jumps(path.points, path.costs, path.at, local_resolution))
+    plane, band, plane_warnings = fit_trace_plane(
         path.points,
-        near,
+        vertices,
         model=model,
         frame=frame,
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        rest=rest,
+        rest=reliable,
     )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
-    share = _share(path)
-    doubts = _doubts(path, steps, share, resolution)
+    share = _confirmed_share(path)
+    path_warnings = _path_warnings(path, steps, share, resolution)
     return PhotoTrace(
         points=path.points,
         length_m=float(steps.sum()),
-        snap_m=float(np.linalg.norm(path.points[path.at] - marks, axis=1).max()),
+        snap_m=float(np.linalg.norm(path.points[path.at] - snap_targets, axis=1).max()),
         plane=plane,
         band=band,
-        way_points=len(given),
+        way_points=len(marks),
         cost=cost,
         vertices=len(path.points),
         warnings=(
             *photos.warnings,
             *path.warnings,
-            *said,
-            *doubts,
+            *plane_warnings,
+            *path_warnings,
         ),
         photo=photos.name,
         voters=path.voters,
@@ -149,34 +174,41 @@ def photo_trace(
         pixels=path.pixels,
         seen=path.seen,
         agreeing=path.agreeing,
-        tried=tried,
-        doubtful=() if rest is None else rest.stretches,
+        tried=trials,
+        doubtful=() if reliable is None else reliable.stretches,
     )
 
 
-def _seen_at(photos: CalibratedPhotos, given: FloatArray, resolution: float) -> FloatArray:
-    """(w, 2) pixels of way-points in World. Raises GeometryError for one that the photo does not
-    show."""
-    pixels = photos.views.pixels(photos.chosen, given)
-    shown = photos.views.shows(photos.chosen, given, FARTHEST * resolution)
-    for row in np.flatnonzero(~shown).tolist():
+def _project_way_points(
+    photos: CalibratedPhotos, way_points: FloatArray, resolution: float
+) -> FloatArray:
+    """Project way-points in World into the photo; return pixels (w, 2).
+
+    Raises
+    ------
+    GeometryError
+        For a way-point that the photo does not show.
+    """
+    pixels = photos.views.pixels(photos.chosen, way_points)
+    is_visible = photos.views.shows(photos.chosen, way_points, MAX_SNAP_RESOLUTIONS * resolution)
+    for row in np.flatnonzero(~is_visible).tolist():
         raise GeometryError(Finding("path.not-shown", photo=photos.name, number=row + 1))
     return pixels
 
 
-def _share(path: PhotoPath) -> float | None:
+def _confirmed_share(path: PhotoPath) -> float | None:
     return path.confirmed / path.judged if path.judged else None
 
 
-def _doubts(
+def _path_warnings(
     path: PhotoPath, steps: FloatArray, share: float | None, resolution: float
 ) -> list[Finding]:
-    said = []
+    warnings = []
     if path.missed:
-        said.append(Finding("path.pixels-beside-model", count=path.missed))
-    least = max(_JUMP * float(np.median(steps)), _JUMP_RESOLUTIONS * resolution)
-    if jumps := int((steps > least).sum()):
-        said.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
-    if share is not None and share < _AGREEING:
-        said.append(Finding("path.unconfirmed", share_percent=100.0 * share))
-    return said
+        warnings.append(Finding("path.pixels-beside-model", count=path.missed))
+    min_gap_m = max(_MAX_STEP_RATIO * float(np.median(steps)), _MIN_GAP_RESOLUTIONS * resolution)
+    if jumps := int((steps > min_gap_m).sum()):
+        warnings.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
+    if share is not None and share < _MIN_AGREEING_SHARE:
+        warnings.append(Finding("path.unconfirmed", share_percent=100.0 * share))
+    return warnings

@@ -1,4 +1,4 @@
-"""What other photos of a model say of a line that was found in one of them."""
+"""Confirmation of a followed line by other photos of the model."""
 
 from __future__ import annotations
 
@@ -21,19 +21,27 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 
-# A patch of so many places across, so many pixels apart, is compared around every so many-th point.
-_ACROSS = 7
-_APART = 2.0
-_EVERY = 4
-# Normalised correlation from which two photos show the same, and the grey levels of texture below
-# which a patch says nothing.
-_SAME = 0.5
-_LEAST_TEXTURE = 2.0
-_BLUR = 1.0
+# Width of a patch in samples, distance between samples in pixels, and step between tested points.
+_PATCH_SAMPLES = 7
+_SAMPLE_STEP_PX = 2.0
+_POINT_STEP = 4
+# Minimum normalised correlation of patches that agree, and minimum contrast of a patch in grey
+# levels.
+_MIN_CORRELATION = 0.5
+_MIN_CONTRAST = 2.0
+_BLUR_PX = 1.0
 
 
 class Voter:
-    """A photo that may see a place of the model: row `view` of the views, with its pixels."""
+    """Another photo of the model that may show a place.
+
+    Parameters
+    ----------
+    views : PhotoViews
+    view : int
+        Row of the photo in the views.
+    picture : (h, w, 3) uint8 array
+    """
 
     def __init__(self, views: PhotoViews, view: int, picture: ByteArray) -> None:
         self._views, self._view, self._picture = views, view, picture
@@ -41,44 +49,58 @@ class Voter:
 
     @cached_property
     def _grey(self) -> Float32Array:
-        return grey(self._picture)
+        return blurred_grey(self._picture)
 
     def colours(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """(n, 3) what it shows at places (n, 3), World, and where it sees them."""
-        pixels, seen = self._seen(places)
-        found = np.zeros((len(places), 3))
+        """Sample colours at places.
+
+        Parameters
+        ----------
+        places : (n, 3) array
+            World, m.
+
+        Returns
+        -------
+        colours : (n, 3) array
+        visible : (n,) bool array
+            Whether the photo shows each place.
+        """
+        pixels, visible = self._project(places)
+        colours = np.zeros((len(places), 3))
         for c in range(3):
-            found[seen, c] = sampled(self._picture[..., c], pixels[seen])
-        return found, seen
+            colours[visible, c] = interpolate_pixels(self._picture[..., c], pixels[visible])
+        return colours, visible
 
     def greys(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """(n,) likewise, as lightness, a little blurred."""
-        pixels, seen = self._seen(places)
-        found = np.zeros(len(places))
-        found[seen] = sampled(self._grey, pixels[seen])
-        return found, seen
+        """Sample blurred lightness (n,) at places (n, 3), and whether the photo shows them."""
+        pixels, visible = self._project(places)
+        values = np.zeros(len(places))
+        values[visible] = interpolate_pixels(self._grey, pixels[visible])
+        return values, visible
 
-    def _seen(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def _project(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels = np.full((len(places), 2), np.nan)
-        seen: BoolArray = np.asarray(np.isfinite(places).all(axis=1))
-        rows = np.flatnonzero(seen)
+        visible: BoolArray = np.asarray(np.isfinite(places).all(axis=1))
+        rows = np.flatnonzero(visible)
         if len(rows):
             pixels[rows] = self._views.pixels(self._view, places[rows])
-            seen[rows] = self._views.shows(self._view, places[rows])
-        return pixels, seen
+            visible[rows] = self._views.shows(self._view, places[rows])
+        return pixels, visible
 
 
-def grey(picture: ByteArray) -> Float32Array:
-    """(h, w) lightness of a picture (h, w, 3), a little blurred: the pixels of two photos never
-    meet exactly."""
+def blurred_grey(picture: ByteArray) -> Float32Array:
+    """Convert a picture (h, w, 3) to lightness (h, w), slightly blurred.
+
+    Pixels of two photos never match exactly.
+    """
     import cv2
 
     light = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(light, (0, 0), _BLUR), np.float32)
+    return np.asarray(cv2.GaussianBlur(light, (0, 0), _BLUR_PX), np.float32)
 
 
-def sampled(values: GenericArray, pixels: FloatArray) -> FloatArray:
-    """(n,) values (h, w) at pixels (n, 2) on it, linearly between the pixels' middles."""
+def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
+    """Interpolate values (h, w) at pixels (n, 2), linearly between pixel centres."""
     height, width = values.shape
     x, y = np.clip(pixels - 0.5, 0.0, [width - 1.0, height - 1.0]).T
     x0, y0 = np.minimum(x.astype(np.int64), width - 2), np.minimum(y.astype(np.int64), height - 2)
@@ -88,46 +110,58 @@ def sampled(values: GenericArray, pixels: FloatArray) -> FloatArray:
     return np.asarray(top * (1.0 - fy) + low * fy, np.float64)
 
 
-def agreement(
+def count_agreeing_photos(
     picture: ByteArray,
     pixels: FloatArray,
-    thrown: Callable[[FloatArray], FloatArray],
+    project: Callable[[FloatArray], FloatArray],
     voters: Sequence[Voter],
 ) -> tuple[IntArray, IntArray]:
-    """For each pixel (n, 2) of a line in a picture: how many voters could judge the place of the
-    model under it, and how many show there what the picture does.
+    """Count the photos that show each point of a line, and those that confirm it.
 
-    The surroundings of the pixel are brought to the model and into the other photo, and compared by
-    normalised correlation, which does not mind another exposure.
+    The patch around a pixel is projected onto the model and into the other photo. The two are
+    compared by normalised correlation, which is independent of the exposure.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) uint8 array
+    pixels : (n, 2) array
+        Line in the picture.
+    project : callable
+        Projects pixels (k, 2) onto the model (k, 3), World.
+    voters : sequence of Voter
+
+    Returns
+    -------
+    seen, agreeing : (n,) int arrays
     """
     n = len(pixels)
     seen, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
         return seen, same
-    asked = np.unique(np.append(np.arange(0, n, _EVERY), n - 1))
-    step = _APART * (np.arange(_ACROSS) - 0.5 * (_ACROSS - 1))
+    tested = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
+    step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
-    patches = (pixels[asked][:, None] + offsets).reshape(-1, 2)
+    patches = (pixels[tested][:, None] + offsets).reshape(-1, 2)
     height, width = picture.shape[:2]
     patches = np.clip(patches, 0.5, [width - 0.5, height - 0.5])
-    places = thrown(patches)
-    own = sampled(grey(picture), patches).reshape(len(asked), -1)
-    judged, agreed = np.zeros(len(asked), np.int64), np.zeros(len(asked), np.int64)
+    places = project(patches)
+    patch_values = interpolate_pixels(blurred_grey(picture), patches).reshape(len(tested), -1)
+    judged_count, agreeing_count = np.zeros(len(tested), np.int64), np.zeros(len(tested), np.int64)
     for voter in voters:
-        values, there = voter.greys(places)
-        whole = there.reshape(own.shape).all(axis=1)
-        correlation = _correlation(own, values.reshape(own.shape))
-        tells = whole & np.isfinite(correlation)
-        judged += tells
-        agreed += tells & (correlation >= _SAME)
-    nearest = np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(n))
-    return judged[nearest], agreed[nearest]
+        values, visible = voter.greys(places)
+        is_complete = visible.reshape(patch_values.shape).all(axis=1)
+        correlation = _correlation(patch_values, values.reshape(patch_values.shape))
+        is_judged = is_complete & np.isfinite(correlation)
+        judged_count += is_judged
+        agreeing_count += is_judged & (correlation >= _MIN_CORRELATION)
+    nearest = np.searchsorted(0.5 * (tested[1:] + tested[:-1]), np.arange(n))
+    return judged_count[nearest], agreeing_count[nearest]
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
     """(n,) normalised correlation of rows; NaN where one of them has no texture."""
     a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))
-    flat = (sizes[0] < _LEAST_TEXTURE) | (sizes[1] < _LEAST_TEXTURE)
+    flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)
     product = np.where(flat, 1.0, sizes[0] * sizes[1])
     return np.where(flat, np.nan, (a * b).mean(axis=1) / product)

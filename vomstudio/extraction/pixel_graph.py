@@ -1,4 +1,4 @@
-"""A part of a picture as a graph, for paths over its pixels, and the corridors of these."""
+"""Graph of the pixels of a picture, for paths, and the corridors of these paths."""
 
 from __future__ import annotations
 
@@ -7,42 +7,53 @@ from collections.abc import Sequence
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, ByteArray, FloatArray
-from vomstudio.extraction.surface_graph import Graph, neighbours_of
+from vomstudio.extraction.surface_graph import Graph, neighbour_lists
 
 Box = tuple[slice, slice]
 """Rows and columns of a picture."""
 
-_ACROSS = ((0, 1), (1, 0), (1, 1), (1, -1))
+_NEIGHBOUR_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
-    """The pixels of a box of a picture (h, w, 3) that a mask of its shape has, each with its eight
-    neighbours; places (n, 3) are columns and rows of the picture, the first pixel's middle at
-    (0.5, 0.5), and 0."""
+    """Build the graph of the masked pixels of a picture, each with up to eight neighbours.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) uint8 array
+    box : Box
+        Part of the picture.
+    mask : bool array
+        Pixels to use, in the shape of the box.
+
+    Returns
+    -------
+    Graph
+        Its places (n, 3) are column, row and 0; the centre of the first pixel is (0.5, 0.5).
+    """
     number = np.full(mask.shape, -1, np.int64)
     rows, columns = np.nonzero(mask)
     n = len(rows)
     number[rows, columns] = np.arange(n)
     first, second = [], []
-    for down, right in _ACROSS:
+    for down, right in _NEIGHBOUR_STEPS:
         height, width = mask.shape
         here = number[: height - down, max(0, -right) : width - max(0, right)]
-        there = number[down:, max(0, right) : width + min(0, right)]
-        both = (here >= 0) & (there >= 0)
+        neighbour = number[down:, max(0, right) : width + min(0, right)]
+        both = (here >= 0) & (neighbour >= 0)
         first.append(here[both])
-        second.append(there[both])
-    starts, near = neighbours_of(np.concatenate(first), np.concatenate(second), n)
+        second.append(neighbour[both])
+    starts, near = neighbour_lists(np.concatenate(first), np.concatenate(second), n)
     corner = np.array([box[1].start, box[0].start]) + 0.5
     places = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
     colours = picture[box][rows, columns].astype(np.float64)
     return Graph(places, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
 
 
-def around(
+def pixels_around(
     one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
 ) -> tuple[Box, BoolArray]:
-    """The pixels of a picture of this shape whose distances from two of its pixels (2,) sum to at
-    most `reach`."""
+    """Select the pixels whose distances from two pixels (2,) sum to at most `reach`."""
     low = np.minimum(one, other) - 0.5 * reach
     high = np.maximum(one, other) + 0.5 * reach
     box = _box(low, high, shape)
@@ -51,14 +62,14 @@ def around(
     return box, np.asarray(far <= reach)
 
 
-def along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
-    """The pixels of a picture of this shape that are at most about `width` from a line (k, 2)."""
+def pixels_along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
+    """Select the pixels within about `width` of a line (k, 2)."""
     import cv2
 
     box = _box(line.min(axis=0) - width - 1.0, line.max(axis=0) + width + 1.0, shape)
     mask = np.zeros([part.stop - part.start for part in box], np.uint8)
-    own = np.floor(line - [box[1].start, box[0].start]).astype(np.int32)
-    cv2.polylines(mask, [own[:, None]], False, 1, int(2 * width) + 1)
+    vertices = np.floor(line - [box[1].start, box[0].start]).astype(np.int32)
+    cv2.polylines(mask, [vertices[:, None]], False, 1, int(2 * width) + 1)
     return box, mask.astype(np.bool_)
 
 

@@ -1,4 +1,4 @@
-"""The points around single points of a cloud: neighbours, normals, how far they scatter."""
+"""Surroundings of single points of a cloud: neighbours, normals and scatter."""
 
 from __future__ import annotations
 
@@ -10,36 +10,49 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.extraction.kernels import local_planes
+from vomstudio.extraction.kernels import fit_local_planes
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments, nearest_in_block
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
 
 NEIGHBOURS = 12
-"""Of a point of a cloud, that it hands a facet on to."""
-AROUND = (16, 32, 64, 96)
-"""Points from which a normal is taken; more where noise makes neighbours' normals differ."""
-QUIET = 0.25
-"""Of the angle: neighbouring normals may differ by so much at the median."""
-MANY = 50_000
-"""In clouds of fewer points every point is looked at by itself."""
-_TRIED = 4_000
-_BLOCK = 20_000
-# A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
-# and at an edge of 90 degrees 0.1.
-_DROWNED, _QUIET_PART = 0.11, 0.2
-# Of a mesh with noise of one side half of this.
-_FLAT_AROUND = 0.08
-# A hundred points that fill a block are above it in 98 of 100 cases; of those of a plane that has
-# as many as are scattered around it hardly any are.
-_SCATTERED, _IN_BLOCK, _IN_CELL = 0.22, 60, 4.0
+"""Number of neighbours to which a point can pass on its facet."""
+NORMAL_COUNTS = (16, 32, 64, 96)
+"""Numbers of points for a normal; more if noise makes the normals of neighbours differ."""
+MAX_ANGLE_SHARE = 0.25
+"""Maximum median angle between neighbouring normals, as a share of the threshold angle."""
+MIN_CELL_CLOUD = 50_000
+"""Minimum size of a cloud that is analysed on cells first."""
+_SAMPLE_POINTS = 4_000
+_BLOCK_POINTS = 20_000
+# Minimum variation of points whose noise exceeds their spacing, and quantile at which it is tested.
+# The variation is about 0 for a plane, 0.1 at an edge of 90 degrees, and above this value for the
+# largest neighbourhoods with noise of 1.7 spacings.
+_MIN_NOISY_VARIATION, _QUIET_QUANTILE = 0.11, 0.2
+# Maximum median variation of the vertices of a mesh; noise of one side has twice as much.
+_MAX_FLAT_VARIATION = 0.08
+# Minimum variation and number of scattered points, and points per cell. A hundred points that fill
+# a block exceed this variation in 98 of 100 cases; those of a plane among as many scattered points
+# almost never do.
+_MIN_SCATTERED_VARIATION, _MIN_BLOCK_POINTS, _POINTS_PER_CELL = 0.22, 60, 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """Of k points: near (k, kept) their nearest, far (k,) how far the last of these is, normals
-    (k, 3) and variation (k,) of the points around, which are that many (k,)"""
+class Surroundings:
+    """Surroundings of k points.
+
+    Parameters
+    ----------
+    near : (k, m) int32 array
+        Nearest points.
+    far : (k,) array
+        Distance of the last of these.
+    normals : (k, 3) array
+    variation : (k,) array
+    around : (k,) int array
+        Number of points for normal and variation.
+    """
 
     near: Int32Array
     far: FloatArray
@@ -48,145 +61,179 @@ class Seen:
     around: IntArray
 
 
-def drowned(places: FloatArray) -> bool:
-    """Whether the noise of points (n, 3) is so large beside their spacing that even the most
-    that normals are taken from fill a volume rather than a surface; of a part that is quiet every
-    point can be looked at by itself."""
-    most = AROUND[-1]
-    if len(places) < 4 * most:
+def is_noise_dominated(places: FloatArray) -> bool:
+    """Check whether the noise of points (n, 3) exceeds their spacing.
+
+    Even the largest neighbourhoods then fill a volume rather than a surface. If a part of the
+    cloud is quiet, every point can be analysed individually.
+    """
+    max_count = NORMAL_COUNTS[-1]
+    if len(places) < 4 * max_count:
         return False
-    sample = np.arange(0, len(places), max(1, len(places) // _TRIED))
-    near = np.ascontiguousarray(_tree(places).query(places[sample], k=most)[1], np.int32)
-    # Of the nearest alone as well: two sheets near each other are quiet each.
+    sample = np.arange(0, len(places), max(1, len(places) // _SAMPLE_POINTS))
+    near = np.ascontiguousarray(_tree(places).query(places[sample], k=max_count)[1], np.int32)
+    # The smallest neighbourhoods are tested too: two sheets close together are each quiet.
     return all(
-        float(np.quantile(np.nan_to_num(variation), _QUIET_PART)) > _DROWNED
+        float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
-            _planes(places, sample, np.ascontiguousarray(near[:, :count]))
-            for count in (AROUND[0], most)
+            _fit_planes(places, sample, np.ascontiguousarray(near[:, :count]))
+            for count in (NORMAL_COUNTS[0], max_count)
         )
     )
 
 
-def scattered(places: FloatArray) -> tuple[BoolArray, float]:
-    """Which of points (n, 3) scatter in all directions as far as a hundred of them reach, so that
-    none tells a plane; and the area that each of these stands for."""
+def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
+    """Find points (n, 3) that scatter in all directions, so that they define no plane.
+
+    Returns the mask (n,) and the area that each of these points represents.
+    """
     low = places.min(axis=0)
-    grid = grid_of(places - low, _IN_CELL)
+    grid = grid_of(places - low, _POINTS_PER_CELL)
     starts, near = grid.around()
     m = len(grid.keys)
     means, inner = np.empty((m, 3)), np.empty((m, 6))
     cell_moments(grid.places, grid.begins, means, inner)
     count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
     block_planes(0, m, grid.begins, means, inner, starts, near, count, normals, spreads)
-    filled = (count >= _IN_BLOCK) & (spreads[:, 0] > _SCATTERED * spreads.sum(axis=1))
-    area = grid.side**2 / _IN_CELL ** (2.0 / 3.0)
+    filled = (count >= _MIN_BLOCK_POINTS) & (
+        spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
+    )
+    area = grid.side**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
     return np.repeat(filled, np.diff(grid.begins))[grid.row_of], area
 
 
-def normals_of_places(
-    places: FloatArray, angle_deg: float, progress: Progress
-) -> FloatArray | None:
-    """(n, 3) normals of places by as many of those around as make neighbours' normals agree; None
-    where these are not flat."""
+def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -> FloatArray | None:
+    """Compute normals (n, 3) of places from as many neighbours as make them agree.
+
+    None if the surroundings are not flat.
+    """
     tree = _tree(places)
-    around = _wanted_neighbours(tree, places, angle_deg, 0.5)
+    around = _required_neighbours(tree, places, angle_deg, 0.5)
     normals, variation = np.empty((len(places), 3)), np.empty(len(places))
 
     def work(block: slice) -> None:
         rows = np.arange(block.start, block.stop)
         near = np.ascontiguousarray(tree.query(places[rows], k=around)[1], np.int32)
-        normals[block], variation[block] = _planes(places, rows, near)
+        normals[block], variation[block] = _fit_planes(places, rows, near)
 
-    in_blocks(work, len(places), progress, _BLOCK)
-    return normals if float(np.nanmedian(variation)) < _FLAT_AROUND else None
+    in_blocks(work, len(places), progress, _BLOCK_POINTS)
+    return normals if float(np.nanmedian(variation)) < _MAX_FLAT_VARIATION else None
 
 
-def seen_around(
+def find_surroundings(
     grid: CellGrid,
     rows: IntArray,
-    few: BoolArray | None,
-    known: int | None,
+    is_sparse: BoolArray | None,
+    known_count: int | None,
     angle_deg: float,
     progress: Progress,
-) -> tuple[int, Seen]:
-    """How many points normals are taken from, `known` where that is, and what is around the points
-    of these rows. few : the cells with so few points in and around them that the least number is
-    enough, since noise of the same width is smaller beside their spacing; None where no cells are
-    known."""
+) -> tuple[int, Surroundings]:
+    """Find the surroundings of some points.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    rows : (k,) int array
+        Points.
+    is_sparse : (cells,) bool array or None
+        Cells with so few points around that the smallest number of neighbours suffices: noise of
+        the same width is smaller relative to their spacing. None without cells.
+    known_count : int or None
+        Number of neighbours, if known.
+    angle_deg : float
+    progress : Progress
+
+    Returns
+    -------
+    around : int
+        Number of points for a normal.
+    seen : Surroundings
+    """
     progress.stage(tr("Finding neighbours"), None)
     places = grid.places
-    whole = None if known and few is not None and len(places) >= MANY else _tree(places)
-    # What lies in planes is quiet.
-    share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
-    known = known if len(rows) else AROUND[0]
-    around = (
-        min(known, len(places)) if known else _wanted_neighbours(whole, places, angle_deg, share)
+    tree = (
+        None
+        if known_count and is_sparse is not None and len(places) >= MIN_CELL_CLOUD
+        else _tree(places)
     )
-    k, kept = len(rows), min(NEIGHBOURS, len(places) - 1)
-    seen = Seen(
-        np.empty((k, kept), np.int32),
+    # Points in planes are quiet.
+    share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
+    known_count = known_count if len(rows) else NORMAL_COUNTS[0]
+    around = (
+        min(known_count, len(places))
+        if known_count
+        else _required_neighbours(tree, places, angle_deg, share)
+    )
+    k, neighbour_count = len(rows), min(NEIGHBOURS, len(places) - 1)
+    surroundings = Surroundings(
+        np.empty((k, neighbour_count), np.int32),
         np.empty(k),
         np.empty((k, 3)),
         np.empty(k),
         np.full(k, around),
     )
     progress.stage(tr("Computing normals"), k)
-    if few is None or len(places) < MANY:
-        _by_tree(whole, places, None, rows, np.arange(k), seen, progress)
-        return around, seen
+    if is_sparse is None or len(places) < MIN_CELL_CLOUD:
+        _search_tree(tree, places, None, rows, np.arange(k), surroundings, progress)
+        return around, surroundings
     cells = grid.cells_of(rows)
-    thin = few[cells]
-    seen.around[thin] = min(AROUND[0], around)
-    left = np.ones(k, np.bool_)
-    _by_blocks(grid, rows, cells, np.flatnonzero(~thin), seen, left, progress)
-    rest = np.flatnonzero(left)
-    if not len(rest):
-        return around, seen
-    among = None
-    if whole is None:
-        among = _enough(grid, few, np.unique(cells[left & ~thin]))
-        among = None if len(among) < 2 * AROUND[-1] else among
-        whole = _tree(places if among is None else for_kernels(places[among], np.float64))
-    for own in (rest[~thin[rest]], rest[thin[rest]]):
-        _by_tree(whole, places, among, rows, own, seen, progress)
-    return around, seen
+    is_thin = is_sparse[cells]
+    surroundings.around[is_thin] = min(NORMAL_COUNTS[0], around)
+    is_open = np.ones(k, np.bool_)
+    _search_cells(grid, rows, cells, np.flatnonzero(~is_thin), surroundings, is_open, progress)
+    open_rows = np.flatnonzero(is_open)
+    if not len(open_rows):
+        return around, surroundings
+    subset = None
+    if tree is None:
+        subset = _select_surroundings(grid, is_sparse, np.unique(cells[is_open & ~is_thin]))
+        subset = None if len(subset) < 2 * NORMAL_COUNTS[-1] else subset
+        tree = _tree(places if subset is None else for_kernels(places[subset], np.float64))
+    for group in (open_rows[~is_thin[open_rows]], open_rows[is_thin[open_rows]]):
+        _search_tree(tree, places, subset, rows, group, surroundings, progress)
+    return around, surroundings
 
 
-def _enough(grid: CellGrid, few: BoolArray, cells: IntArray) -> IntArray:
-    """Rows of the points that tell what is around those in these cells, and in cells with few
-    points: all that are in the latter or beside the former, and one of each other cell."""
+def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
+    """Select points that describe the surroundings in these cells and in sparse cells.
+
+    These are all points in sparse cells and in the neighbours of `cells`, and one of each other
+    cell.
+    """
     starts, near = grid.around()
-    full = few.copy()
-    full[cells] = True
-    beside = np.zeros(len(full), np.bool_)
-    beside[cells] = True
-    full[near[np.repeat(beside, np.diff(starts))]] = True
-    chosen = np.repeat(full, np.diff(grid.begins))
-    chosen[grid.begins[:-1]] = True
-    return np.flatnonzero(chosen)
+    is_used = is_sparse.copy()
+    is_used[cells] = True
+    is_selected = np.zeros(len(is_used), np.bool_)
+    is_selected[cells] = True
+    is_used[near[np.repeat(is_selected, np.diff(starts))]] = True
+    is_kept = np.repeat(is_used, np.diff(grid.begins))
+    is_kept[grid.begins[:-1]] = True
+    return np.flatnonzero(is_kept)
 
 
-def _by_blocks(
+def _search_cells(
     grid: CellGrid,
     rows: IntArray,
     cells: IntArray,
-    own: IntArray,
-    seen: Seen,
-    left: BoolArray,
+    selected: IntArray,
+    surroundings: Surroundings,
+    is_open: BoolArray,
     progress: Progress,
 ) -> None:
-    """What is around those that are `own` among the rows, of which `left` becomes False where it is
-    in their cell and those around."""
-    if not len(own):
+    """Describe the surroundings of selected points from their cell and the cells around.
+
+    `is_open` becomes False for each point that this is enough for.
+    """
+    if not len(selected):
         return
     starts, near_cells = grid.around()
-    around, kept = int(seen.around[own[0]]), seen.near.shape[1]
+    around, neighbour_count = int(surroundings.around[selected[0]]), surroundings.near.shape[1]
 
     def work(block: slice) -> None:
-        at = own[block]
+        at = selected[block]
         near = np.empty((len(at), around), np.int32)
         squares, known = np.empty((len(at), around)), np.empty(len(at), np.bool_)
-        asked = for_kernels(rows[at], np.int64)
+        centres = for_kernels(rows[at], np.int64)
         nearest_in_block(
             grid.places,
             grid.begins,
@@ -196,43 +243,50 @@ def _by_blocks(
             grid.row,
             grid.layer,
             grid.side,
-            asked,
+            centres,
             for_kernels(cells[at], np.int64),
             near,
             squares,
             known,
         )
         at, near = at[known], near[known]
-        seen.normals[at], seen.variation[at] = _planes(grid.places, rows[at], near)
-        seen.near[at], seen.far[at] = near[:, 1 : kept + 1], np.sqrt(squares[known, kept])
-        left[at] = False
+        surroundings.normals[at], surroundings.variation[at] = _fit_planes(
+            grid.places, rows[at], near
+        )
+        surroundings.near[at], surroundings.far[at] = (
+            near[:, 1 : neighbour_count + 1],
+            np.sqrt(squares[known, neighbour_count]),
+        )
+        is_open[at] = False
 
-    in_blocks(work, len(own), progress, _BLOCK)
+    in_blocks(work, len(selected), progress, _BLOCK_POINTS)
 
 
-def _by_tree(
+def _search_tree(
     tree: Any,
     places: FloatArray,
-    among: IntArray | None,
+    subset: IntArray | None,
     rows: IntArray,
-    own: IntArray,
-    seen: Seen,
+    selected: IntArray,
+    surroundings: Surroundings,
     progress: Progress,
 ) -> None:
-    """What is around those that are `own` among the rows, in a tree of the places, or of those of
-    the rows `among`."""
-    if not len(own):
+    """Describe the surroundings of selected points with a tree of all places or of a subset."""
+    if not len(selected):
         return
-    around, kept = int(seen.around[own[0]]), seen.near.shape[1]
+    around, neighbour_count = int(surroundings.around[selected[0]]), surroundings.near.shape[1]
 
     def work(block: slice) -> None:
-        at = own[block]
+        at = selected[block]
         distance, near = tree.query(places[rows[at]], k=around)
-        near = np.ascontiguousarray(near if among is None else among[near], np.int32)
-        seen.normals[at], seen.variation[at] = _planes(places, rows[at], near)
-        seen.near[at], seen.far[at] = near[:, 1 : kept + 1], distance[:, kept]
+        near = np.ascontiguousarray(near if subset is None else subset[near], np.int32)
+        surroundings.normals[at], surroundings.variation[at] = _fit_planes(places, rows[at], near)
+        surroundings.near[at], surroundings.far[at] = (
+            near[:, 1 : neighbour_count + 1],
+            distance[:, neighbour_count],
+        )
 
-    in_blocks(work, len(own), progress, _BLOCK)
+    in_blocks(work, len(selected), progress, _BLOCK_POINTS)
 
 
 def _tree(places: FloatArray) -> Any:
@@ -241,38 +295,42 @@ def _tree(places: FloatArray) -> Any:
     return cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
 
 
-def _planes(places: FloatArray, rows: IntArray, near: Int32Array) -> tuple[FloatArray, FloatArray]:
-    """Normal and variation of the points `near` (k, number) around those of the rows (k,)."""
-    found = np.empty((len(rows), 3)), np.empty(len(rows))
-    local_planes(places, for_kernels(places[rows], np.float64), near, *found)
-    return found
+def _fit_planes(
+    places: FloatArray, rows: IntArray, near: Int32Array
+) -> tuple[FloatArray, FloatArray]:
+    """Return normal and variation of the points `near` (k, m) around each row (k,)."""
+    results = np.empty((len(rows), 3)), np.empty(len(rows))
+    fit_local_planes(places, for_kernels(places[rows], np.float64), near, *results)
+    return results
 
 
-def _wanted_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
-    """How many neighbours make normals that agree with those beside them, on a sample; share : of
-    the places that must agree, a half where they are all."""
+def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
+    """Return the number of neighbours for normals that agree with adjacent ones, from a sample.
+
+    `share` is the share of the places that must agree.
+    """
     n = len(places)
-    sample = np.arange(0, n, max(1, n // _TRIED))
-    wanted = min(AROUND[0], n)
-    for count in AROUND:
-        wanted = min(count, n)
-        _, rows = tree.query(places[sample], k=wanted)
-        # The fourth neighbour, and the plane around it.
-        beside = rows[:, min(4, wanted - 1)]
-        _, others = tree.query(places[beside], k=wanted)
-        sides = [
-            _planes(places, at, np.ascontiguousarray(near, np.int32))[0]
-            for at, near in ((sample, rows), (beside, others))
+    sample = np.arange(0, n, max(1, n // _SAMPLE_POINTS))
+    used_count = min(NORMAL_COUNTS[0], n)
+    for count in NORMAL_COUNTS:
+        used_count = min(count, n)
+        _, rows = tree.query(places[sample], k=used_count)
+        # Compare with the fourth neighbour and the plane around it.
+        neighbours = rows[:, min(4, used_count - 1)]
+        _, second_rows = tree.query(places[neighbours], k=used_count)
+        normals = [
+            _fit_planes(places, at, np.ascontiguousarray(near, np.int32))[0]
+            for at, near in ((sample, rows), (neighbours, second_rows))
         ]
-        cosine = np.abs((sides[0] * sides[1]).sum(axis=1))
+        cosine = np.abs((normals[0] * normals[1]).sum(axis=1))
         cosine = cosine[np.isfinite(cosine)]
         if not len(cosine):
             break
         if (
             np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - share)), 1.0)))
-            <= QUIET * angle_deg
+            <= MAX_ANGLE_SHARE * angle_deg
         ):
             break
-        if wanted == n:
+        if used_count == n:
             break
-    return wanted
+    return used_count

@@ -1,4 +1,4 @@
-"""Paths of least cost through a graph: the plain one, and one that turns as little as it can."""
+"""Paths of least cost through a graph, with and without a cost of turning."""
 
 from __future__ import annotations
 
@@ -8,67 +8,96 @@ from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.extraction.surface_graph import Graph
 
 HEADINGS = 16
-WIDEST_DEG = 34.0
-"""An arc may be this far from the heading: two neighbouring ones of a picture, 45 degrees apart,
-are within reach of the one in the middle, so that a line between them zigzags without turning."""
-TURN = 1.0
-"""To turn by a right angle costs as much as so many usual arcs beside the contact."""
-# So many nodes are looked at, which keeps it live; where more are needed the plain way is taken.
-_MOST_NODES = 15_000
-# A path may be moved so many arcs to the side of where it turns least.
-_BESIDE = 4
-_FORBIDDEN = 1e6
-# What is known of the rest may be off by rounding.
-_SURE = 1.0 - 1e-9
+MAX_HEADING_ERROR_DEG = 34.0
+"""Maximum angle between an arc and its heading.
+
+Two neighbouring arcs of a picture are 45 degrees apart. Both are within this angle of the heading
+between them, so that a zigzag between the two is not a turn."""
+TURN_COST = 1.0
+"""Cost of a right angle, in typical arcs away from the contact."""
+# Maximum number of nodes searched with turns, for an interactive response; beyond it the shortest
+# path is used.
+_MAX_NODES = 15_000
+# Maximum distance, in arcs, of the final path from the one with the fewest turns.
+_CORRIDOR_ARCS = 4
+_FORBIDDEN_COST = 1e6
+# Factor for rounding in the lower bound of the remaining cost.
+_BOUND_SCALE = 1.0 - 1e-9
 
 
-def shortest(graph: Graph, one: int, other: int, costs: FloatArray) -> IntArray | None:
-    """Nodes from one to the other on the way that costs least (Dijkstra 1959); None where there is
-    no way. costs : (n,) of a metre at each node."""
-    least = _SURE * float(costs.min()) if len(costs) else 0.0
-    found = _searched(graph, one, other, costs, max(least, 0.0))
-    return None if found is None else _back(found[1], one, other)
+def shortest_path(graph: Graph, one: int, other: int, costs: FloatArray) -> IntArray | None:
+    """Find the path of least cost between two nodes (Dijkstra 1959).
 
+    Parameters
+    ----------
+    graph : Graph
+    one, other : int
+        Nodes.
+    costs : (n,) array
+        Cost of a metre at each node.
 
-def straightest(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN
-) -> IntArray | None:
-    """As `shortest`, where to turn costs too: so a path that follows one of two contacts goes on
-    along it where they cross.
-
-    That says which contact it is; on this the path is the plain one, which keeps to its middle as
-    closely as the nodes allow.
-    turn : of a right angle, in usual arcs at the cost of 1 a metre; 0 for the plain way
+    Returns
+    -------
+    (k,) int array or None
+        Nodes from `one` to `other`; None if they are not connected.
     """
-    way = turned(graph, one, other, costs, turn)
-    if way is None or turn <= 0.0:
-        return way
-    tube = _beside(graph, way)
-    return shortest(graph, one, other, np.where(tube, costs, _FORBIDDEN))
+    least = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
+    search = _search(graph, one, other, costs, max(least, 0.0))
+    return None if search is None else _trace_back(search[1], one, other)
 
 
-def turned(
-    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN
+def straightest_path(
+    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
 ) -> IntArray | None:
-    """The path on which lengths and turns together cost least.
+    """Find the path of least cost in the corridor of the path with the fewest turns.
 
-    A heading is part of the state of the search: one of 16 around the circle, in the plane that
-    fits the nodes best. An arc within 34 degrees of it costs no turn.
+    Where two contacts cross, the path stays on the one that it follows: `path_with_turns` selects
+    the contact, and within its corridor the path of least cost stays close to the middle.
+
+    Parameters
+    ----------
+    graph : Graph
+    one, other : int
+        Nodes.
+    costs : (n,) array
+        Cost of a metre at each node.
+    turn : float
+        Cost of a right angle, in typical arcs at the cost 1; 0 for `shortest_path`.
+
+    Returns
+    -------
+    (k,) int array or None
+        Nodes from `one` to `other`; None if they are not connected.
+    """
+    path = path_with_turns(graph, one, other, costs, turn)
+    if path is None or turn <= 0.0:
+        return path
+    corridor = _corridor(graph, path)
+    return shortest_path(graph, one, other, np.where(corridor, costs, _FORBIDDEN_COST))
+
+
+def path_with_turns(
+    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN_COST
+) -> IntArray | None:
+    """Find the path with the least cost of lengths and turns together.
+
+    The state of the search contains a heading: one of 16 around the circle in the plane that fits
+    the nodes best. An arc within `MAX_HEADING_ERROR_DEG` of the heading is not a turn.
     """
     n = len(graph.places)
     if turn <= 0.0:
-        return shortest(graph, one, other, costs)
-    # What is left to go, without turns, leads the search: it looks at few states beside the way.
-    back = _searched(graph, other, one, costs, 0.0)
+        return shortest_path(graph, one, other, costs)
+    # The remaining cost without turns guides the search (A*), so that few states are visited.
+    back = _search(graph, other, one, costs, 0.0)
     if back is None:
         return None
-    rest = np.minimum(back[0], back[0][one]) * _SURE
-    from vomstudio.extraction.path_kernels import least_turning
+    remaining = np.minimum(back[0], back[0][one]) * _BOUND_SCALE
+    from vomstudio.extraction.path_kernels import search_least_turning
 
-    room = min(n, _MOST_NODES)
-    met, states = np.empty(room, np.int32), room * HEADINGS
+    capacity = min(n, _MAX_NODES)
+    met, states = np.empty(capacity, np.int32), capacity * HEADINGS
     before, heap, place = (np.empty(states, np.int32) for _ in range(3))
-    state = least_turning(
+    state = search_least_turning(
         graph.places,
         graph.flat,
         graph.starts,
@@ -76,10 +105,10 @@ def turned(
         costs,
         one,
         other,
-        rest,
-        turn * graph.usual_arc / (HEADINGS / 4),
+        remaining,
+        turn * graph.typical_arc / (HEADINGS / 4),
         HEADINGS,
-        np.cos(np.radians(WIDEST_DEG)),
+        np.cos(np.radians(MAX_HEADING_ERROR_DEG)),
         np.full(n, -1, np.int32),
         met,
         np.empty(states),
@@ -89,25 +118,25 @@ def turned(
         place,
     )
     if state == -2:
-        return _back(back[1], other, one)[::-1]
+        return _trace_back(back[1], other, one)[::-1]
     if state < 0:
         return None
     path = [state]
     while before[path[-1]] >= 0:
         path.append(int(before[path[-1]]))
-    found = met[np.array(path[::-1], np.int64) // HEADINGS].astype(np.int64)
-    return np.asarray(found[np.append(True, np.diff(found) != 0)])
+    nodes = met[np.array(path[::-1], np.int64) // HEADINGS].astype(np.int64)
+    return np.asarray(nodes[np.append(True, np.diff(nodes) != 0)])
 
 
-def _searched(
+def _search(
     graph: Graph, one: int, other: int, costs: FloatArray, least: float
 ) -> tuple[FloatArray, Int32Array] | None:
-    """What it costs to each node that was reached, and from where; None where there is no way."""
-    from vomstudio.extraction.path_kernels import least_cost
+    """Return the cost to each node that was reached, and its predecessor; None if not connected."""
+    from vomstudio.extraction.path_kernels import search_least_cost
 
     n = len(graph.places)
     distance, before, heap = np.full(n, np.inf), np.empty(n, np.int32), np.empty(n, np.int32)
-    met = least_cost(
+    is_connected = search_least_cost(
         graph.places,
         graph.starts,
         graph.near,
@@ -121,25 +150,25 @@ def _searched(
         heap,
         np.full(n, -1, np.int32),
     )
-    return (distance, before) if met else None
+    return (distance, before) if is_connected else None
 
 
-def _back(before: Int32Array, one: int, other: int) -> IntArray:
+def _trace_back(before: Int32Array, one: int, other: int) -> IntArray:
     path = [other]
     while path[-1] != one:
         path.append(int(before[path[-1]]))
     return np.array(path[::-1], np.int64)
 
 
-def _beside(graph: Graph, path: IntArray) -> BoolArray:
-    """(n,) the nodes that are at most some arcs from a path."""
-    near_it = np.zeros(len(graph.places), np.bool_)
-    near_it[path] = True
-    fresh = np.unique(path)
-    for _ in range(_BESIDE):
-        first, count = graph.starts[fresh], np.diff(graph.starts)[fresh]
+def _corridor(graph: Graph, path: IntArray) -> BoolArray:
+    """Return which nodes (n,) are at most `_CORRIDOR_ARCS` arcs from a path."""
+    inside = np.zeros(len(graph.places), np.bool_)
+    inside[path] = True
+    front = np.unique(path)
+    for _ in range(_CORRIDOR_ARCS):
+        first, count = graph.starts[front], np.diff(graph.starts)[front]
         at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        met = np.unique(graph.near[at]).astype(np.int64)
-        fresh = met[~near_it[met]]
-        near_it[fresh] = True
-    return near_it
+        reached = np.unique(graph.near[at]).astype(np.int64)
+        front = reached[~inside[reached]]
+        inside[front] = True
+    return inside

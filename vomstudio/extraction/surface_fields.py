@@ -1,8 +1,8 @@
-"""Fields of a model's surface: how it dips and faces, bends, how rough and how planar it is.
+"""Fields of a model's surface: attitude, curvature, roughness and planarity.
 
-All are of the points within a radius, so that they are of the rock on the scale that is looked at,
-and not of the model's triangles. Where points lie closely some of each cell stand for all: no place
-counts more because it was seen from nearby.
+All are computed from the points within a radius, so that they describe the rock at the chosen scale
+and not the triangles of the model. Dense points are thinned to some per cell, so that a place does
+not count more because it was scanned from nearby.
 """
 
 from __future__ import annotations
@@ -24,22 +24,33 @@ from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.geometry.patches import face_areas
 from vomstudio.registration.surface_points import points_of, surface_points
 
-_SPACINGS = 6.0
-"""Of the radius, the farthest that points of large faces may be apart."""
-_CELLS, _IN_CELL = 2.0, 24
-"""Of the radius, the side of a cell, and how many of its points count: some 300 in the ball."""
-_MOST_POINTS = 3_000_000
-_FEWEST = 6
-"""Points within the radius, so that their plane is no chance."""
-_SPARSE_SHARE = 0.02
-_THIN = 1e-10
-"""Of the second to the first eigenvalue, under which points are on a line but for rounding."""
+_RADIUS_SPACINGS = 6.0
+"""Radius over the maximum spacing of points on large faces."""
+_RADIUS_CELLS, _MAX_CELL_POINTS = 2.0, 24
+"""Radius over the side of a cell, and maximum points per cell: about 300 in the ball."""
+_MAX_POINTS = 3_000_000
+_MIN_POINTS = 6
+"""Minimum number of points within the radius for a plane."""
+_MAX_SPARSE_SHARE = 0.02
+_MAX_LINE_RATIO = 1e-10
+"""Maximum ratio of the second to the first eigenvalue of points on a line, up to rounding."""
 
 
 @dataclass(frozen=True)
 class FieldKind:
-    """title : noted for translation; name : of the field, before the radius; unit : of its values;
-    says : what it is, noted for translation"""
+    """Kind of a field.
+
+    Parameters
+    ----------
+    title : str
+        Marked for translation.
+    name : str
+        Name of the field, before the radius.
+    unit : str
+        Of its values.
+    says : str
+        Description, marked for translation.
+    """
 
     title: str
     name: str
@@ -103,23 +114,31 @@ KINDS: dict[str, FieldKind] = {
         ),
     ),
 }
-"""By the name in which a project keeps them, in the order of lists."""
+"""Kinds by the name in which a project stores them, in the order of lists."""
 
 _LEVEL_DEG = 1.0
 
 
 def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
-    """The name of a field among those of a model, with radius and unit. metric : its metres are
-    known"""
-    of, length = KINDS[kind], "m" if metric else "units"
-    unit = f" [{of.unit.replace('m', length)}]" if of.unit else ""
-    return f"{of.name}, r {radius_m:g} {length}{unit}"
+    """Return the name of a field, with radius and unit; `metric` if the metres are known."""
+    field_kind, length = KINDS[kind], "m" if metric else "units"
+    unit = f" [{field_kind.unit.replace('m', length)}]" if field_kind.unit else ""
+    return f"{field_kind.name}, r {radius_m:g} {length}{unit}"
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceFields:
-    """values : (n,) float32 of each point or vertex of the model, by the keys of KINDS; NaN where
-    there is none. typical_count : points within the radius (median)"""
+    """Fields of a model.
+
+    Parameters
+    ----------
+    radius_m : float
+    values : mapping of str to (n,) float32 array
+        By key of `KINDS`, for each point or vertex of the model; NaN if unknown.
+    typical_count : int
+        Median number of points within the radius.
+    warnings : tuple of Finding
+    """
 
     radius_m: float
     values: Mapping[str, Float32Array]
@@ -130,72 +149,94 @@ class SurfaceFields:
 def surface_fields(
     data: Mesh | PointCloud, radius_m: float, progress: Progress | None = None
 ) -> SurfaceFields:
-    """The fields of a model in World, m.
+    """Compute the fields of a model.
 
-    Raises UsageError for a radius that is none, GeometryError where the radius holds too few
-    points nearly everywhere, Cancelled through `progress`.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        World, m.
+    radius_m : float
+    progress : Progress, optional
+
+    Returns
+    -------
+    SurfaceFields
+
+    Raises
+    ------
+    UsageError
+        If the radius is not a positive length.
+    GeometryError
+        If almost all places have too few points within the radius.
+    Cancelled
+        Through `progress`.
     """
     if not 0.0 < radius_m < np.inf:
         raise UsageError(Finding("number.not-a-length", text=str(radius_m)), field="radius")
     progress = progress or Silent()
     progress.stage(tr("Preparing surface points"), None)
     places = np.asarray(points_of(data), np.float64)
-    said = _refused_or_told(data, radius_m)
-    points = surface_points(data, radius_m / _SPACINGS)[0]
-    support = _evenly(points, radius_m / _CELLS)
+    radius_warnings = _check_radius(data, radius_m)
+    points = surface_points(data, radius_m / _RADIUS_SPACINGS)[0]
+    support = _thin_evenly(points, radius_m / _RADIUS_CELLS)
     grid = PointGrid(support, radius_m)
     progress.stage(tr("Fitting planes within the radius"), len(places))
     planes = grid.planes(places, radius_m, progress)
-    enough = planes.count >= _FEWEST
-    on_lines = enough & ~(planes.spread[:, 1] > _THIN * planes.spread[:, 2])
-    if enough.any() and (on_lines == enough).all():
+    has_plane = planes.count >= _MIN_POINTS
+    is_line = has_plane & ~(planes.spread[:, 1] > _MAX_LINE_RATIO * planes.spread[:, 2])
+    if has_plane.any() and (is_line == has_plane).all():
         raise GeometryError(Finding("fields.points-in-line", radius_m=radius_m))
-    enough &= ~on_lines
-    if not enough.any():
+    has_plane &= ~is_line
+    if not has_plane.any():
         raise GeometryError(Finding("fields.too-few-points", radius_m=radius_m))
     normals, warnings = _outward(data, planes.normal)
-    warnings = (*said, *warnings)
-    normals[~enough] = np.nan
+    warnings = (*radius_warnings, *warnings)
+    normals[~has_plane] = np.nan
     progress.stage(tr("Computing curvature"), len(places))
     curvature = grid.curvatures(places, normals, radius_m, progress)
     values = {**_attitudes(normals), "curvature": curvature, **_shapes(planes)}
-    left = float(1.0 - enough.mean())
-    if left > _SPARSE_SHARE:
+    sparse_share = float(1.0 - has_plane.mean())
+    if sparse_share > _MAX_SPARSE_SHARE:
         warnings = (
             *warnings,
-            Finding("fields.few-points", share_percent=100.0 * left, minimum=_FEWEST),
+            Finding("fields.few-points", share_percent=100.0 * sparse_share, minimum=_MIN_POINTS),
         )
     return SurfaceFields(
         radius_m,
-        {key: _kept(values[key], enough) for key in KINDS},
-        int(np.median(planes.count[enough])),
+        {key: _mask_values(values[key], has_plane) for key in KINDS},
+        int(np.median(planes.count[has_plane])),
         warnings,
     )
 
 
-def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding, ...]:
-    """What is to be known of a radius beside the triangles of a mesh. Raises GeometryError where
-    their points would be too many."""
+def _check_radius(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding, ...]:
+    """Compare the radius with the faces of a mesh; return warnings.
+
+    Raises
+    ------
+    GeometryError
+        If the faces would need too many points.
+    """
     if not isinstance(data, Mesh) or not len(data.faces):
         return ()
     areas = face_areas(data, np.arange(len(data.faces)))
     areas = areas[np.isfinite(areas)]
-    most = max(_MOST_POINTS, 3 * len(data.vertices))
-    least = _SPACINGS * float(np.sqrt(areas.sum() / most))
-    if radius_m < least:
-        raise GeometryError(Finding("fields.radius-below-faces", minimum_m=least))
-    usual = float(np.sqrt(2.0 * np.median(areas))) if len(areas) else 0.0
-    if radius_m < 2.0 * usual:
+    max_points = max(_MAX_POINTS, 3 * len(data.vertices))
+    min_radius_m = _RADIUS_SPACINGS * float(np.sqrt(areas.sum() / max_points))
+    if radius_m < min_radius_m:
+        raise GeometryError(Finding("fields.radius-below-faces", minimum_m=min_radius_m))
+    typical_edge = float(np.sqrt(2.0 * np.median(areas))) if len(areas) else 0.0
+    if radius_m < 2.0 * typical_edge:
         return (Finding("fields.single-faces"),)
     return ()
 
 
-def _kept(values: FloatArray, enough: BoolArray) -> Float32Array:
-    return np.where(enough, values, np.nan).astype(np.float32)
+def _mask_values(values: FloatArray, has_plane: BoolArray) -> Float32Array:
+    return np.where(has_plane, values, np.nan).astype(np.float32)
 
 
 def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
-    """Of unit normals (n, 3) that point out of the rock."""
+    """Compute attitudes from unit normals (n, 3) that point out of the rock."""
     x, y, z = normals.T
     up = np.where(z < 0.0, -1.0, 1.0)
     dip = np.degrees(np.arccos(np.clip(np.abs(z), 0.0, 1.0)))
@@ -219,10 +260,12 @@ def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
         }
 
 
-def _evenly(points: FloatArray, cell: float) -> FloatArray:
-    """At most _IN_CELL points of each cell, chosen at random and unmoved: a mean would be smoother
-    than the rock, and one of each of many small cells would count what lies off the surface
-    more."""
+def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
+    """Thin points to at most `_MAX_CELL_POINTS` per cell, at random.
+
+    Points are not averaged: means would be smoother than the rock. One point in each of many small
+    cells would give outliers more weight.
+    """
     if not len(points):
         return points
     places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
@@ -230,9 +273,9 @@ def _evenly(points: FloatArray, cell: float) -> FloatArray:
     key = (places[:, 0] * size[1] + places[:, 1]) * size[2] + places[:, 2]
     mixed = np.random.default_rng(0).permutation(len(key))
     order = mixed[np.argsort(key[mixed], kind="stable")]
-    begins = np.concatenate([[True], np.diff(key[order]) != 0])
-    first = np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))
-    return points[np.sort(order[np.arange(len(order)) - first < _IN_CELL])]
+    is_first = np.concatenate([[True], np.diff(key[order]) != 0])
+    first = np.maximum.accumulate(np.where(is_first, np.arange(len(order)), 0))
+    return points[np.sort(order[np.arange(len(order)) - first < _MAX_CELL_POINTS])]
 
 
 def _outward(
@@ -251,25 +294,27 @@ def _outward(
     if sides is None:
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         warning = Finding("fields.outside-unknown")
-        return _turned(normals, up), (warning,)
-    return _turned(normals, sides), ()
+        return _orient(normals, up), (warning,)
+    return _orient(normals, sides), ()
 
 
-def _turned(normals: FloatArray, sides: FloatArray) -> FloatArray:
-    along = np.einsum("ij,ij->i", normals, np.nan_to_num(sides))
-    return normals * np.where(along < 0.0, -1.0, 1.0)[:, None]
+def _orient(normals: FloatArray, sides: FloatArray) -> FloatArray:
+    cosine = np.einsum("ij,ij->i", normals, np.nan_to_num(sides))
+    return normals * np.where(cosine < 0.0, -1.0, 1.0)[:, None]
 
 
 def _vertex_normals(mesh: Mesh) -> FloatArray:
-    """(n, 3) sums of the normals of the faces around each place, by area; those of one place are
-    one, whatever the seams of the texture."""
+    """Sum the normals of the faces around each place (n, 3), weighted by area.
+
+    Vertices at one place count as one, so that texture seams have no effect.
+    """
     vertices = np.asarray(mesh.vertices, np.float64)
     corners = [vertices[mesh.faces[:, k]] for k in range(3)]
     cross = np.nan_to_num(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
-    number = welded(vertices)
-    nodes = number[mesh.faces]
-    count = int(number.max(initial=-1)) + 1
-    found = np.empty((count, 3))
+    node_of = welded(vertices)
+    nodes = node_of[mesh.faces]
+    count = int(node_of.max(initial=-1)) + 1
+    normals = np.empty((count, 3))
     for axis in range(3):
-        found[:, axis] = sum(np.bincount(nodes[:, k], cross[:, axis], count) for k in range(3))
-    return np.asarray(found[number])
+        normals[:, axis] = sum(np.bincount(nodes[:, k], cross[:, axis], count) for k in range(3))
+    return np.asarray(normals[node_of])

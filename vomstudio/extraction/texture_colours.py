@@ -9,13 +9,24 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, FloatArray, IntArray
 from vomstudio.geometry.mesh import Mesh
 
-_GREY = 128.0
+_MISSING_GREY = 128.0
 
 
 class TextureColours:
-    """Pictures are read when they are first needed; one that cannot be is grey.
+    """Colours of places on a textured mesh.
 
-    any : the mesh wears a texture; uv : (n, 2) of its vertices
+    Pictures are read when first required; one that cannot be read is grey.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Attributes
+    ----------
+    any : bool
+        Whether the mesh has a texture.
+    uv : (n, 2) array
+        Texture coordinates of its vertices.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -29,13 +40,13 @@ class TextureColours:
         self._pictures: dict[tuple[int, int], ByteArray | None] = {}
 
     def material_of(self, faces: IntArray) -> IntArray:
-        """(k,) material of faces, -1 for none."""
+        """Return the material (k,) of faces, -1 for none."""
         offsets = np.asarray(self._mesh.material_offsets, np.int64)
-        found = np.searchsorted(offsets, faces, side="right") - 1
-        return np.where(found < len(self._mesh.materials), found, -1)
+        materials = np.searchsorted(offsets, faces, side="right") - 1
+        return np.where(materials < len(self._mesh.materials), materials, -1)
 
     def edge_pixels(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
-        """Pixels along an edge, at the median."""
+        """Return the median length of an edge in pixels."""
         sizes = np.array([self._size(int(m)) for m in np.unique(material)], np.float64)
         scale = sizes[np.searchsorted(np.unique(material), material)]
         a, b = uv[triangles[:, 0]] * scale, uv[triangles[:, 1]] * scale
@@ -44,25 +55,33 @@ class TextureColours:
         return float(np.median(length)) if len(length) else 1.0
 
     def at(self, uv: FloatArray, triangles: IntArray, material: IntArray, level: int) -> FloatArray:
-        """(n, 3) colours of vertices with these coordinates, averaged over about half of an edge.
+        """Sample colours (n, 3) at vertices, averaged over about half of an edge.
 
-        level : how often the faces of the mesh were divided
+        Parameters
+        ----------
+        uv : (n, 2) array
+            Texture coordinates.
+        triangles : (k, 3) int array
+        material : (k,) int array
+            Material of each triangle.
+        level : int
+            Number of times that the faces of the mesh were divided.
         """
-        colours = np.full((len(uv), 3), _GREY)
+        colours = np.full((len(uv), 3), _MISSING_GREY)
         pixels = self.edge_pixels(uv, triangles, material)
         halvings = int(np.clip(np.floor(np.log2(max(pixels / 2.0, 1.0))), 0, 8))
         for m in np.unique(material).tolist():
             picture = self._picture(m, halvings)
             rows = np.unique(triangles[material == m])
             if picture is not None:
-                colours[rows] = _bilinear(picture, uv[rows])
+                colours[rows] = _interpolate(picture, uv[rows])
             elif m >= 0 and (diffuse := self._mesh.materials[m].diffuse) is not None:
                 colours[rows] = 255.0 * np.asarray(diffuse)
         return colours
 
     @cached_property
-    def of_vertices(self) -> FloatArray:
-        """(n, 3) of the mesh's vertices, averaged over about half of an edge."""
+    def vertex_colours(self) -> FloatArray:
+        """Colours (n, 3) of the mesh's vertices, averaged over about half of an edge."""
         faces = np.arange(len(self._mesh.faces))
         return self.at(self.uv, np.asarray(self._mesh.faces, np.int64), self.material_of(faces), 0)
 
@@ -93,25 +112,27 @@ class TextureColours:
             with open_photo(self._mesh.materials[material].texture or "") as image:
                 return np.asarray(image.convert("RGB"))
         except InputError:
-            # The reader of the model has said so already.
+            # The reader of the model has already reported the missing picture.
             return None
 
 
-def _bilinear(picture: ByteArray, uv: FloatArray) -> FloatArray:
-    """Colours at texture coordinates, origin at the lower left; the picture is repeated."""
+def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
+    """Interpolate colours at texture coordinates, origin at the lower left; the picture repeats."""
     height, width = picture.shape[:2]
     known = np.asarray(np.isfinite(uv).all(axis=1))
-    safe = np.where(known[:, None], uv, 0.0)
-    inside = np.where((safe >= 0.0) & (safe <= 1.0), safe, safe - np.floor(safe))
+    finite_uv = np.where(known[:, None], uv, 0.0)
+    inside = np.where(
+        (finite_uv >= 0.0) & (finite_uv <= 1.0), finite_uv, finite_uv - np.floor(finite_uv)
+    )
     x = np.clip(inside[:, 0] * width - 0.5, 0.0, width - 1.0)
     y = np.clip((1.0 - inside[:, 1]) * height - 0.5, 0.0, height - 1.0)
     i, j = x.astype(np.int64), y.astype(np.int64)
     i1, j1 = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
     fx, fy = (x - i)[:, None], (y - j)[:, None]
-    found = (
+    colours = (
         picture[j, i] * (1 - fx) * (1 - fy)
         + picture[j, i1] * fx * (1 - fy)
         + picture[j1, i] * (1 - fx) * fy
         + picture[j1, i1] * fx * fy
     )
-    return np.asarray(np.where(known[:, None], found, _GREY))
+    return np.asarray(np.where(known[:, None], colours, _MISSING_GREY))

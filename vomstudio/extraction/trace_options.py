@@ -17,7 +17,7 @@ from vomstudio.core.options import (
 from vomstudio.core.words import to_translate
 
 ONNX = "onnx"
-"""The cost by the edges of a network."""
+"""Cost from the edges that a network detects."""
 
 
 @dataclass(frozen=True)

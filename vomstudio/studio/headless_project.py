@@ -67,7 +67,7 @@ from vomstudio.studio.project_summary import matching_ids
 from vomstudio.studio.tools.local_surface import features_of_earlier_rules, remeasure
 
 if TYPE_CHECKING:
-    from vomstudio.products.ortho.back_projection import Brought, Sidecar
+    from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
     from vomstudio.project.imports.feature_lists import ImportedFeatures
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
 
@@ -397,7 +397,7 @@ class HeadlessProject:
 
     def add_drawing(
         self,
-        brought: Brought,
+        brought: ProjectedLines,
         names: Iterable[str],
         sidecar: Sidecar,
         drawing: Path,

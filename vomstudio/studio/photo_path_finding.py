@@ -78,19 +78,19 @@ class PhotoPaths:
                 raise GeometryError(Finding("photo.file-missing", photo=photo))
             follower = PhotoFollower(replace(self._opened, chosen=row), cost)
             self._follower = follower
-        return follower.by(cost)
+        return follower.with_cost(cost)
 
 
 def _opened(photos: ModelPhotos) -> CalibratedPhotos:
     """Return the cameras scaled to the photos in the folder, which may have been reduced."""
-    from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scaled
+    from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scale_view
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     views = photos.views
     paths = {row: photos.path(row) for row in range(len(views.views))}
     files = {row: path for row, path in paths.items() if path is not None and is_regular(path)}
-    scaled_views = tuple(scaled(view, files.get(row)) for row, view in enumerate(views.views))
+    scaled_views = tuple(scale_view(view, files.get(row)) for row, view in enumerate(views.views))
     cameras = replace(views.cameras, views=scaled_views)
     views_of_files = PhotoViews(cameras, views.tree, views.to_world, views.resolution)
     return CalibratedPhotos(views_of_files, 0, files, views.cameras.photos / FILE_NAME)

@@ -30,13 +30,13 @@ def test_symbols_stand_at_the_indices_of_the_textbook() -> None:
     """l1 = 0.6, l2 = 0.39, l3 = 0.01: coplanarity 1 / 0.01, collinearity 0.6 / 0.39."""
     axes = Figure().add_subplot()
     assert draw_shapes(axes, rows_of(cloud(0.6, 0.39, 0.01), cloud(0.9, 0.08, 0.02))) == 2
-    found = sorted(
+    result = sorted(
         (float(x), float(y))
         for line in axes.lines
         if line.get_linestyle() == "None"
         for x, y in zip(*line.get_data(), strict=True)
     )
-    assert found == [pytest.approx((0.6 / 0.39, 100.0)), pytest.approx((0.9 / 0.08, 50.0))]
+    assert result == [pytest.approx((0.6 / 0.39, 100.0)), pytest.approx((0.9 / 0.08, 50.0))]
 
 
 def test_no_symbol_lies_where_the_second_value_would_be_under_the_third() -> None:

@@ -41,10 +41,10 @@ class Elements:
         return 0.1
 
     def neighbours(self, model_id, then):
-        from vomstudio.extraction.selection.neighbours import neighbours_of
+        from vomstudio.extraction.selection.neighbours import build_neighbours
 
         if model_id not in self.near:
-            self.near[model_id] = neighbours_of(self.models[model_id], 0.1)
+            self.near[model_id] = build_neighbours(self.models[model_id], 0.1)
         return self.near[model_id]
 
     def hidden(self, model_id):

@@ -17,7 +17,7 @@ from vomstudio.core.words import tr_n
 from vomstudio.extraction.trace_options import DrawnTraceOptions
 
 if TYPE_CHECKING:
-    from vomstudio.products.ortho.back_projection import Brought, Sidecar
+    from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
 
 
 def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     lines, messages = back_projection.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     try:
-        brought = back_projection.bring_back(lines, sidecar, model.data, options.step_m)
+        brought = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.with_file(args.from_ortho) from error
     warnings = [*model.warnings, *messages, *brought.warnings]
@@ -77,7 +77,7 @@ def _add(
     args: argparse.Namespace,
     options: DrawnTraceOptions,
     project: str,
-    brought: Brought,
+    brought: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: list[Finding],

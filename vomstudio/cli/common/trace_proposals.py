@@ -18,7 +18,7 @@ from vomstudio.extraction.trace_options import ProposalOptions
 def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
     """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
+    from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     data, spacing = model.data, resolution(model.data)
     with open_edge_finder(options.onnx_model, progress) as edges, numbers_of(args.model):
         proposed = propose_traces(
-            SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+            SurfaceGraph(data if edges is None else colour_by_edges(data, spacing, *edges)),
             options,
             resolution=spacing,
             model=Path(args.model).name,

@@ -1,9 +1,9 @@
 """Compiled search for the points of a plane that a disc without points touches.
 
-A disc of the radius R rolls around a point where its middle may be at the distance R from it with
-no other point inside. Each neighbour nearer than 2 R forbids an arc of directions. What is not
-forbidden is a gap: at both its ends the disc touches a neighbour (the alpha shape of Edelsbrunner,
-Kirkpatrick & Seidel 1983, edge by edge).
+A disc of radius R can touch a point if its centre may be at the distance R from the point with no
+other point inside. Each neighbour nearer than 2 R forbids an arc of directions. The remaining
+directions are gaps; at both ends of a gap the disc touches a neighbour (the alpha shape of
+Edelsbrunner, Kirkpatrick & Seidel 1983, edge by edge).
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_WHOLE = 2.0 * math.pi
-_NO_ARC = 1e-12
+_FULL_CIRCLE_RAD = 2.0 * math.pi
+_MIN_ARC_RAD = 1e-12
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[:,::1])")
-def flattened(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
-    """Coordinates of points along two axes (2, 3) from a centre on, and their least and largest
-    (2, 2)."""
+def flatten_points(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
+    """Project points onto two axes (2, 3); write coordinates and their limits (2, 2)."""
     cx, cy, cz = centre[0], centre[1], centre[2]
     a, b, c = axes[0, 0], axes[0, 1], axes[0, 2]
     d, e, f = axes[1, 0], axes[1, 1], axes[1, 2]
@@ -34,10 +33,12 @@ def flattened(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], f8, f8, f8, i8, i8[::1], i8[::1], f8[:,::1])")
-def into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-untyped-def]
-    """Sort points by the square cells of a grid, row by row, with its corner at x, y and `per`
-    cells along a unit. begins : (cells + 1,) zeros, which become where the points of each begin;
-    cell : (points,) working space; out : the points sorted"""
+def sort_into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-untyped-def]
+    """Sort points by the square cells of a grid, row by row.
+
+    The grid has its corner at x, y and `per` cells per unit. `begins` (cells + 1,) must be zero and
+    receives the start of each cell; `cell` (points,) is working space; `out` receives the points.
+    """
     for i in range(len(flat)):
         c = int((flat[i, 0] - x) * per) + columns * int((flat[i, 1] - y) * per)
         cell[i] = c
@@ -46,7 +47,7 @@ def into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-
         begins[c] += begins[c - 1]
     for i in range(len(flat) - 1, -1, -1):
         c = cell[i]
-        # From behind, so that what ends as the beginning of a cell has been its end.
+        # Filled from the end, so that each end becomes the start of its cell.
         begins[c + 1] -= 1
         at = begins[c + 1]
         out[at, 0], out[at, 1] = flat[i, 0], flat[i, 1]
@@ -56,15 +57,18 @@ def into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-
 
 
 @kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
-def thin_out(points, begins, x, y, per, columns, most, taken):  # type: ignore[no-untyped-def]
-    """Of points that `into_cells` has sorted, leave one in each square of cells with more than
-    `most`, and how many are left. taken : of the squares of one cell, False"""
-    squares, total, first = len(taken), 0, 0
+def thin_cells(points, begins, x, y, per, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
+    """Keep one point per square in cells with more than `max_points`; return the number kept.
+
+    The points are sorted by `sort_into_cells`. `is_occupied` is working space for the squares of
+    one cell.
+    """
+    squares, total, first = len(is_occupied), 0, 0
     for c in range(len(begins) - 1):
         last = begins[c + 1]
-        crowded = last - first > most
+        crowded = last - first > max_points
         if crowded:
-            taken[:] = False
+            is_occupied[:] = False
         u, v = c % columns, c // columns
         begins[c] = total
         for p in range(first, last):
@@ -72,9 +76,9 @@ def thin_out(points, begins, x, y, per, columns, most, taken):  # type: ignore[n
             if crowded:
                 i = min(max(int(((a - x) * per - u) * squares), 0), squares - 1)
                 j = min(max(int(((b - y) * per - v) * squares), 0), squares - 1)
-                if taken[i, j]:
+                if is_occupied[i, j]:
                     continue
-                taken[i, j] = True
+                is_occupied[i, j] = True
             points[total, 0], points[total, 1] = a, b
             total += 1
         first = last
@@ -83,8 +87,8 @@ def thin_out(points, begins, x, y, per, columns, most, taken):  # type: ignore[n
 
 
 @part
-def _is_amid(begins, columns, c):  # type: ignore[no-untyped-def]
-    """A full cell among eight full ones."""
+def _is_interior(begins, columns, c):  # type: ignore[no-untyped-def]
+    """Check that a cell and its eight neighbours all contain points."""
     for row in range(-1, 2):
         for column in range(-1, 2):
             at = c + row * columns + column
@@ -94,8 +98,8 @@ def _is_amid(begins, columns, c):  # type: ignore[no-untyped-def]
 
 
 @part
-def _surrounded(points, begins, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
-    """Whether the neighbours forbid all of 64 sectors of directions, each one by itself."""
+def _is_surrounded(points, begins, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
+    """Check whether the neighbours forbid all of 64 sectors of directions, each one alone."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
     per, half = bins / (4.0 * radius), bins / 2.0
@@ -116,7 +120,7 @@ def _surrounded(points, begins, columns, c, p, reach, radius, table):  # type: i
 
 @part
 def _arcs(points, begins, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
-    """The neighbours, where the arc that each forbids begins, and how wide it is; how many."""
+    """List neighbours with start and width of the arc that each forbids; return their number."""
     x, y = points[p, 0], points[p, 1]
     number = 0
     for row in range(-reach, reach + 1):
@@ -134,15 +138,15 @@ def _arcs(points, begins, columns, c, p, reach, radius, near, arcs):  # type: ig
 
 
 @part
-def _turn(angle):  # type: ignore[no-untyped-def]
-    return angle - _WHOLE * math.floor(angle / _WHOLE)
+def _wrap_angle(angle):  # type: ignore[no-untyped-def]
+    return angle - _FULL_CIRCLE_RAD * math.floor(angle / _FULL_CIRCLE_RAD)
 
 
 @kernel(
     "i8(f8[:,::1], f8, f8, f8, i8, i8[::1], i8, f8, b1, i8[:,::1], b1[::1], i4[::1], i4[::1],"
     "f8[:,::1], i4[:,::1])"
 )
-def rolled_around(  # type: ignore[no-untyped-def]
+def roll_disc(  # type: ignore[no-untyped-def]
     points,
     x,
     y,
@@ -153,27 +157,27 @@ def rolled_around(  # type: ignore[no-untyped-def]
     radius,
     sparing,
     table,
-    seen,
+    is_queued,
     queue,
     near,
     arcs,
     edges,
 ):
-    """The pairs of points between which a disc without points rolls over, and how many; -1 where
-    there are more than fit.
+    """Write the pairs of points between which a disc without points rolls; return their number.
 
-    points to begins : as `into_cells` has them, with `reach` and one empty cells around all;
-    sparing : gaps that reach no cell beside an empty one are none; table : of the sectors, see
-    polygons.py; seen : (points,) False; queue, near, arcs : working space of that many
+    Returns -1 if there are more than fit into `edges`. The points are sorted by `sort_into_cells`,
+    with a margin of `reach` and one empty cells. With `sparing`, only gaps that reach a cell
+    beside an empty one count. `table` contains the sectors, see polygons.py; `is_queued` must be
+    False; `queue`, `near` and `arcs` are working space.
     """
     tail, total = 0, 0
     rows = (len(begins) - 1) // columns
     for row in range(reach + 1, rows - reach - 1):
         for c in range(row * columns + reach + 1, (row + 1) * columns - reach - 1):
-            if begins[c] == begins[c + 1] or (sparing and _is_amid(begins, columns, c)):
+            if begins[c] == begins[c + 1] or (sparing and _is_interior(begins, columns, c)):
                 continue
             for p in range(begins[c], begins[c + 1]):
-                seen[p] = True
+                is_queued[p] = True
                 queue[tail] = p
                 tail += 1
     head = 0
@@ -181,33 +185,33 @@ def rolled_around(  # type: ignore[no-untyped-def]
         p = queue[head]
         head += 1
         c = int((points[p, 0] - x) * per) + columns * int((points[p, 1] - y) * per)
-        if _surrounded(points, begins, columns, c, p, reach, radius, table):
+        if _is_surrounded(points, begins, columns, c, p, reach, radius, table):
             continue
         number = _arcs(points, begins, columns, c, p, reach, radius, near, arcs)
         if number == 0:
             continue
         last, passed = near[0], 0.0
         end = arcs[0, 0] + arcs[0, 1]
-        while passed < _WHOLE - 1e-9:
-            gain, further, gap, next_ = _NO_ARC, -1, 2.0 * _WHOLE, -1
+        while passed < _FULL_CIRCLE_RAD - 1e-9:
+            gain, extending, gap, next_ = _MIN_ARC_RAD, -1, 2.0 * _FULL_CIRCLE_RAD, -1
             for k in range(number):
-                inside = _turn(end - arcs[k, 0])
+                inside = _wrap_angle(end - arcs[k, 0])
                 if arcs[k, 1] - inside > gain:
-                    gain, further = arcs[k, 1] - inside, k
-                elif further < 0 and _WHOLE - inside < gap:
-                    gap, next_ = _WHOLE - inside, k
-            if further >= 0:
-                last, end, passed = near[further], end + gain, passed + gain
+                    gain, extending = arcs[k, 1] - inside, k
+                elif extending < 0 and _FULL_CIRCLE_RAD - inside < gap:
+                    gap, next_ = _FULL_CIRCLE_RAD - inside, k
+            if extending >= 0:
+                last, end, passed = near[extending], end + gain, passed + gain
                 continue
-            if passed + gap > _WHOLE + 1e-9:
+            if passed + gap > _FULL_CIRCLE_RAD + 1e-9:
                 break
             if total == len(edges):
                 return -1
             edges[total, 0], edges[total, 1] = p, near[next_]
             total += 1
             for q in (last, near[next_]):
-                if not seen[q]:
-                    seen[q] = True
+                if not is_queued[q]:
+                    is_queued[q] = True
                     queue[tail] = q
                     tail += 1
             last, passed = near[next_], passed + gap + arcs[next_, 1]

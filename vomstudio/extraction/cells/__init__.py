@@ -1,1 +1,1 @@
-"""Cubic cells of a cloud's points, on which planes are found before single points are looked at."""
+"""Planes of large clouds, found on cubic cells before single points are analysed."""

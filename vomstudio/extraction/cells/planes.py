@@ -1,7 +1,7 @@
-"""Planes of a dense cloud, found on cells of some ten points each, and handed down to the points.
+"""Planes of a dense cloud, found on cells of about ten points and transferred to the points.
 
-Within a face of the rock neighbouring points tell the same, so that it is enough to look at them
-together. What cells cannot tell, edges, small pieces and rough ground, is left to single points.
+Within a rock face neighbouring points have the same plane, so they can be analysed together. Edges,
+small pieces and rough ground, which cells do not resolve, are left to single points.
 """
 
 from __future__ import annotations
@@ -12,76 +12,116 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.progress import Progress
-from vomstudio.extraction.cells.kernels import cell_figures, hand_down, to_points
-from vomstudio.extraction.elements import FEWEST_AROUND, Begun, Elements, middle_of
-from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
-from vomstudio.extraction.point_neighbours import drowned
+from vomstudio.extraction.cells.kernels import assign_points, copy_to_points, describe_cells
+from vomstudio.extraction.elements import (
+    MIN_POINTS_AROUND,
+    CellPlanes,
+    Elements,
+    approximate_median,
+)
+from vomstudio.extraction.growing import element_tolerances, facet_limits, facet_planes, grow_facets
+from vomstudio.extraction.point_neighbours import is_noise_dominated
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
 
-_PER_CELL = 16.0
-_WIDER = 2.5
-# Ours. With more scatter beside their width cells have no normals, and larger ones are taken; none
-# is used whose surroundings scatter as much as an edge of 60 degrees does.
-_QUIET, _SHARP = 0.02, 0.06
-# Below it a tenth of the cell's side is more than one standard deviation of the scatter.
-_THIN = 0.007
-_LEAST_CELLS = 40
-_FEWEST_WITHIN = 6
-# The same where noise is larger than the spacing: of cells of a few hundred points a face has
-# fewer. The scatter about a surface does not grow with them, that of pieces far apart does.
-_NOISY_PER_CELL, _NOISY_WIDER = 100.0, 1.5
-_NOISY_QUIET, _NOISY_SHARP = 0.035, 0.07
-_NOISY_LEAST_CELLS = 9
-_STEADY = 1.5
-_RUN, _RUNS, _BY_FAR = 64, 100, 1.25
-_BLOCK = 10_000
+_POINTS_PER_CELL = 16.0
+_CELL_GROWTH = 2.5
+# Not from a paper: maximum typical variation, above which larger cells are used, and maximum
+# variation of a single cell; an edge of 60 degrees has as much.
+_MAX_TYPICAL_VARIATION, _MAX_CELL_VARIATION = 0.02, 0.06
+# Above it one standard deviation of the scatter is less than a tenth of the cell's side.
+_MAX_THIN_VARIATION = 0.007
+_MIN_CELLS = 40
+_MIN_POINTS_WITHIN = 6
+# The same if the noise exceeds the spacing: a face has fewer cells of a few hundred points. The
+# scatter about a surface does not grow with the cells, that of separate pieces does.
+_NOISY_POINTS_PER_CELL, _NOISY_CELL_GROWTH = 100.0, 1.5
+_NOISY_MAX_TYPICAL_VARIATION, _NOISY_MAX_CELL_VARIATION = 0.035, 0.07
+_NOISY_MIN_CELLS = 9
+_MAX_NOISE_GROWTH = 1.5
+_SAMPLE_RUN_CELLS, _SAMPLE_RUNS, _SAMPLE_MARGIN = 64, 100, 1.25
+_BLOCK_CELLS = 10_000
 
 
-def begun_on_cells(
+def find_cell_planes(
     local: FloatArray,
     angle_deg: float,
     max_distance: float | None,
-    least_points: int,
-    least_area: float,
+    min_points: int,
+    min_area: float,
     progress: Progress,
     noisy: bool = False,
-) -> tuple[CellGrid, Begun]:
-    """Of points (n, 3) from 0 on. least_points, least_area : that a facet must have, both; smaller
-    planes are left to single points; noisy : only surroundings wider than those of single points
-    tell normals, which is found out of many points. Raises Cancelled through `progress`."""
-    found = None if noisy else _quiet_cells(local, _PER_CELL, _WIDER, _QUIET, progress)
-    least_cells, sharp, wide = _LEAST_CELLS, _SHARP, 0.0
-    if found is None or (found.usual > _QUIET and drowned(found.grid.places)):
-        found = _quiet_cells(local, _NOISY_PER_CELL, _NOISY_WIDER, _NOISY_QUIET, progress)
-        least_cells, sharp = _NOISY_LEAST_CELLS, _NOISY_SHARP
-        wide = found.width if found.usual <= _NOISY_QUIET else np.inf
-    grid, cells = found.grid, found.cells
-    # In a cloud whose cells have no normals every point is looked at.
-    if wide > found.width or (not wide and found.usual > _QUIET):
-        sharp = -1.0
-    cells.normals[(found.count < FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
-    reach = reach_of(cells, max_distance)
-    usual = middle_of(reach)
-    labels = grown(
+) -> tuple[CellGrid, CellPlanes]:
+    """Find planes on cells and transfer them to the points.
+
+    Parameters
+    ----------
+    local : (n, 3) array
+        Points, relative to their minimum.
+    angle_deg : float
+    max_distance : float or None
+        Maximum distance from a plane, m.
+    min_points, min_area
+        Minimum points and area (m²) of a facet; smaller planes are left to single points.
+    progress : Progress
+    noisy : bool
+        Use only surroundings wider than those of single points; detected for large clouds.
+
+    Returns
+    -------
+    CellGrid, CellPlanes
+
+    Raises
+    ------
+    Cancelled
+        Through `progress`.
+    """
+    search = (
+        None
+        if noisy
+        else _find_flat_cells(
+            local, _POINTS_PER_CELL, _CELL_GROWTH, _MAX_TYPICAL_VARIATION, progress
+        )
+    )
+    min_cells, max_variation, wide = _MIN_CELLS, _MAX_CELL_VARIATION, 0.0
+    if search is None or (
+        search.typical_variation > _MAX_TYPICAL_VARIATION and is_noise_dominated(search.grid.places)
+    ):
+        search = _find_flat_cells(
+            local,
+            _NOISY_POINTS_PER_CELL,
+            _NOISY_CELL_GROWTH,
+            _NOISY_MAX_TYPICAL_VARIATION,
+            progress,
+        )
+        min_cells, max_variation = _NOISY_MIN_CELLS, _NOISY_MAX_CELL_VARIATION
+        wide = search.width if search.typical_variation <= _NOISY_MAX_TYPICAL_VARIATION else np.inf
+    grid, cells = search.grid, search.cells
+    # In a cloud whose cells have no normals every point is analysed individually.
+    if wide > search.width or (not wide and search.typical_variation > _MAX_TYPICAL_VARIATION):
+        max_variation = -1.0
+    cells.normals[(search.count < MIN_POINTS_AROUND) | (cells.variation > max_variation)] = np.nan
+    reach = element_tolerances(cells, max_distance)
+    typical_reach = approximate_median(reach)
+    labels = grow_facets(
         cells,
         angle_deg=angle_deg,
         reach=reach,
-        least_count=least_cells,
-        least_area=np.inf,
-        usual=usual,
+        min_count=min_cells,
+        min_area=np.inf,
+        typical_reach=typical_reach,
         progress=progress,
     )
-    planes = planes_of(cells, labels)
+    planes = facet_planes(cells, labels)
     inside = labels >= 0
     points = np.bincount(labels[inside], np.diff(grid.begins)[inside], len(planes.area))
-    small = np.append((points < least_points) | (planes.area < least_area), False)
-    labels[small[labels]] = -1
+    is_small = np.append((points < min_points) | (planes.area < min_area), False)
+    labels[is_small[labels]] = -1
     n = len(grid.places)
-    own, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
-    hand_down(
+    point_labels, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
+    assign_points(
         grid.places,
         grid.begins,
         cells.starts,
@@ -92,60 +132,72 @@ def begun_on_cells(
         float(np.cos(np.radians(angle_deg))),
         for_kernels(planes.centre, np.float64),
         for_kernels(planes.normal, np.float64),
-        limits_of(planes, usual),
-        own,
+        facet_limits(planes, typical_reach),
+        point_labels,
         open_,
     )
-    given = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
-    to_points(
+    point_values = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    copy_to_points(
         grid.begins,
         for_kernels(cells.normals, np.float64),
         cells.variation,
         cells.areas,
         cells.noise,
-        *given,
+        *point_values,
     )
-    return grid, Begun(own, open_, *given, wide)
+    return grid, CellPlanes(point_labels, open_, *point_values, wide)
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
-    """Cells, with how many points are in each and around it; usual : variation; width : m, of a
-    cell and those around it, where there are most points"""
+class _CellSearch:
+    """Cells with the number of points in and around each.
+
+    `typical_variation` is a median, `width` the typical width of a cell and those around it, m.
+    """
 
     grid: CellGrid
     cells: Elements
     count: IntArray
-    usual: float
+    typical_variation: float
     width: float
 
 
-def _quiet_cells(
-    local: FloatArray, per_cell: float, wider: float, quiet: float, progress: Progress
-) -> _Found:
-    """The smallest cells of ten times as many points at most whose surroundings are flat."""
-    most, least = 10.0 * per_cell, np.inf
+def _find_flat_cells(
+    local: FloatArray, per_cell: float, growth: float, max_variation: float, progress: Progress
+) -> _CellSearch:
+    """Find the smallest cells with flat surroundings, up to ten times the number of points."""
+    max_per_cell, min_noise = 10.0 * per_cell, np.inf
     while True:
         grid = grid_of(local, per_cell)
-        per_cell *= wider
-        found = _cells(grid, quiet if quiet <= _QUIET and per_cell <= most else np.inf, progress)
-        if found is None:
+        per_cell *= growth
+        described = _cell_elements(
+            grid,
+            max_variation
+            if max_variation <= _MAX_TYPICAL_VARIATION and per_cell <= max_per_cell
+            else np.inf,
+            progress,
+        )
+        if described is None:
             continue
-        cells, count = found
-        of = np.diff(grid.begins)
-        usual = middle_of(np.repeat(cells.variation, of))
-        noise = middle_of(np.repeat(cells.noise, of))
-        least = min(least, noise)
-        if quiet > _QUIET and noise > _STEADY * least:
-            usual = np.inf
-        if usual <= quiet or per_cell > most:
-            width = middle_of(np.repeat(np.sqrt(cells.areas / of * count), of))
-            return _Found(grid, cells, count, usual, width)
+        cells, count = described
+        points = np.diff(grid.begins)
+        typical_variation = approximate_median(np.repeat(cells.variation, points))
+        noise = approximate_median(np.repeat(cells.noise, points))
+        min_noise = min(min_noise, noise)
+        if max_variation > _MAX_TYPICAL_VARIATION and noise > _MAX_NOISE_GROWTH * min_noise:
+            typical_variation = np.inf
+        if typical_variation <= max_variation or per_cell > max_per_cell:
+            width = approximate_median(np.repeat(np.sqrt(cells.areas / points * count), points))
+            return _CellSearch(grid, cells, count, typical_variation, width)
 
 
-def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, IntArray] | None:
-    """The cells as elements, and how many points are in each and around it; None where some of them
-    tell that they are by far not quiet."""
+def _cell_elements(
+    grid: CellGrid, max_variation: float, progress: Progress
+) -> tuple[Elements, IntArray] | None:
+    """Build elements from cells, with the number of points in and around each.
+
+    None if a sample shows that they are far from flat.
+    """
     m = len(grid.keys)
     starts, near = grid.around()
     means, inner = np.empty((m, 3)), np.empty((m, 6))
@@ -167,18 +219,27 @@ def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, 
         )
 
     points = np.diff(grid.begins)
-    if np.isfinite(quiet) and m > 2 * _RUN * _RUNS:
-        runs = np.linspace(0, m - _RUN, _RUNS).astype(np.int64)
+    if np.isfinite(max_variation) and m > 2 * _SAMPLE_RUN_CELLS * _SAMPLE_RUNS:
+        runs = np.linspace(0, m - _SAMPLE_RUN_CELLS, _SAMPLE_RUNS).astype(np.int64)
         for first in runs.tolist():
-            work(slice(first, first + _RUN))
-        some = (runs[:, None] + np.arange(_RUN)).ravel()
-        flat = spreads[some, 0] / np.maximum(spreads[some].sum(axis=1), 1e-300)
-        if float(np.median(np.repeat(flat, points[some]))) > _BY_FAR * quiet:
+            work(slice(first, first + _SAMPLE_RUN_CELLS))
+        sampled = (runs[:, None] + np.arange(_SAMPLE_RUN_CELLS)).ravel()
+        flat = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
+        if float(np.median(np.repeat(flat, points[sampled]))) > _SAMPLE_MARGIN * max_variation:
             return None
-    in_blocks(work, m, progress, _BLOCK)
+    in_blocks(work, m, progress, _BLOCK_CELLS)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
-    cell_figures(
-        grid.begins, count, inner, spreads, _FEWEST_WITHIN, _THIN, normals, area, variation, noise
+    describe_cells(
+        grid.begins,
+        count,
+        inner,
+        spreads,
+        _MIN_POINTS_WITHIN,
+        _MAX_THIN_VARIATION,
+        normals,
+        area,
+        variation,
+        noise,
     )
     return Elements(
         "cell",

@@ -1,8 +1,8 @@
-"""Edges as a network of the user's finds them in a picture: a local ONNX file, by OpenCV's dnn.
+"""Edge detection in pictures by the user's network: a local ONNX file, run by OpenCV's dnn.
 
-The file takes one picture, (1, 3, height, width) red, green and blue from 0 to 1 (or one channel of
-grey), and gives the probability of an edge at each pixel, (1, 1, height, width). Of another size
-than its own pictures are cut into tiles that overlap, of which the middles are kept.
+The input is one picture, (1, 3, height, width) red, green and blue from 0 to 1 (or one grey
+channel). The output is the probability of an edge at each pixel, (1, 1, height, width). If a
+picture has another size than the network, it is cut into overlapping tiles, whose middles are used.
 """
 
 from __future__ import annotations
@@ -18,40 +18,66 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.extraction.proposals.onnx_head import Head, head_of
+from vomstudio.extraction.proposals.onnx_head import NetworkShapes, read_shapes
 
-_MOST_BYTES = 1 << 29
-_TILE = 512
-# Of a tile, so much on each side is another one's; less where a network has small tiles of its own.
-_MARGIN = 64
-_LEAST_SIDE, _MOST_SIDE = 16, 4096
-_SLACK = 1e-3
-_GREY = np.array([0.299, 0.587, 0.114], np.float32)
+_MAX_BYTES = 1 << 29
+_TILE_PX = 512
+# Overlap on each side of a tile; less if the network has small tiles of its own.
+_MARGIN_PX = 64
+_MIN_SIDE_PX, _MAX_SIDE_PX = 16, 4096
+_PROBABILITY_TOLERANCE = 1e-3
+_GREY_WEIGHTS = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 class EdgeNetwork:
-    """path : of the file. Raises InputError for what is no such network."""
+    """Network that detects edges.
+
+    Parameters
+    ----------
+    path : str or Path
+        ONNX file.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a network.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         try:
-            raw = read_small(self.path, _MOST_BYTES)
+            raw = read_small(self.path, _MAX_BYTES)
         except OSError as error:
-            raise self._refused(Finding("file.unreadable", reason=error)) from error
+            raise self._error(Finding("file.unreadable", reason=error)) from error
         try:
-            head = head_of(raw)
+            head = read_shapes(raw)
         except ValueError as error:
-            raise self._refused(Finding("file.other-format", format="ONNX")) from error
-        self.channels, self._sides = self._taken(head)
-        self._net = self._loaded(raw)
+            raise self._error(Finding("file.other-format", format="ONNX")) from error
+        self.channels, self._sides = self._check_shapes(head)
+        self._net = self._load(raw)
 
     def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
-        """(h, w) of each pixel of a picture (h, w, 3). Raises InputError where the network answers
-        something else, Cancelled."""
+        """Compute the probability of an edge at each pixel.
+
+        Parameters
+        ----------
+        picture : (h, w, 3) uint8 array
+        progress : Progress
+
+        Returns
+        -------
+        (h, w) float32 array
+
+        Raises
+        ------
+        InputError
+            If the output of the network is not valid.
+        Cancelled
+        """
         height, width = picture.shape[:2]
         tall, wide = self._tile(0, height), self._tile(1, width)
         up, left = _margin(tall, height), _margin(wide, width)
-        found = np.empty((height, width), np.float32)
+        probabilities = np.empty((height, width), np.float32)
         rows, columns = _starts(height, tall, up), _starts(width, wide, left)
         done = 0
         progress.stage(tr("Detecting edges"), len(rows) * len(columns))
@@ -60,21 +86,21 @@ class EdgeNetwork:
                 progress.step(done)
                 done += 1
                 part = picture[row : row + tall, column : column + wide]
-                answer = self._answer(part, tall, wide)
-                # Nearer to the border of a tile than its margin another tile knows better.
+                answer = self._run(part, tall, wide)
+                # Within the margin the neighbouring tile is more reliable.
                 first = 0 if row == 0 else up
                 begin = 0 if column == 0 else left
                 high, broad = part.shape[:2]
-                found[row + first : row + high, column + begin : column + broad] = answer[
+                probabilities[row + first : row + high, column + begin : column + broad] = answer[
                     first:high, begin:broad
                 ]
-        return found
+        return probabilities
 
     # --- the file ----------------------------------------------------------------------------
-    def _taken(self, head: Head) -> tuple[int, tuple[int | None, int | None]]:
-        """Channels, and height and width where they are its own."""
+    def _check_shapes(self, head: NetworkShapes) -> tuple[int, tuple[int | None, int | None]]:
+        """Return the number of channels, and height and width if they are fixed."""
         if len(head.inputs) != 1 or len(head.outputs) != 1:
-            raise self._refused(
+            raise self._error(
                 Finding(
                     "network.inputs-outputs",
                     inputs=len(head.inputs),
@@ -83,36 +109,36 @@ class EdgeNetwork:
             )
         (shape,) = head.inputs
         if len(shape) != 4 or shape[0] not in (1, None) or shape[1] not in (1, 3, None):
-            raise self._refused(
+            raise self._error(
                 Finding(
                     "network.input-shape",
                     shape=" x ".join("?" if side is None else str(side) for side in shape) or "?",
                 )
             )
         for side in shape[2:]:
-            if side is not None and not _LEAST_SIDE <= side <= _MOST_SIDE:
-                raise self._refused(
+            if side is not None and not _MIN_SIDE_PX <= side <= _MAX_SIDE_PX:
+                raise self._error(
                     Finding(
                         "network.input-size",
                         side=side,
-                        minimum=_LEAST_SIDE,
-                        maximum=_MOST_SIDE,
+                        minimum=_MIN_SIDE_PX,
+                        maximum=_MAX_SIDE_PX,
                     )
                 )
         return shape[1] or 3, (shape[2], shape[3])
 
-    def _loaded(self, raw: bytes) -> object:
+    def _load(self, raw: bytes) -> object:
         import cv2
 
         try:
             with limit_for_file(self.path):
                 net = cv2.dnn.readNetFromONNX(np.frombuffer(raw, np.uint8))
         except (cv2.error, MemoryError) as error:
-            raise self._refused(Finding("network.not-loaded", reason=_reason(error))) from error
+            raise self._error(Finding("network.not-loaded", reason=_reason(error))) from error
         return net
 
-    def _answer(self, part: ByteArray, tall: int, wide: int) -> Float32Array:
-        """(tall, wide) for a part of a picture, which may be smaller."""
+    def _run(self, part: ByteArray, tall: int, wide: int) -> Float32Array:
+        """Run the network on a part of a picture, padded to (tall, wide)."""
         import cv2
 
         high, broad = part.shape[:2]
@@ -120,48 +146,47 @@ class EdgeNetwork:
             np.ascontiguousarray(part), 0, tall - high, 0, wide - broad, cv2.BORDER_REPLICATE
         )
         values = full.astype(np.float32) / 255.0
-        blob = (values @ _GREY)[None] if self.channels == 1 else values.transpose(2, 0, 1)
+        blob = (values @ _GREY_WEIGHTS)[None] if self.channels == 1 else values.transpose(2, 0, 1)
         try:
             with limit_for_file(self.path):
                 self._net.setInput(np.ascontiguousarray(blob[None]))  # type: ignore[attr-defined]
-                given = np.asarray(self._net.forward())  # type: ignore[attr-defined]
+                output = np.asarray(self._net.forward())  # type: ignore[attr-defined]
         except (cv2.error, MemoryError) as error:
-            raise self._refused(
+            raise self._error(
                 Finding("network.failed", width=wide, height=tall, reason=_reason(error))
             ) from error
-        if given.size != tall * wide or given.shape[-2:] != (tall, wide):
-            raise self._refused(
+        if output.size != tall * wide or output.shape[-2:] != (tall, wide):
+            raise self._error(
                 Finding(
                     "network.output-shape",
-                    shape=" x ".join(map(str, given.shape)),
+                    shape=" x ".join(map(str, output.shape)),
                     width=wide,
                     height=tall,
                 )
             )
-        answer = given.reshape(tall, wide).astype(np.float32)
+        answer = output.reshape(tall, wide).astype(np.float32)
         if not np.isfinite(answer).all():
-            raise self._refused(Finding("network.not-finite"))
+            raise self._error(Finding("network.not-finite"))
         low, top = float(answer.min()), float(answer.max())
-        if low < -_SLACK or top > 1.0 + _SLACK:
-            raise self._refused(Finding("network.not-probabilities", low=low, high=top))
+        if low < -_PROBABILITY_TOLERANCE or top > 1.0 + _PROBABILITY_TOLERANCE:
+            raise self._error(Finding("network.not-probabilities", low=low, high=top))
         return np.clip(answer, 0.0, 1.0)
 
     def _tile(self, axis: int, size: int) -> int:
-        """A side of the tiles: the network's own, or one that a small picture fits into, a multiple
-        of 32 as networks that halve the picture want it."""
-        own = self._sides[axis]
-        return own if own is not None else min(_TILE, 32 * -(-size // 32))
+        """Return the side of the tiles: fixed by the network, or a multiple of 32."""
+        fixed_side = self._sides[axis]
+        return fixed_side if fixed_side is not None else min(_TILE_PX, 32 * -(-size // 32))
 
-    def _refused(self, finding: Finding) -> InputError:
+    def _error(self, finding: Finding) -> InputError:
         return InputError(finding, file=self.path)
 
 
 def _margin(tile: int, size: int) -> int:
-    return 0 if tile >= size else min(_MARGIN, tile // 4)
+    return 0 if tile >= size else min(_MARGIN_PX, tile // 4)
 
 
 def _starts(size: int, tile: int, margin: int) -> list[int]:
-    """Where tiles begin, each overlapping the last one by two margins."""
+    """Return the starts of the tiles, each overlapping the previous one by two margins."""
     if tile >= size:
         return [0]
     starts = list(range(0, size - tile, tile - 2 * margin))
@@ -169,6 +194,6 @@ def _starts(size: int, tile: int, margin: int) -> list[int]:
 
 
 def _reason(error: BaseException) -> str:
-    """The last words of OpenCV's message."""
-    said = " ".join(str(error).split()) or tr("not enough memory")
-    return said.rpartition("error: ")[2][:160]
+    """Return the last words of OpenCV's message."""
+    message = " ".join(str(error).split()) or tr("not enough memory")
+    return message.rpartition("error: ")[2][:160]

@@ -1,4 +1,4 @@
-"""Calibrated photos of which the edges that a network finds are seen in place of their pixels."""
+"""Calibrated photos whose pixels are replaced by the edges that a network detects."""
 
 from __future__ import annotations
 
@@ -7,23 +7,31 @@ from pathlib import Path
 
 from vomstudio.core.arrays import ByteArray
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.proposals.edge_pictures import Find
+from vomstudio.extraction.proposals.edge_pictures import EdgeDetector
 
 
 @dataclass(frozen=True, eq=False)
 class EdgePhotos(CalibratedPhotos):
-    """find : by which edges are found, once a photo is asked for; folder : for pictures"""
+    """Calibrated photos that show edges.
 
-    find: Find = lambda pictures, folder: ()
+    Parameters
+    ----------
+    find : callable
+        Detects edges when a photo is first requested.
+    folder : Path
+        For the pictures of edges.
+    """
+
+    find: EdgeDetector = lambda pictures, folder: ()
     folder: Path = Path()
 
     def pixels(self, view: int) -> ByteArray:
-        (made,) = self.find([self.files[view]], self.folder / str(view))
-        shown = replace(self, files={**self.files, view: made})
-        return CalibratedPhotos.pixels(shown, view)
+        (edges,) = self.find([self.files[view]], self.folder / str(view))
+        edge_photos = replace(self, files={**self.files, view: edges})
+        return CalibratedPhotos.pixels(edge_photos, view)
 
 
-def showing_edges(photos: CalibratedPhotos, find: Find, folder: Path) -> EdgePhotos:
-    """The same photos, looked at by a network."""
-    own = {each.name: getattr(photos, each.name) for each in fields(photos)}
-    return EdgePhotos(**own, find=find, folder=folder)
+def replace_by_edges(photos: CalibratedPhotos, find: EdgeDetector, folder: Path) -> EdgePhotos:
+    """Replace the pixels of photos by detected edges."""
+    values = {item.name: getattr(photos, item.name) for item in fields(photos)}
+    return EdgePhotos(**values, find=find, folder=folder)

@@ -1,5 +1,4 @@
-"""Which proposed lines run along lines that are known already, and by which way-points a line can
-be followed again."""
+"""Comparison of proposed lines with known ones, and way-points to follow a line again."""
 
 from __future__ import annotations
 
@@ -10,13 +9,26 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 
-# More than half of a line beside a known one shows the same.
-_SAME_SHARE = 0.5
+# Minimum share of a line beside known ones to be the same contact.
+_MIN_SHARED_LENGTH = 0.5
 
 
-def run_along(lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: float) -> list[bool]:
-    """Whether at least half of each of the lines (n, 3) lies within reach of the known ones (m, 3)
-    together."""
+def are_along_known_lines(
+    lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: float
+) -> list[bool]:
+    """Check which lines run along known lines.
+
+    Parameters
+    ----------
+    lines, known : sequences of (n, 3) arrays
+    reach : float
+        Maximum distance, in the unit of the lines.
+
+    Returns
+    -------
+    list of bool
+        Whether at least half of a line is within reach of the known lines together.
+    """
     from scipy.spatial import cKDTree
 
     dense = [_dense(line, reach) for line in known if len(line)]
@@ -26,41 +38,52 @@ def run_along(lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: f
     return [
         bool(
             (tree.query(_dense(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
-            >= _SAME_SHARE
+            >= _MIN_SHARED_LENGTH
         )
         for line in lines
     ]
 
 
-def way_points(line: FloatArray, reach: float, most: int) -> IntArray:
-    """Rows of the vertices of a line (n, 3) that are kept of it, its ends among them: those by
-    which straight pieces are off by at most reach, or `most`, after Douglas and Peucker (1973),
-    Cartographica 10, 112."""
-    kept = [0, len(line) - 1]
-    while len(kept) < most:
-        found = [_farthest(line, one, other) for one, other in pairwise(kept)]
-        off, row = max(found, default=(0.0, 0))
+def simplify_line(line: FloatArray, reach: float, max_points: int) -> IntArray:
+    """Select vertices of a line (Douglas & Peucker 1973, Cartographica 10, 112).
+
+    Parameters
+    ----------
+    line : (n, 3) array
+    reach : float
+        Maximum distance of a vertex from the simplified line.
+    max_points : int
+        Maximum number of vertices.
+
+    Returns
+    -------
+    (k,) int array
+        Rows of the vertices, both ends included.
+    """
+    rows = [0, len(line) - 1]
+    while len(rows) < max_points:
+        deviations = [_farthest(line, one, other) for one, other in pairwise(rows)]
+        off, row = max(deviations, default=(0.0, 0))
         if off <= reach:
             break
-        kept = sorted({*kept, row})
-    return np.array(sorted(set(kept)), np.int64)
+        rows = sorted({*rows, row})
+    return np.array(sorted(set(rows)), np.int64)
 
 
-def _farthest(line: FloatArray, one: int, other: int) -> tuple[float, int]:
-    """How far the farthest vertex between two lies from the straight piece, and its row."""
-    if other - one < 2:
-        return 0.0, one
-    start, step = line[one], line[other] - line[one]
-    inner = line[one + 1 : other] - start
+def _farthest(line: FloatArray, first: int, last: int) -> tuple[float, int]:
+    """Return the distance of the farthest vertex between two from their chord, and its row."""
+    if last - first < 2:
+        return 0.0, first
+    start, step = line[first], line[last] - line[first]
+    inner = line[first + 1 : last] - start
     along = np.clip(inner @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
     off = np.linalg.norm(inner - along[:, None] * step, axis=1)
     row = int(off.argmax())
-    return float(off[row]), one + 1 + row
+    return float(off[row]), first + 1 + row
 
 
 def _dense(line: FloatArray, reach: float) -> FloatArray:
-    """With points between the vertices, at most half of reach apart, and their number not without
-    bounds."""
+    """Add points between the vertices, at most half of `reach` apart; their number is limited."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     far = np.concatenate([[0.0], np.cumsum(steps)])
     count = int(np.clip(np.ceil(2.0 * far[-1] / reach), 1, 100_000)) + 1

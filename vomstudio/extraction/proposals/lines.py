@@ -1,9 +1,9 @@
-"""Lines that stand out of the noise of a surface, and how likely noise alone makes such ones.
+"""Lines that stand out of the noise of a surface, and the probability of such lines in noise.
 
-The evidence is what a followed trace looks for, against its surroundings on the surface. Places
-where it stands out hang together in pieces, and a line is the longest way through one. The doubt is
-the share of surrogates in which the same search finds a line as strong: noise with the values of
-the surface and the likeness of its neighbours, after Theiler et al. (1992), Physica D 58, 77.
+The evidence is the cost of a followed trace compared with its surroundings. Places with strong
+evidence form connected pieces, and a line is the longest path through one. The p-value is the share
+of surrogates in which the same search finds a line as strong: noise with the values of the surface
+and the correlation of its neighbours, after Theiler et al. (1992), Physica D 58, 77.
 """
 
 from __future__ import annotations
@@ -15,30 +15,40 @@ from functools import partial
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
-from vomstudio.extraction.path_costs import OF_COLOURS, looked_for, smoothed
-from vomstudio.extraction.shortest_paths import shortest
+from vomstudio.extraction.path_costs import COLOUR_COSTS, contact_values, smooth_values
+from vomstudio.extraction.shortest_paths import shortest_path
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.extraction.trace_options import ONNX
 
 SURROGATES = 49
-# Steps of smoothing: of the evidence, and of the surroundings that it is held against.
-_FINE, _WIDE = 2, 64
-# Evidence of a line is above this, in standard deviations of the noise.
-_STANDS_OUT = 0.8
-# A strong contact beside a place is not its noise.
-_MOST_NOISE = 3.0
-_LEAST_NOISE = 0.5
-_MOST_SMOOTHING = 16
-# A line's ends are at least so much of its length apart; what turns back is cut there.
-_LEAST_REACH = 0.6
+# Smoothing passes of the evidence, and of the surroundings it is compared with.
+_EVIDENCE_SMOOTHINGS, _BACKGROUND_SMOOTHINGS = 2, 64
+# Minimum evidence of a line, in standard deviations of the noise.
+_MIN_EVIDENCE = 0.8
+# Limits of the local noise, so that a strong contact nearby does not count as noise.
+_MAX_NOISE = 3.0
+_MIN_NOISE = 0.5
+_MAX_SMOOTHINGS = 16
+# Minimum distance of a line's ends over its length; a line that turns back is cut.
+_MIN_STRAIGHTNESS = 0.6
 _SEED = 20240229
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """nodes : of the graph, in their order; length : along it; evidence : its mean, in standard
-    deviations of the noise; strength : by which lines are compared, evidence times the root of the
-    length in arcs"""
+    """Proposed line.
+
+    Parameters
+    ----------
+    nodes : (k,) int array
+        Of the graph, in order.
+    length : float
+        m.
+    evidence : float
+        Its mean, in standard deviations of the noise.
+    strength : float
+        Evidence times the root of the length in arcs, by which lines are sorted.
+    """
 
     nodes: IntArray
     length: float
@@ -46,96 +56,138 @@ class Line:
     strength: float
 
 
-def evidence_of(graph: Graph, cost: str) -> FloatArray:
-    """(n,) how far each node stands out of its surroundings, in standard deviations of the noise
-    there. cost : of COSTS but "colour", or a field, whose low values are looked for."""
-    raw = -looked_for(graph, cost)
+def compute_evidence(graph: Graph, cost: str) -> FloatArray:
+    """Compute how far each node stands out of its surroundings.
+
+    Parameters
+    ----------
+    graph : Graph
+    cost : str
+        One of `COSTS` except "colour", or a field whose low values are searched.
+
+    Returns
+    -------
+    (n,) array
+        In standard deviations of the local noise.
+    """
+    raw = -contact_values(graph, cost)
     unknown = ~np.isfinite(raw)
     raw[unknown] = np.median(raw[~unknown]) if not unknown.all() else 0.0
-    fine = smoothed(graph, raw, _FINE)
-    off = fine - smoothed(graph, fine, _WIDE)
-    spread = 1.4826 * float(np.median(np.abs(off)))
-    # The rounding of what is equal everywhere is no noise.
+    fine = smooth_values(graph, raw, _EVIDENCE_SMOOTHINGS)
+    deviation = fine - smooth_values(graph, fine, _BACKGROUND_SMOOTHINGS)
+    spread = 1.4826 * float(np.median(np.abs(deviation)))
+    # Rounding errors of constant values are not noise.
     if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
-        spread = float(off.std())
+        spread = float(deviation.std())
     if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
         return np.zeros(len(raw))
-    own = smoothed(graph, np.minimum(np.abs(off), _MOST_NOISE * spread), _WIDE)
-    noise = spread * np.maximum(own / max(float(np.median(own)), 1e-300), _LEAST_NOISE)
-    found = off / noise
-    found[unknown] = 0.0
-    return np.asarray(found)
+    local = smooth_values(
+        graph, np.minimum(np.abs(deviation), _MAX_NOISE * spread), _BACKGROUND_SMOOTHINGS
+    )
+    noise = spread * np.maximum(local / max(float(np.median(local)), 1e-300), _MIN_NOISE)
+    evidence = deviation / noise
+    evidence[unknown] = 0.0
+    return np.asarray(evidence)
 
 
-def find_lines(graph: Graph, evidence: FloatArray, least_length: float, most: int) -> list[Line]:
-    """The lines at least so long, the strongest first."""
-    arc = graph.usual_arc
-    found: list[Line] = []
-    for nodes, piece in _pieces(graph, np.flatnonzero(evidence > _STANDS_OUT), least_length / arc):
-        found += _lines_of(nodes, piece, evidence, least_length, arc, most)
-    return sorted(found, key=lambda line: -line.strength)[:most]
+def find_lines(graph: Graph, evidence: FloatArray, min_length: float, max_lines: int) -> list[Line]:
+    """Find the lines of a minimum length, the strongest first.
+
+    Parameters
+    ----------
+    graph : Graph
+    evidence : (n,) array
+    min_length : float
+        m.
+    max_lines : int
+        Maximum number of lines.
+
+    Returns
+    -------
+    list of Line
+    """
+    arc = graph.typical_arc
+    lines: list[Line] = []
+    for nodes, piece in _pieces(graph, np.flatnonzero(evidence > _MIN_EVIDENCE), min_length / arc):
+        lines += _trace_lines(nodes, piece, evidence, min_length, arc, max_lines)
+    return sorted(lines, key=lambda line: -line.strength)[:max_lines]
 
 
-def strongest_in_noise(
-    graph: Graph, evidence: FloatArray, cost: str, least_length: float, check: Callable[[int], None]
+def simulate_strengths(
+    graph: Graph, evidence: FloatArray, cost: str, min_length: float, check: Callable[[int], None]
 ) -> FloatArray:
-    """(SURROGATES,) strength of the strongest line in each of them, 0 for none, in rising order.
+    """Simulate noise and return the strength of the strongest line in each surrogate.
 
-    check : called with the number of those that are done; it may raise Cancelled
+    Parameters
+    ----------
+    graph : Graph
+    evidence : (n,) array
+    cost : str
+    min_length : float
+        Minimum length of a line, m.
+    check : callable
+        Called with the number of completed surrogates; it may raise Cancelled.
+
+    Returns
+    -------
+    (SURROGATES,) array
+        Ascending, 0 without a line.
     """
     pool = np.sort(evidence)
-    if cost in ("dark", "light") or cost not in (*OF_COLOURS, "curvature", ONNX):
-        # Contacts are on one side of the middle; the other side tells the noise.
+    if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX):
+        # Contacts are on one side of the median; the other side represents the noise.
         middle = np.median(pool)
         low = pool[pool <= middle]
         pool = np.concatenate([low, (2.0 * middle - low)[::-1]])
     random = np.random.default_rng(_SEED)
-    times = _smoothing(graph, evidence, random)
+    times = _match_smoothing(graph, evidence, random)
     shares = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
     values = np.interp(shares, (np.arange(len(pool)) + 0.5) / len(pool), pool)
     strongest = np.zeros(SURROGATES)
     for i in range(SURROGATES):
         check(i)
-        noise = smoothed(graph, random.standard_normal(len(evidence)), times)
+        noise = smooth_values(graph, random.standard_normal(len(evidence)), times)
         surrogate = np.empty(len(noise))
         surrogate[np.argsort(noise)] = values
-        lines = find_lines(graph, surrogate, least_length, 1)
+        lines = find_lines(graph, surrogate, min_length, 1)
         strongest[i] = lines[0].strength if lines else 0.0
     return np.sort(strongest)
 
 
-def doubt_of(strength: float, strongest: FloatArray) -> float:
-    """The chance that the strongest line in noise is as strong as this, from 1 / 50 to 1."""
+def line_p_value(strength: float, strongest: FloatArray) -> float:
+    """Return the p-value of a line: the probability of one as strong in noise, 1 / 50 to 1."""
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
 
 
-def _smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
-    """How often white noise is smoothed until neighbours are as alike as those of the evidence."""
+def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
+    """Return the smoothing passes that give white noise the correlation of the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
-    calm = np.abs(evidence) < _MOST_NOISE
+    calm = np.abs(evidence) < _MAX_NOISE
     both = calm[source] & calm[graph.near]
-    wanted = _likeness(evidence, source[both], graph.near[both])
+    target = _correlation(evidence, source[both], graph.near[both])
     noise = random.standard_normal(len(evidence))
-    # What differs by chance alone does not ask for one step more.
-    slack = 2.0 / np.sqrt(max(len(evidence), 1))
-    for times in range(_MOST_SMOOTHING):
-        if _likeness(noise, source, graph.near) >= wanted - slack:
+    # A difference that may be random does not require another pass.
+    tolerance = 2.0 / np.sqrt(max(len(evidence), 1))
+    for times in range(_MAX_SMOOTHINGS):
+        if _correlation(noise, source, graph.near) >= target - tolerance:
             return times
-        noise = smoothed(graph, noise)
-    return _MOST_SMOOTHING
+        noise = smooth_values(graph, noise)
+    return _MAX_SMOOTHINGS
 
 
-def _likeness(values: FloatArray, one: IntArray, other: Int32Array) -> float:
+def _correlation(values: FloatArray, one: IntArray, other: Int32Array) -> float:
     a, b = values[one], values[other]
     if len(a) < 2 or a.std() == 0.0 or b.std() == 0.0:
         return 0.0
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _pieces(graph: Graph, nodes: IntArray, least: float) -> Iterator[tuple[IntArray, Graph]]:
-    """What hangs together of these nodes, each as the graph's nodes and a graph of its own; those
-    of fewer nodes than a line of `least` arcs could have are left out."""
+def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[IntArray, Graph]]:
+    """Yield the connected pieces of nodes: their nodes and the graph of each.
+
+    Pieces with too few nodes for a line of `min_arcs` are skipped.
+    """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
@@ -153,89 +205,97 @@ def _pieces(graph: Graph, nodes: IntArray, least: float) -> Iterator[tuple[IntAr
     order = np.argsort(label, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    by_source = np.argsort(place[one], kind="stable")
-    near = place[other[by_source]]
+    order_by_source = np.argsort(place[one], kind="stable")
+    near = place[other[order_by_source]]
     starts = np.concatenate([[0], np.cumsum(np.bincount(place[one], minlength=len(nodes)))]).astype(
         np.int64
     )
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
     for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        # An arc may be some times as long as the usual one.
-        if 3 * (last - first) < least or last - first < 2:
+        # An arc may be several times longer than the typical one.
+        if 3 * (last - first) < min_arcs or last - first < 2:
             continue
-        own = nodes[order[first:last]]
+        piece_nodes = nodes[order[first:last]]
         begin, end = starts[first], starts[last]
         yield (
-            own,
+            piece_nodes,
             Graph(
-                np.ascontiguousarray(graph.places[own]),
+                np.ascontiguousarray(graph.places[piece_nodes]),
                 starts[first : last + 1] - begin,
                 (near[begin:end] - first).astype(np.int32),
                 None,
                 {},
                 partial(np.zeros, last - first),
-                own,
+                piece_nodes,
             ),
         )
 
 
-def _lines_of(
-    nodes: IntArray, piece: Graph, evidence: FloatArray, least_length: float, arc: float, most: int
+def _trace_lines(
+    nodes: IntArray,
+    piece: Graph,
+    evidence: FloatArray,
+    min_length: float,
+    arc: float,
+    max_lines: int,
 ) -> list[Line]:
-    """The longest way through a piece, that through the longest branch beside it, and so on."""
+    """Find the longest path through a piece, then through its longest branch, and so on."""
     from scipy.spatial import cKDTree
 
-    found: list[Line] = []
-    left = [(nodes, piece)]
-    while left and len(found) < most:
-        own, part = left.pop()
-        # No two places of it are as far apart as the ends of a line must be.
-        if np.linalg.norm(np.ptp(part.places, axis=0)) < _LEAST_REACH * least_length:
+    lines: list[Line] = []
+    remaining = [(nodes, piece)]
+    while remaining and len(lines) < max_lines:
+        part_nodes, part = remaining.pop()
+        # The piece is too small for the distance that the ends of a line must have.
+        if np.linalg.norm(np.ptp(part.places, axis=0)) < _MIN_STRAIGHTNESS * min_length:
             continue
-        path = _longest(part, evidence[own])
+        path = _longest_path(part, evidence[part_nodes])
         length = _length(part.places[path])
-        if length < least_length:
+        if length < min_length:
             continue
-        for nodes_on in _unturned(part.places, path):
-            along = _length(part.places[nodes_on])
-            if along >= least_length:
-                mean = float(evidence[own[nodes_on]].mean())
-                strength = mean * float(np.sqrt(along / arc))
-                found.append(Line(own[nodes_on], along, mean, strength))
-        wide = max(3.0 * arc, 1.5 * len(own) * arc / len(path))
+        for nodes_on in _cut_turns(part.places, path):
+            length_on = _length(part.places[nodes_on])
+            if length_on >= min_length:
+                mean = float(evidence[part_nodes[nodes_on]].mean())
+                strength = mean * float(np.sqrt(length_on / arc))
+                lines.append(Line(part_nodes[nodes_on], length_on, mean, strength))
+        wide = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
         far = cKDTree(part.places[path]).query(part.places)[0] > wide
-        rest = np.flatnonzero(far)
-        left += [(own[rows], one) for rows, one in _pieces(part, rest, least_length / arc)]
-    return found
+        branch_nodes = np.flatnonzero(far)
+        remaining += [
+            (part_nodes[rows], branch)
+            for rows, branch in _pieces(part, branch_nodes, min_length / arc)
+        ]
+    return lines
 
 
-def _unturned(places: FloatArray, path: IntArray) -> list[IntArray]:
-    """The parts of a path, cut where it turns, whose ends are far enough apart for their length."""
-    found, left = [], [path]
-    while left:
-        part = left.pop()
+def _cut_turns(places: FloatArray, path: IntArray) -> list[IntArray]:
+    """Cut a path where it turns back; return the parts that are straight enough."""
+    straight, remaining = [], [path]
+    while remaining:
+        part = remaining.pop()
         if len(part) < 3:
             continue
         line = places[part]
         chord = line[-1] - line[0]
-        apart = float(np.linalg.norm(chord))
-        if apart >= _LEAST_REACH * _length(line):
-            found.append(part)
+        chord_length = float(np.linalg.norm(chord))
+        if chord_length >= _MIN_STRAIGHTNESS * _length(line):
+            straight.append(part)
             continue
-        off = line - line[0]
-        if apart > 0.0:
-            off = off - np.outer(off @ chord / apart**2, chord)
-        turn = 1 + int(np.linalg.norm(off, axis=1)[1:-1].argmax())
-        left += [part[: turn + 1], part[turn:]]
-    return found
+        offsets = line - line[0]
+        if chord_length > 0.0:
+            offsets = offsets - np.outer(offsets @ chord / chord_length**2, chord)
+        turn = 1 + int(np.linalg.norm(offsets, axis=1)[1:-1].argmax())
+        remaining += [part[: turn + 1], part[turn:]]
+    return straight
 
 
 def _length(places: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
-def _longest(piece: Graph, evidence: FloatArray) -> IntArray:
-    """Nodes on the way between two places of a piece that are about as far apart as any."""
+def _longest_path(piece: Graph, evidence: FloatArray) -> IntArray:
+    """Return the path between two nodes of a piece that are about as far apart as any."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -245,7 +305,7 @@ def _longest(piece: Graph, evidence: FloatArray) -> IntArray:
     arcs = csr_array((np.maximum(far, 1e-12), piece.near, piece.starts), shape=shape)
     one = int(np.argmax(dijkstra(arcs, indices=0)))
     other = int(np.argmax(dijkstra(arcs, indices=one)))
-    costs = 1.0 / np.maximum(evidence, _STANDS_OUT) ** 2
-    path = shortest(piece, one, other, costs)
+    costs = 1.0 / np.maximum(evidence, _MIN_EVIDENCE) ** 2
+    path = shortest_path(piece, one, other, costs)
     assert path is not None
     return path

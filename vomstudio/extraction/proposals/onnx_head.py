@@ -1,5 +1,8 @@
-"""What an ONNX file takes and gives, without its weights: as much of the public schema (onnx.proto,
-version 8 of the IR) as names the inputs and outputs of a network with their shapes."""
+"""Inputs and outputs of an ONNX file, read without its weights.
+
+It decodes only the part of the public schema (onnx.proto, version 8 of the IR) that names the
+inputs and outputs of a network with their shapes.
+"""
 
 from __future__ import annotations
 
@@ -12,26 +15,34 @@ _NAME_OF_TENSOR = 8
 
 
 @dataclass(frozen=True)
-class Head:
-    """inputs, outputs : their shapes, None where a side is free or not told; those that the file
-    itself gives values are no inputs"""
+class NetworkShapes:
+    """Shapes of the inputs and outputs, with None for a free side.
+
+    Inputs to which the file itself assigns values are not included.
+    """
 
     inputs: tuple[tuple[int | None, ...], ...]
     outputs: tuple[tuple[int | None, ...], ...]
 
 
-def head_of(raw: bytes) -> Head:
-    """Raises ValueError for what is no ONNX file."""
+def read_shapes(raw: bytes) -> NetworkShapes:
+    """Read the shapes of an ONNX file's inputs and outputs.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are not an ONNX file.
+    """
     graphs = [value for field, value in _fields(raw) if field == _GRAPH]
     if len(graphs) != 1 or not isinstance(graphs[0], memoryview):
         raise ValueError("no graph")
-    given = set[bytes]()
+    initialized = set[bytes]()
     inputs, outputs = [], []
     for field, value in _fields(graphs[0]):
         if not isinstance(value, memoryview):
             continue
         if field == _INITIALIZER:
-            given |= {
+            initialized |= {
                 bytes(v)
                 for f, v in _fields(value)
                 if f == _NAME_OF_TENSOR and isinstance(v, memoryview)
@@ -40,13 +51,14 @@ def head_of(raw: bytes) -> Head:
             inputs.append((_part(value, 1), _shape(value)))
         elif field == _OUTPUT:
             outputs.append(_shape(value))
-    return Head(
-        tuple(shape for name, shape in inputs if bytes(name or b"") not in given), tuple(outputs)
+    return NetworkShapes(
+        tuple(shape for name, shape in inputs if bytes(name or b"") not in initialized),
+        tuple(outputs),
     )
 
 
 def _shape(info: memoryview) -> tuple[int | None, ...]:
-    """Of a ValueInfoProto: type, tensor_type, shape, its dims."""
+    """Return the dims of a ValueInfoProto (type, tensor_type, shape)."""
     at: memoryview | None = info
     for field in (2, 1, 2):
         at = None if at is None else _part(at, field)
@@ -55,20 +67,26 @@ def _shape(info: memoryview) -> tuple[int | None, ...]:
     sides: list[int | None] = []
     for field, dim in _fields(at):
         if field == 1 and isinstance(dim, memoryview):
-            told = [value for f, value in _fields(dim) if f == 1 and isinstance(value, int)]
-            sides.append(told[0] if told and 0 < told[0] < 1 << 31 else None)
+            sizes = [value for f, value in _fields(dim) if f == 1 and isinstance(value, int)]
+            sides.append(sizes[0] if sizes and 0 < sizes[0] < 1 << 31 else None)
     return tuple(sides)
 
 
-def _part(message: memoryview, wanted: int) -> memoryview | None:
+def _part(message: memoryview, number: int) -> memoryview | None:
     for field, value in _fields(message):
-        if field == wanted and isinstance(value, memoryview):
+        if field == number and isinstance(value, memoryview):
             return value
     return None
 
 
 def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview]]:
-    """Numbers and values of a message's fields. Raises ValueError where it is none."""
+    """Yield the field numbers and values of a message.
+
+    Raises
+    ------
+    ValueError
+        If it is not a message.
+    """
     view, at = memoryview(message), 0
     while at < len(view):
         key, at = _varint(view, at)

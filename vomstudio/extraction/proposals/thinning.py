@@ -1,4 +1,4 @@
-"""A part of the points of a very large model, among which lines are looked for."""
+"""Random sample of the points of a very large model, in which lines are searched."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
-MOST_POINTS = 1_000_000
-"""Of some minutes' work with all surfaces of noise."""
+MAX_POINTS = 1_000_000
+"""Takes a few minutes with all surrogates."""
 _SEED = 20240229
 
 
-def few_enough(data: Mesh | PointCloud, most: int) -> PointCloud:
-    """So many points or vertices of a model that has more, drawn at random with the same chance,
-    with their colours and fields."""
+def sample_points(data: Mesh | PointCloud, count: int) -> PointCloud:
+    """Draw a random sample of points or vertices, with their colours and fields."""
     points = data.vertices if isinstance(data, Mesh) else data.points
-    rows = np.sort(np.random.default_rng(_SEED).choice(len(points), most, replace=False))
+    rows = np.sort(np.random.default_rng(_SEED).choice(len(points), count, replace=False))
     colours = data.colors
-    if colours is None and isinstance(data, Mesh) and (worn := TextureColours(data)).any:
-        colours = np.round(worn.of_vertices).astype(np.uint8)
+    if colours is None and isinstance(data, Mesh) and (textures := TextureColours(data)).any:
+        colours = np.round(textures.vertex_colours).astype(np.uint8)
     return PointCloud(
         points[rows],
         colors=None if colours is None else colours[rows],

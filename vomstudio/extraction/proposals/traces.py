@@ -1,4 +1,4 @@
-"""What `vomstudio trace --propose` and `vs.propose_traces` tell: lines to look at, no result."""
+"""Result of `vomstudio trace --propose` and `vs.propose_traces`: lines to review."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
-from vomstudio.extraction.followed_trace import near_surface, plane_of
+from vomstudio.extraction.followed_trace import fit_trace_plane, index_vertices
 from vomstudio.extraction.following import Follower
-from vomstudio.extraction.proposals.edge_pictures import DRAWN
+from vomstudio.extraction.proposals.edge_pictures import EDGE_COST
 from vomstudio.extraction.proposals.lines import SURROGATES as SURROGATES
 from vomstudio.extraction.proposals.lines import (
-    doubt_of,
-    evidence_of,
+    compute_evidence,
     find_lines,
-    strongest_in_noise,
+    line_p_value,
+    simulate_strengths,
 )
-from vomstudio.extraction.proposals.thinning import MOST_POINTS, few_enough
+from vomstudio.extraction.proposals.thinning import MAX_POINTS, sample_points
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geology.band_figures import BandFigures
@@ -35,13 +35,24 @@ DEFAULT_MIN_RESOLUTIONS = 20.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Proposal(PrintableResult):
-    """A line that may be a contact.
+    """Line that may be a contact.
 
-    line : its name; points : (n, 3) World, m; length_m : along it
-    evidence : its mean, in standard deviations of the noise of the surface around it
-    doubt : the chance that noise alone makes a line as strong somewhere on the surface
-    plane : row of the orientation table, None where there is none; band : of the planes that a
-        straight line allows
+    Parameters
+    ----------
+    line : str
+        Its name.
+    points : (n, 3) array
+        World, m.
+    length_m : float
+        Length along the line.
+    evidence : float
+        Its mean, in standard deviations of the noise of the surface around it.
+    doubt : float
+        Probability of a line as strong in noise, somewhere on the surface.
+    plane : dict or None
+        Row of the orientation table; None if no plane can be fitted.
+    band : BandFigures or None
+        Band of planes that a straight line allows.
     """
 
     line: str
@@ -55,8 +66,20 @@ class Proposal(PrintableResult):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ProposedTraces(PrintableResult):
-    """proposals : the least doubtful first; cost : what was looked for; least_length_m : of a line;
-    surrogates : surfaces of noise that the doubts are told from; warnings : sentences"""
+    """Lines that may be contacts.
+
+    Parameters
+    ----------
+    proposals : tuple of Proposal
+        The least doubtful first.
+    cost : str
+        Evidence that was used.
+    least_length_m : float
+        Minimum length of a line.
+    surrogates : int
+        Number of simulated surfaces of noise.
+    warnings : tuple of Finding
+    """
 
     proposals: tuple[Proposal, ...]
     cost: str
@@ -80,58 +103,73 @@ def propose_traces(
     Parameters
     ----------
     surface : SurfaceGraph
-        Of a model in World; for the cost "onnx" it wears the edges of the network.
+        Of a model in World; for the cost "onnx" it is coloured by the edges of the network.
     options : ProposalOptions
     resolution : float
-        Of the model, m.
+        Resolution of the model, m.
+    model, frame : str
+        Names for the orientation table.
+    progress : Progress
+    thresholds : Thresholds
+
+    Returns
+    -------
+    ProposedTraces
 
     Raises
     ------
     UsageError
         For a cost that the model does not have.
     Cancelled
+        Through `progress`.
     """
     name = options.used_cost
-    cost = name if options.onnx_model is None else DRAWN
+    cost = name if options.onnx_model is None else EDGE_COST
     Follower(surface, cost)
-    least = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
+    min_length = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
     progress.stage(tr("Finding lines"), None)
     whole = surface
     warnings: tuple[Finding, ...] = ()
-    if (count := len(surface.places)) > MOST_POINTS:
-        surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
+    if (count := len(surface.places)) > MAX_POINTS:
+        surface = SurfaceGraph(sample_points(surface.data, MAX_POINTS))
         if options.min_length_m is None:
-            least *= float(np.sqrt(count / MOST_POINTS))
-        warnings = (Finding("path.reduced", points=count, used=MOST_POINTS),)
+            min_length *= float(np.sqrt(count / MAX_POINTS))
+        warnings = (Finding("path.reduced", points=count, used=MAX_POINTS),)
     graph = surface.finest
-    evidence = evidence_of(graph, cost)
+    evidence = compute_evidence(graph, cost)
     progress.step(0)
-    lines = find_lines(graph, evidence, least, options.max_lines)
+    lines = find_lines(graph, evidence, min_length, options.max_lines)
     strongest = np.zeros(0)
     if lines:
         progress.stage(tr("Comparing with noise"), SURROGATES)
-        strongest = strongest_in_noise(graph, evidence, name, least, progress.step)
-    near = near_surface(whole)
-    found = []
+        strongest = simulate_strengths(graph, evidence, name, min_length, progress.step)
+    vertices = index_vertices(whole)
+    proposals = []
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
         points = surface.world(graph, line.nodes)
         notes = tr("proposed by {cost}, not looked at", cost=name)
-        plane, band, _ = plane_of(
-            points, near, model=model, frame=frame, thresholds=thresholds, notes=notes, priors=()
+        plane, band, _ = fit_trace_plane(
+            points,
+            vertices,
+            model=model,
+            frame=frame,
+            thresholds=thresholds,
+            notes=notes,
+            priors=(),
         )
         number = str(i + 1)
         if plane is not None:
             plane = {**plane, "id": number}
-        found.append(
+        proposals.append(
             Proposal(
                 number,
                 points,
                 line.length,
                 line.evidence,
-                doubt_of(line.strength, strongest),
+                line_p_value(line.strength, strongest),
                 plane,
                 band,
             )
         )
-    return ProposedTraces(tuple(found), name, least, SURROGATES, warnings)
+    return ProposedTraces(tuple(proposals), name, min_length, SURROGATES, warnings)

@@ -1,5 +1,4 @@
-"""Faces and points chosen by what they are worth: a field of the model, or a colour like that of
-what is chosen already."""
+"""Selection of faces and points by a field of the model, or by a similar colour."""
 
 from __future__ import annotations
 
@@ -14,33 +13,47 @@ from vomstudio.geometry.field_style import ELEVATION, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
-_SAMPLE = 50_000
-_FINE = 64
-"""Colours are told apart in so many steps of red, green and blue each."""
+_MAX_SAMPLE = 50_000
+_COLOUR_STEPS = 64
+"""Number of steps in which red, green and blue are each distinguished."""
 
 
-def fields_of(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """The names of the fields that can be asked for, ELEVATION first; none of a cloud that is read
-    as it is looked at."""
+def selectable_fields(data: Mesh | PointCloud) -> tuple[str, ...]:
+    """List the fields of a model, ELEVATION first; none for a streamed cloud."""
     return () if isinstance(data, StreamedCloud) else field_names(data)
 
 
-def range_of(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tuple[float, float]:
-    """Least and greatest value of a field; NaN where it has none."""
+def field_range(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tuple[float, float]:
+    """Return the minimum and maximum of a field; NaN without values."""
     values = _values(data, to_world, name)
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
 
 
-def within(
+def select_by_value(
     data: Mesh | PointCloud, to_world: FloatArray, name: str, low: float, high: float
 ) -> BoolArray:
-    """(n,) which faces, by the mean of their corners, or points have a value from low to high;
-    where low is above high, as azimuths about north, those outside of it. to_world : (4, 4)"""
+    """Select faces (by the mean of their corners) or points with a value from low to high.
+
+    If low is above high, as for azimuths about north, values outside of the interval are selected.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    to_world : (4, 4) array
+        From the frame of the file.
+    name : str
+        Name of the field.
+    low, high : float
+
+    Returns
+    -------
+    (n,) bool array
+    """
     values = _values(data, to_world, name)
     if isinstance(data, Mesh):
         if low > high:
-            # The mean of 359 and 1 is no azimuth between them: each corner by itself.
+            # The mean of 359 and 1 is not an azimuth between them, so corners are tested.
             inside = (values >= low) | (values <= high)
             corners = inside[data.faces]
             return np.asarray(corners.sum(axis=1) >= 2)
@@ -52,8 +65,13 @@ def within(
 
 
 class ElementColours:
-    """Of the faces of a mesh, from its textures or its vertices, or of the points of a cloud.
-    Raises GeometryError where the model has no colours."""
+    """Colours of the faces of a mesh, from its textures or vertices, or of the points of a cloud.
+
+    Raises
+    ------
+    GeometryError
+        If the model has no colours.
+    """
 
     def __init__(self, data: Mesh | PointCloud) -> None:
         self._faces = np.asarray(data.faces) if isinstance(data, Mesh) else None
@@ -62,25 +80,38 @@ class ElementColours:
             textures = TextureColours(data)
             if not textures.any:
                 raise GeometryError(Finding("model.no-colours"))
-            colours = np.clip(np.round(textures.of_vertices), 0, 255).astype(np.uint8)
+            colours = np.clip(np.round(textures.vertex_colours), 0, 255).astype(np.uint8)
         if colours is None or isinstance(data, StreamedCloud):
             raise GeometryError(Finding("model.no-colours"))
-        small = (np.asarray(colours) // (256 // _FINE)).astype(np.int32)
-        self._codes = (small[:, 0] * _FINE + small[:, 1]) * _FINE + small[:, 2]
+        small = (np.asarray(colours) // (256 // _COLOUR_STEPS)).astype(np.int32)
+        self._codes = (small[:, 0] * _COLOUR_STEPS + small[:, 1]) * _COLOUR_STEPS + small[:, 2]
 
     def like(self, ids: IntArray, tolerance: float) -> BoolArray:
-        """(n,) which have a colour within the tolerance of one of those of `ids`: of their mean, in
-        CIE L*a*b* with half the weight for lightness, since a face in the shade is darker and no
-        other rock. 2.3 is what the eye just tells apart (Mahy et al. 1994, Color Res. Appl. 19,
-        105)."""
-        some = ids[:: max(1, len(ids) // _SAMPLE)]
-        every = _lab(_cells())
-        own = every[
-            self._codes[self._faces[some]].ravel() if self._faces is not None else self._codes[some]
+        """Select elements whose colour is similar to the mean colour of `ids`.
+
+        The tolerance is in CIE L*a*b* with half the weight for lightness, because rock in the
+        shade is darker. The smallest visible difference is 2.3 (Mahy et al. 1994, Color Res. Appl.
+        19, 105).
+
+        Parameters
+        ----------
+        ids : (k,) int array
+        tolerance : float
+
+        Returns
+        -------
+        (n,) bool array
+        """
+        sample = ids[:: max(1, len(ids) // _MAX_SAMPLE)]
+        palette = _lab(_palette())
+        sample_colours = palette[
+            self._codes[self._faces[sample]].ravel()
+            if self._faces is not None
+            else self._codes[sample]
         ]
-        off = every - own.mean(axis=0)
-        off[:, 0] *= 0.5
-        near = np.sqrt((off * off).sum(axis=1)) <= tolerance
+        differences = palette - sample_colours.mean(axis=0)
+        differences[:, 0] *= 0.5
+        near = np.sqrt((differences * differences).sum(axis=1)) <= tolerance
         inside = near[self._codes]
         if self._faces is None:
             return np.asarray(inside)
@@ -95,18 +126,20 @@ def _values(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> AnyArra
     return np.asarray(data.fields[name])
 
 
-def _cells() -> FloatArray:
-    """(_FINE^3, 3) colours in the middle of the steps, 0..1."""
-    steps = (np.arange(_FINE) + 0.5) / _FINE
+def _palette() -> FloatArray:
+    """Return the colours (_COLOUR_STEPS^3, 3) in the middle of the steps, 0 to 1."""
+    steps = (np.arange(_COLOUR_STEPS) + 0.5) / _COLOUR_STEPS
     red, green, blue = np.meshgrid(steps, steps, steps, indexing="ij")
     return np.stack([red.ravel(), green.ravel(), blue.ravel()], axis=1)
 
 
 def _lab(rgb: FloatArray) -> FloatArray:
-    """CIE L*a*b* (D65) of sRGB 0..1 (IEC 61966-2-1, CIE 15)."""
+    """Convert sRGB, 0 to 1, to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    turn = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
-    xyz = linear @ turn.T / np.array([0.95047, 1.0, 1.08883])
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    xyz = linear @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
     f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
     return np.stack(
         [116.0 * f[:, 1] - 16.0, 500.0 * (f[:, 0] - f[:, 1]), 200.0 * (f[:, 1] - f[:, 2])], axis=1

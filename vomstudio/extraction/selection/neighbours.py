@@ -1,9 +1,9 @@
-"""Which faces or points of a model lie beside each other: to grow a piece of its surface from one
-of them, and to make what is chosen wider or narrower by a ring.
+"""Neighbour graph of the faces or points of a model.
 
-Faces are beside each other where they share an edge, however many have it, or for a ring a corner;
-corners at one place are one, since a seam of the texture splits them. So a mesh that is no manifold
-is as good as another. Points are where they stand in cells of a grid that touch.
+It grows a piece of the surface from a seed, and expands or shrinks a selection by a ring. Faces
+are neighbours if they share an edge, whatever the number of faces at it, or for a ring a corner.
+Corners at one place count as one, because texture seams split them; meshes need not be manifold.
+Points are neighbours if they are in touching cells of a grid.
 """
 
 from __future__ import annotations
@@ -25,21 +25,28 @@ from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
 from vomstudio.geometry.nearby.shared_corners import across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
-MOST = 2_000_000
-"""So many faces or points a piece has at most that grows from one click."""
-CELL = 2.0
-"""Mean spacings on a side of the cells in which points stand: about 4 points each, and 30 in those
-that touch one, of which a normal is worked out."""
-_APART = 0.7
-"""Of sides that are of one face only: where more are, the faces do not hang together."""
-_AT_ONCE = 1_000_000
-_FEW = 8
+MAX_PIECE = 2_000_000
+"""Maximum number of faces or points of a piece grown from one seed."""
+CELL_SPACINGS = 2.0
+"""Side of a cell in mean spacings: about 4 points in each, and 30 in those around, for a normal."""
+_MAX_FREE_SHARE = 0.7
+"""Share of free sides above which the faces of a mesh are not connected."""
+_BLOCK = 1_000_000
+_SPARSE_RATIO = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """mask : (n,) which faces or points belong to it; count : how many; stopped : it would have
-    grown on, but for the most it may have"""
+    """Piece of a surface grown from a seed.
+
+    Parameters
+    ----------
+    mask : (n,) bool array
+        Faces or points that belong to it.
+    count : int
+    stopped : bool
+        Whether it reached the maximum size.
+    """
 
     mask: BoolArray
     count: int
@@ -47,25 +54,45 @@ class Piece:
 
 
 class Neighbours(Protocol):
-    """Of all the faces or points of one model. Lengths are in the file's unit."""
+    """Neighbour graph of all faces or points of a model. Lengths are in the file's unit."""
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
     ) -> Piece:
-        """The surface around `seed` as far as it is even: what hangs together, with normals within
-        the angle of its plane and places within the distance of that. The plane is fitted anew as
-        the piece grows. left_out : (n,) what takes no part"""
+        """Grow the planar piece of the surface around a seed.
 
-    def wider(self, chosen: BoolArray) -> BoolArray:
-        """With those beside the chosen ones."""
+        It contains connected elements with normals within the angle of its plane and places within
+        the distance of it. The plane is fitted again as the piece grows.
 
-    def narrower(self, chosen: BoolArray) -> BoolArray:
-        """Without those that have one beside them which is not chosen."""
+        Parameters
+        ----------
+        seed : int
+        angle_deg, distance : float
+        left_out : (n,) bool array or None
+            Excluded elements.
+        """
+
+    def wider(self, selection: BoolArray) -> BoolArray:
+        """Add the neighbours of a selection (n,)."""
+
+    def narrower(self, selection: BoolArray) -> BoolArray:
+        """Remove the elements of a selection (n,) with a neighbour outside it."""
 
 
-def neighbours_of(data: Mesh | PointCloud, spacing: float) -> Neighbours:
-    """Takes seconds for millions. spacing : usual distance between points, 0 where it is not known.
-    Raises GeometryError where nothing can grow."""
+def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
+    """Build the neighbour graph of a model, which takes seconds for millions of elements.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    spacing : float
+        Typical distance between points, 0 if unknown.
+
+    Raises
+    ------
+    GeometryError
+        If the model has no faces, or is a streamed cloud.
+    """
     if isinstance(data, Mesh):
         return MeshNeighbours(data)
     if isinstance(data, StreamedCloud):
@@ -91,31 +118,31 @@ class MeshNeighbours:
         starts, near = _faces_at(self._corners, self._places)
         raw = np.empty((len(faces), 3), np.float32)
         self._normals = np.empty((len(faces), 3), np.float32)
-        self._beside = np.empty((len(faces), 3), np.int32)
+        self._across = np.empty((len(faces), 3), np.int32)
 
-        def own(rows: slice) -> None:
+        def compute_normals(rows: slice) -> None:
             face_normals(self._vertices, faces[rows], raw[rows])
 
-        def mean(rows: slice) -> None:
+        def average_normals(rows: slice) -> None:
             smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
-            across_edges(self._corners, starts, near, rows.start, self._beside[rows])
+            across_edges(self._corners, starts, near, rows.start, self._across[rows])
 
-        in_blocks(own, len(faces), Silent(), _AT_ONCE)
-        in_blocks(mean, len(faces), Silent(), _AT_ONCE)
-        self._reach_over_gaps(nodes)
+        in_blocks(compute_normals, len(faces), Silent(), _BLOCK)
+        in_blocks(average_normals, len(faces), Silent(), _BLOCK)
+        self._connect_across_gaps(nodes)
 
-    def _reach_over_gaps(self, nodes: Int32Array) -> None:
-        """Tiles that share no corners are one surface all the same. nodes : of the vertices"""
-        alone = self._beside < 0
-        if alone.mean() > _APART:
+    def _connect_across_gaps(self, nodes: Int32Array) -> None:
+        """Connect tiles that share no corners but form one surface."""
+        is_free = self._across < 0
+        if is_free.mean() > _MAX_FREE_SHARE:
             return
-        free = np.flatnonzero(alone.any(axis=1))
-        own = self._vertices[self._faces[free]]
-        sound = np.isfinite(own).all(axis=(1, 2))
-        free, own = free[sound], own[sound]
-        corners = nodes[self._faces[free]].astype(np.int64)
-        row, side, other = across_gaps(corners, own, alone[free])
-        self._beside[free[row], side] = free[other]
+        free_faces = np.flatnonzero(is_free.any(axis=1))
+        corners_xyz = self._vertices[self._faces[free_faces]]
+        finite = np.isfinite(corners_xyz).all(axis=(1, 2))
+        free_faces, corners_xyz = free_faces[finite], corners_xyz[finite]
+        corners = nodes[self._faces[free_faces]].astype(np.int64)
+        row, side, other = across_gaps(corners, corners_xyz, is_free[free_faces])
+        self._across[free_faces[row], side] = free_faces[other]
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
@@ -123,21 +150,21 @@ class MeshNeighbours:
         from vomstudio.extraction.selection.region_kernels import grow_faces
 
         n = len(self._faces)
-        taken = np.zeros(n, np.bool_) if left_out is None else left_out.copy()
-        queue = np.empty(min(MOST, n), np.int32)
+        is_taken = np.zeros(n, np.bool_) if left_out is None else left_out.copy()
+        queue = np.empty(min(MAX_PIECE, n), np.int32)
         if not np.isfinite(self._normals[seed, 0]):
-            # A face without an area: one of those around it begins.
-            beside = np.flatnonzero(self.wider(_only(seed, n)))
-            sound = beside[np.isfinite(self._normals[beside, 0])]
-            if not len(sound):
-                return Piece(_only(seed, n), 1, False)
-            seed = int(sound[0])
+            # A face without an area: start from one of those around it.
+            ring = np.flatnonzero(self.wider(_single_mask(seed, n)))
+            usable = ring[np.isfinite(self._normals[ring, 0])]
+            if not len(usable):
+                return Piece(_single_mask(seed, n), 1, False)
+            seed = int(usable[0])
         count = grow_faces(
             self._vertices,
             self._faces,
-            self._beside,
+            self._across,
             self._normals,
-            taken,
+            is_taken,
             seed,
             float(np.cos(np.radians(angle_deg))),
             distance,
@@ -149,51 +176,53 @@ class MeshNeighbours:
         mask[queue[:count]] = True
         return Piece(mask, count, count == len(queue) < n)
 
-    def wider(self, chosen: BoolArray) -> BoolArray:
-        from vomstudio.extraction.selection.region_kernels import at_marked, mark_nodes
+    def wider(self, selection: BoolArray) -> BoolArray:
+        from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
-        given = for_kernels(chosen, np.bool_)
+        selected = for_kernels(selection, np.bool_)
         marked = np.zeros(self._places, np.bool_)
-        out = np.zeros(len(chosen), np.bool_)
+        out = np.zeros(len(selection), np.bool_)
 
         def mark(rows: slice) -> None:
-            mark_nodes(self._corners[rows], given[rows], marked)
+            mark_nodes(self._corners[rows], selected[rows], marked)
 
         def read(rows: slice) -> None:
-            at_marked(self._corners[rows], marked, out[rows])
+            find_marked_faces(self._corners[rows], marked, out[rows])
 
-        in_blocks(mark, len(out), Silent(), _AT_ONCE)
-        in_blocks(read, len(out), Silent(), _AT_ONCE)
+        in_blocks(mark, len(out), Silent(), _BLOCK)
+        in_blocks(read, len(out), Silent(), _BLOCK)
         return out
 
-    def narrower(self, chosen: BoolArray) -> BoolArray:
-        return chosen & ~self.wider(~chosen)
+    def narrower(self, selection: BoolArray) -> BoolArray:
+        return selection & ~self.wider(~selection)
 
 
 class CloudNeighbours:
-    """`estimated` : the cloud has no normals of its own, so that they are worked out from its
-    points, cell by cell of a grid"""
+    """Neighbour graph of the points of a cloud.
+
+    `estimated` is True if the cloud has no normals; they are then estimated per cell of a grid.
+    """
 
     def __init__(self, cloud: PointCloud, spacing: float) -> None:
         points = np.asarray(cloud.points)
         if len(points) < 4:
             raise GeometryError(Finding("cloud.too-few-points", n=len(points), minimum=4))
         extent = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
-        self._cell = CELL * (spacing or extent / np.sqrt(len(points)) or 1.0)
+        self._cell = CELL_SPACINGS * (spacing or extent / np.sqrt(len(points)) or 1.0)
         grid = PointGrid(points, self._cell)
         self._cell = grid.cell
         self._points, columns, names, ends, self._rows = grid.tables()
         self._count, self._ny = len(points), int(grid.counts[1])
         self._begins, self._row, self._column, self._ends = _runs(columns, names, ends)
         self._names = names
-        # Where each point stands among the sorted ones; -1 for one that is nowhere.
+        # Position of each point among the sorted ones; -1 if it is not finite.
         self._place = np.full(len(points), -1, np.int32)
         self._place[self._rows] = np.arange(len(self._rows), dtype=np.int32)
         self._normals = np.full((len(self._row), 3), np.nan, np.float32)
         self.estimated = cloud.normals is None
-        self._given = np.zeros((0, 3), np.float32)
+        self._point_normals = np.zeros((0, 3), np.float32)
         if cloud.normals is not None:
-            self._given = for_kernels(np.asarray(cloud.normals)[self._rows], np.float32)
+            self._point_normals = for_kernels(np.asarray(cloud.normals)[self._rows], np.float32)
 
     def _grid(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
         return self._begins, self._row, self._column, self._names, self._ends, self._ny
@@ -205,7 +234,7 @@ class CloudNeighbours:
 
         n, cells = len(self._points), len(self._row)
         out = np.zeros(n, np.bool_) if left_out is None else left_out[self._rows]
-        queue = np.empty(min(MOST, n), np.int32)
+        queue = np.empty(min(MAX_PIECE, n), np.int32)
         mask = np.zeros(self._count, np.bool_)
         at = int(self._place[seed])
         if at < 0:
@@ -213,7 +242,7 @@ class CloudNeighbours:
         cell = int(np.searchsorted(self._begins, at, side="right")) - 1
         count = grow_points(
             self._points,
-            self._given,
+            self._point_normals,
             *self._grid(),
             self._normals,
             out,
@@ -233,49 +262,52 @@ class CloudNeighbours:
         mask[self._rows[queue[:count]]] = True
         return Piece(mask, count, count == len(queue) < n)
 
-    def wider(self, chosen: BoolArray) -> BoolArray:
-        return self._ring(chosen, gains=True)
+    def wider(self, selection: BoolArray) -> BoolArray:
+        return self._ring(selection, gains=True)
 
-    def narrower(self, chosen: BoolArray) -> BoolArray:
-        return self._ring(chosen, gains=False)
+    def narrower(self, selection: BoolArray) -> BoolArray:
+        return self._ring(selection, gains=False)
 
-    def _sorted(self, chosen: BoolArray) -> tuple[BoolArray, Int32Array]:
-        """The chosen ones among the sorted points, and the cells that hold any."""
-        ids = np.flatnonzero(chosen)
-        if len(ids) * _FEW > len(chosen):
-            own = chosen[self._rows]
-            held = np.logical_or.reduceat(own, self._begins[:-1])
-            return own, for_kernels(np.flatnonzero(held), np.int32)
-        # Few of many millions are looked up one by one.
-        own = np.zeros(len(self._points), np.bool_)
+    def _sorted(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
+        """Sort a selection, and return the cells that contain any of it."""
+        ids = np.flatnonzero(selection)
+        if len(ids) * _SPARSE_RATIO > len(selection):
+            sorted_selection = selection[self._rows]
+            has_selected = np.logical_or.reduceat(sorted_selection, self._begins[:-1])
+            return sorted_selection, for_kernels(np.flatnonzero(has_selected), np.int32)
+        # A few of many millions are looked up individually.
+        sorted_selection = np.zeros(len(self._points), np.bool_)
         at = np.sort(self._place[ids])
         at = at[at >= 0]
-        own[at] = True
+        sorted_selection[at] = True
         cells = np.searchsorted(self._begins, at, side="right") - 1
-        fresh = np.ones(len(cells), np.bool_)
-        np.not_equal(cells[1:], cells[:-1], out=fresh[1:])
-        return own, for_kernels(cells[fresh], np.int32)
+        is_first = np.ones(len(cells), np.bool_)
+        np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
+        return sorted_selection, for_kernels(cells[is_first], np.int32)
 
-    def _ring(self, chosen: BoolArray, *, gains: bool) -> BoolArray:
-        from vomstudio.extraction.selection.region_kernels import ring_of_points
+    def _ring(self, selection: BoolArray, *, gains: bool) -> BoolArray:
+        from vomstudio.extraction.selection.region_kernels import mark_ring
 
-        own, some = self._sorted(chosen)
-        gained, lost = np.zeros(len(own), np.bool_), np.zeros(len(own), np.bool_)
+        sorted_selection, cells = self._sorted(selection)
+        gained, lost = (
+            np.zeros(len(sorted_selection), np.bool_),
+            np.zeros(len(sorted_selection), np.bool_),
+        )
 
         def work(rows: slice) -> None:
-            ring_of_points(
+            mark_ring(
                 self._points,
                 *self._grid(),
-                own,
-                some[rows],
+                sorted_selection,
+                cells[rows],
                 self._cell,
                 np.empty(27, np.int64),
                 gained,
                 lost,
             )
 
-        in_blocks(work, len(some), Silent(), _AT_ONCE // 4)
-        result = chosen.copy()
+        in_blocks(work, len(cells), Silent(), _BLOCK // 4)
+        result = selection.copy()
         result[self._rows[gained if gains else lost]] = gains
         return result
 
@@ -283,13 +315,16 @@ class CloudNeighbours:
 def _runs(
     columns: Int32Array, names: IntArray, ends: IntArray
 ) -> tuple[IntArray, IntArray, Int32Array, IntArray]:
-    """Of points sorted by rows of cells and along these: where each cell begins (c + 1,), its row
-    and its column (c,), and the runs of cells of each row in place of `ends`, runs of points."""
-    fresh = np.ones(len(columns), np.bool_)
-    np.not_equal(columns[1:], columns[:-1], out=fresh[1:])
+    """Find the cells of points sorted by row and column.
+
+    Returns where each cell begins (c + 1,), its row and column (c,), and the runs of cells of each
+    row in place of `ends`, the runs of points.
+    """
+    is_first = np.ones(len(columns), np.bool_)
+    np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
     used = np.flatnonzero(names >= 0)
-    fresh[ends[used, 0]] = True
-    first = np.flatnonzero(fresh)
+    is_first[ends[used, 0]] = True
+    first = np.flatnonzero(is_first)
     runs = np.zeros_like(ends)
     runs[used] = np.searchsorted(first, ends[used])
     row = np.empty(len(first), np.int64)
@@ -298,18 +333,18 @@ def _runs(
     return np.append(first, len(columns)), row, for_kernels(columns[first], np.int32), runs
 
 
-def _only(row: int, count: int) -> BoolArray:
+def _single_mask(row: int, count: int) -> BoolArray:
     mask = np.zeros(count, np.bool_)
     mask[row] = True
     return mask
 
 
 def _faces_at(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
-    """The faces at each of `count` places: runs of the second array that begin at the first."""
+    """List the faces at each of `count` places: starts, and faces."""
     from scipy.sparse import csr_array
 
     starts = np.arange(0, corners.size + 1, 3, dtype=np.int32)
     shape = (len(corners), count)
-    # Compressing by columns is a counting sort, in C and without the interpreter's lock.
+    # Compressing by columns is a counting sort in C, which releases the interpreter's lock.
     columns = csr_array((np.ones(corners.size, np.bool_), corners.ravel(), starts), shape).tocsc()
     return for_kernels(columns.indptr, np.int64), for_kernels(columns.indices, np.int32)

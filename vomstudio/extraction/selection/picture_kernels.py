@@ -1,5 +1,7 @@
-"""Compiled loops over all elements of a model, which ask whether each lies inside a shape drawn
-over the picture and, where that is wanted, whether it is seen there. They write to `out` alone."""
+"""Compiled loops that test whether elements of a model are inside a shape drawn over the picture.
+
+Optionally an element must also be visible. They write only to `out`.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +9,14 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 
 @step
-def _seen(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[no-untyped-def]
-    """m : (3, 4) from the file to right, up and depth before the eye; scale : pixels for a metre at
-    depth 1, or at every depth where the view is parallel; shape : (h, w) inside of it; farthest :
-    (h, w) depth beyond which what lies in a pixel is hidden, of no rows where nothing is."""
+def _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[no-untyped-def]
+    """Check whether a place is inside the shape and not hidden.
+
+    `m` (3, 4) transforms from the file to right, up and depth in front of the eye. `scale` is
+    pixels per metre at depth 1, or at every depth in a parallel view. `shape` (h, w) is non-zero
+    inside. `farthest` (h, w) is the depth beyond which a place is hidden, empty without hidden
+    places.
+    """
     depth = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     if not depth > 0.0:
         return False
@@ -31,20 +37,20 @@ def _seen(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[
 def points_inside(  # type: ignore[no-untyped-def]
     points, m, scale, parallel, shape, farthest, slack, out
 ):
-    """Which points (n, 3) are inside; see `_seen`."""
+    """Test points (n, 3); see `_is_inside`."""
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        out[p] = _seen(x, y, z, m, scale, parallel, shape, farthest, slack)
+        out[p] = _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack)
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
 def faces_inside(  # type: ignore[no-untyped-def]
     vertices, faces, m, scale, parallel, shape, farthest, slack, out
 ):
-    """Which faces (n, 3) have their centre of gravity inside; see `_seen`."""
+    """Test the centres of gravity of faces (n, 3); see `_is_inside`."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0
         y = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0
         z = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0
-        out[f] = _seen(x, y, z, m, scale, parallel, shape, farthest, slack)
+        out[f] = _is_inside(x, y, z, m, scale, parallel, shape, farthest, slack)

@@ -1,4 +1,4 @@
-"""Compiled loops that grow a piece of a surface from one face or point, or by one ring."""
+"""Compiled loops that grow a piece of a surface, or a selection by one ring."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
 
 @part
 def _plane(sums, plane):  # type: ignore[no-untyped-def]
-    """The plane of the sums to plane[:6], centre and normal; nothing where they tell none."""
+    """Write centre and normal to plane[:6]; leave it unchanged without a plane."""
     w = sums[0]
     if not w > 0.0:
         return
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
-    found = eigen_of(
+    eigen = eigen_of(
         sums[4] / w - x * x,
         sums[5] / w - y * y,
         sums[6] / w - z * z,
@@ -43,14 +43,14 @@ def _plane(sums, plane):  # type: ignore[no-untyped-def]
         sums[8] / w - x * z,
         sums[9] / w - y * z,
     )
-    if found[4] > 1e-3 * found[5]:
+    if eigen[4] > 1e-3 * eigen[5]:
         plane[0], plane[1], plane[2] = x, y, z
-        plane[3], plane[4], plane[5] = found[0], found[1], found[2]
+        plane[3], plane[4], plane[5] = eigen[0], eigen[1], eigen[2]
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f4[:,::1])")
 def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
-    """Twice the area of each face times its unit normal."""
+    """Write twice the area of each face times its unit normal."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ux, uy = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1]
@@ -62,24 +62,25 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
-def smooth_normals(corners, starts, near, given, first, out):  # type: ignore[no-untyped-def]
-    """Unit normals of the faces `first` ... , each averaged over those that share a corner with it
-    and are turned by less than 60 degrees, by area, whichever side they face; NaN where none has an
-    area. corners : (m, 3) places of these faces; near[starts[i]:starts[i + 1]] : the faces at a
-    place"""
+def smooth_normals(corners, starts, near, raw, first, out):  # type: ignore[no-untyped-def]
+    """Average the normals of faces that share a corner, weighted by area; NaN without an area.
+
+    Only faces within 60 degrees of the face `first` + row count, whatever their side. `corners`
+    (m, 3) are the places of these faces; near[starts[i]:starts[i + 1]] are the faces at a place.
+    """
     for row in range(len(corners)):
         f = first + row
-        nx, ny, nz = float(given[f, 0]), float(given[f, 1]), float(given[f, 2])
+        nx, ny, nz = float(raw[f, 0]), float(raw[f, 1]), float(raw[f, 2])
         sx, sy, sz = nx, ny, nz
-        own = nx * nx + ny * ny + nz * nz
+        square = nx * nx + ny * ny + nz * nz
         for k in range(3):
             node = corners[row, k]
             for at in range(starts[node], starts[node + 1]):
                 o = near[at]
-                x, y, z = float(given[o, 0]), float(given[o, 1]), float(given[o, 2])
+                x, y, z = float(raw[o, 0]), float(raw[o, 1]), float(raw[o, 2])
                 turn = nx * x + ny * y + nz * z
-                # Beyond an edge lies another surface, which must not bend this one's normals.
-                if turn * turn < 0.25 * own * (x * x + y * y + z * z):
+                # A surface beyond an edge must not affect the normals of this one.
+                if turn * turn < 0.25 * square * (x * x + y * y + z * z):
                     continue
                 side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
                 sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
@@ -92,40 +93,45 @@ def smooth_normals(corners, starts, near, given, first, out):  # type: ignore[no
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], i8, i4[:,::1])")
 def across_edges(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
-    """For each edge of the faces `first` ... the next face that has it too, in a ring of all that
-    have it, however many; -1 where there is none. corners : (n, 3) places of all faces"""
+    """Find the next face at each edge of the faces from `first`, in a ring.
+
+    -1 if the edge is free. `corners` (n, 3) are the places of all faces.
+    """
     for row in range(len(out)):
         f = first + row
         for k in range(3):
             a, b = corners[f, k], corners[f, (k + 1) % 3]
-            least, after = -1, -1
+            lowest, after = -1, -1
             for at in range(starts[a], starts[a + 1]):
                 o = near[at]
                 if o == f or a == b:
                     continue
                 if corners[o, 0] != b and corners[o, 1] != b and corners[o, 2] != b:
                     continue
-                if least == -1 or o < least:
-                    least = o
+                if lowest == -1 or o < lowest:
+                    lowest = o
                 if o > f and (after == -1 or o < after):
                     after = o
-            out[row, k] = after if after != -1 else least
+            out[row, k] = after if after != -1 else lowest
 
 
 @kernel(
     "i8(f8[:,::1], i4[:,::1], i4[:,::1], f4[:,::1], b1[::1], i8, f8, f8, f8[::1], f8[::1], i4[::1])"
 )
 def grow_faces(  # type: ignore[no-untyped-def]
-    vertices, faces, beside, normals, taken, seed, cosine, reach, plane, sums, queue
+    vertices, faces, across, normals, is_taken, seed, cosine, reach, plane, sums, queue
 ):
-    """Faces that hang together with `seed` by their edges, whose normals are within the angle (its
-    cosine) of the plane of those that were taken before and whose centres lie within `reach` of it.
-    How many; they stand in `queue`, whose length is the most. taken : comes as zeros, save for
-    faces that take no part. plane : comes as zeros, and is the last one."""
+    """Grow a piece from the face `seed` over edges; return its number of faces.
+
+    A face joins if its normal is within the angle (its cosine) of the plane of the piece and its
+    centre within `reach` of it. The faces are written to `queue`, whose length is the maximum.
+    `is_taken` must be zero except for excluded faces; `plane` must be zero and receives the final
+    plane.
+    """
     a = faces[seed, 0]
     ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     _clear(sums)
-    taken[seed] = True
+    is_taken[seed] = True
     queue[0] = seed
     plane[3], plane[4], plane[5] = normals[seed, 0], normals[seed, 1], normals[seed, 2]
     a, b, c = faces[seed, 0], faces[seed, 1], faces[seed, 2]
@@ -133,18 +139,18 @@ def grow_faces(  # type: ignore[no-untyped-def]
     plane[1] = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0 - oy
     plane[2] = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0 - oz
     _add(sums, 1.0, plane[0], plane[1], plane[2])
-    head, tail, again, most = 0, 1, 24, len(queue)
+    head, tail, refit_size, max_count = 0, 1, 24, len(queue)
     while head < tail:
         e = queue[head]
         head += 1
         for k in range(3):
-            o = beside[e, k]
-            if o == -1 or taken[o]:
+            o = across[e, k]
+            if o == -1 or is_taken[o]:
                 continue
             turn = abs(
                 normals[o, 0] * plane[3] + normals[o, 1] * plane[4] + normals[o, 2] * plane[5]
             )
-            # Around a face without an area there may be none either: NaN is not refused.
+            # Faces without an area have no normal: NaN is not rejected.
             if turn < cosine:
                 continue
             a, b, c = faces[o, 0], faces[o, 1], faces[o, 2]
@@ -154,22 +160,21 @@ def grow_faces(  # type: ignore[no-untyped-def]
             off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
             if not abs(off) <= reach:
                 continue
-            taken[o] = True
-            if tail == most:
+            is_taken[o] = True
+            if tail == max_count:
                 return tail
             queue[tail] = o
             tail += 1
             _add(sums, 1.0, x, y, z)
-            if tail >= again:
-                again = tail + tail // 2
+            if tail >= refit_size:
+                refit_size = tail + tail // 2
                 _plane(sums, plane)
     return tail
 
 
 @part
 def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
-    """The cells that touch a cell, itself included, in `near`; how many. rows, columns : of each
-    cell; names, ends : runs of cells by their row"""
+    """List the cells that touch a cell, itself included, in `near`; return their number."""
     row, column, count = rows[cell], columns[cell], 0
     j0 = row % ny
     for dk in range(-1, 2):
@@ -189,14 +194,20 @@ def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-unty
 
 
 @part
-def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ignore[no-untyped-def]
-    """Of the plane of the points in these cells, or the mean of the normals that the cell's own
-    points were given, to normals[cell]; infinite where they tell none."""
+def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
+    """Write the normal of a cell: the mean of its points' normals, or that of their plane.
+
+    Infinite if the points define no plane.
+    """
     p = begins[cell]
-    if len(given) > 0:
+    if len(point_normals) > 0:
         sx, sy, sz = 0.0, 0.0, 0.0
         for o in range(p, begins[cell + 1]):
-            x, y, z = float(given[o, 0]), float(given[o, 1]), float(given[o, 2])
+            x, y, z = (
+                float(point_normals[o, 0]),
+                float(point_normals[o, 1]),
+                float(point_normals[o, 2]),
+            )
             if x * x + y * y + z * z > 0.0:
                 side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
                 sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
@@ -215,7 +226,7 @@ def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ig
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
     sx, sy, sz = sx / n, sy / n, sz / n
-    found = eigen_of(
+    eigen = eigen_of(
         xx / n - sx * sx,
         yy / n - sy * sy,
         zz / n - sz * sz,
@@ -223,8 +234,8 @@ def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ig
         xz / n - sx * sz,
         yz / n - sy * sz,
     )
-    if n > 3.5 and found[4] > 1e-3 * found[5]:
-        normals[cell, 0], normals[cell, 1], normals[cell, 2] = found[0], found[1], found[2]
+    if n > 3.5 and eigen[4] > 1e-3 * eigen[5]:
+        normals[cell, 0], normals[cell, 1], normals[cell, 2] = eigen[0], eigen[1], eigen[2]
     else:
         normals[cell, 0] = normals[cell, 1] = normals[cell, 2] = math.inf
 
@@ -255,19 +266,20 @@ def grow_points(  # type: ignore[no-untyped-def]
     cells,
     queue,
 ):
-    """As `grow_faces`, of points that stand sorted by the cells of a grid, from the point `seed` in
-    `cell` on: from cell to cell that touch. A cell is met where its normal is within the angle, and
-    its points taken that lie within `reach`. How many; -1 where the seed's own cell has no plane.
+    """Grow a piece from the point `seed`, as `grow_faces`, over touching cells of a grid.
 
-    begins : (c + 1,) first point of each cell; given : normals of the points, of no rows where
-    there are none; normals : of the cells, NaN where they are not known yet; left_out : points that
-    take no part; met : comes as zeros; near : room for 27 cells, cells : for all
+    Points are sorted by cells. A cell joins if its normal is within the angle, and its points
+    within `reach` are taken. Returns the number of points; -1 if the seed's cell has no plane.
+
+    `begins` (c + 1,) is the first point of each cell; `given` are normals of the points, empty if
+    unknown; `normals` are those of the cells, NaN if not yet computed; `left_out` marks excluded
+    points; `met` must be zero; `near` and `cells` are working space for 27 and all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
     _clear(sums)
     met[cell] = True
     cells[0] = cell
-    head, tail, count, again, most = 0, 1, 0, 24, len(queue)
+    head, tail, count, refit_size, max_count = 0, 1, 0, 24, len(queue)
     while head < tail:
         c = cells[head]
         around = _around(rows, columns, names, ends, ny, c, near)
@@ -289,13 +301,13 @@ def grow_points(  # type: ignore[no-untyped-def]
             off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
             if not abs(off) <= reach:
                 continue
-            if count == most:
+            if count == max_count:
                 return count
             queue[count] = o
             count += 1
             _add(sums, 1.0, x, y, z)
-        if count >= again:
-            again = count + count // 2
+        if count >= refit_size:
+            refit_size = count + count // 2
             _plane(sums, plane)
         if count == before:
             continue
@@ -311,21 +323,24 @@ def grow_points(  # type: ignore[no-untyped-def]
     "void(f8[:,::1], i8[::1], i8[::1], i4[::1], i8[::1], i8[:,::1], i8, b1[::1], i4[::1], f8,"
     "i8[::1], b1[::1], b1[::1])"
 )
-def ring_of_points(  # type: ignore[no-untyped-def]
-    points, begins, rows, columns, names, ends, ny, chosen, some, link, near, gained, lost
+def mark_ring(  # type: ignore[no-untyped-def]
+    points, begins, rows, columns, names, ends, ny, selected, cells, link, near, gained, lost
 ):
-    """On either side of the edge of what is chosen: the points within `link` of one of the other
-    side. some : the cells that hold a chosen point; near : room for 27 cells"""
+    """Mark points within `link` of the other side of the border of a selection.
+
+    `gained` receives points to add, `lost` points to remove. `cells` are the cells that contain
+    selected points; `near` is working space for 27 cells.
+    """
     limit = link * link
-    for at in range(len(some)):
-        c = some[at]
+    for at in range(len(cells)):
+        c = cells[at]
         around = _around(rows, columns, names, ends, ny, c, near)
         for k in range(around):
             for o in range(begins[near[k]], begins[near[k] + 1]):
-                if chosen[o]:
+                if selected[o]:
                     continue
                 for p in range(begins[c], begins[c + 1]):
-                    if chosen[p] and not (gained[o] and lost[p]):
+                    if selected[p] and not (gained[o] and lost[p]):
                         dx, dy = points[o, 0] - points[p, 0], points[o, 1] - points[p, 1]
                         dz = points[o, 2] - points[p, 2]
                         if dx * dx + dy * dy + dz * dz <= limit:
@@ -334,17 +349,17 @@ def ring_of_points(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
-def mark_nodes(corners, chosen, marked):  # type: ignore[no-untyped-def]
-    """The places of the corners of chosen faces."""
+def mark_nodes(corners, selected, marked):  # type: ignore[no-untyped-def]
+    """Mark the corners of selected faces."""
     for f in range(len(corners)):
-        if chosen[f]:
+        if selected[f]:
             marked[corners[f, 0]] = True
             marked[corners[f, 1]] = True
             marked[corners[f, 2]] = True
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")
-def at_marked(corners, marked, out):  # type: ignore[no-untyped-def]
-    """Which faces have a corner at a marked place."""
+def find_marked_faces(corners, marked, out):  # type: ignore[no-untyped-def]
+    """Find faces with a marked corner."""
     for f in range(len(corners)):
         out[f] = marked[corners[f, 0]] | marked[corners[f, 1]] | marked[corners[f, 2]]

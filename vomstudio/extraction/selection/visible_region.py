@@ -1,5 +1,7 @@
-"""What is seen of the outcrop at one moment, as numbers: the eye, and how far it sees in each
-pixel. So it can be asked which faces or points lie inside a shape drawn over the picture."""
+"""Visible part of the outcrop: the eye, and the depth of each pixel.
+
+It tests which faces or points are inside a shape drawn over the picture.
+"""
 
 from __future__ import annotations
 
@@ -17,23 +19,36 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
-_AT_ONCE = 1_000_000
-_STEEPEST = 10.0
-"""So many times as far as it is wide the surface may run back within one pixel: seen at 84 degrees
-from its normal. A longer way is a gap, behind which is another surface."""
-_SLACK = 1.5
-"""Pixels by which a surface that was drawn in 32 bits may stand before itself."""
+_BLOCK = 1_000_000
+_MAX_DEPTH_SLOPE = 10.0
+"""Maximum slope of a surface within one pixel, corresponding to a view at 84 degrees from its
+normal. A steeper step is a gap, with another surface behind it."""
+_DEPTH_TOLERANCE_PX = 1.5
+"""Depth tolerance in pixels of a surface drawn in 32 bits."""
 
 
 @dataclass(frozen=True, eq=False)
-class Looking:
-    """position : (3,) World; right, up, direction : orthonormal, direction away from the viewer
-    half_height : of the picture in metres where the view is parallel, else the tangent of half its
-        angle
-    size : (width, height) of the picture in its own pixels; ratio : of these for one of the window
-    depth : (height, width) float32 metres along the direction to what is seen, first row on top,
-        infinite where there is nothing; None where it is not known
-    clip : what lies outside of it is cut away; None for nothing
+class ViewSnapshot:
+    """View of the outcrop at one moment.
+
+    Parameters
+    ----------
+    position : (3,) array
+        World, m.
+    right, up, direction : (3,) arrays
+        Orthonormal; the direction points away from the viewer.
+    half_height : float
+        Half the height of the picture in metres in a parallel view, else the tangent of half its
+        angle.
+    parallel : bool
+    size : (int, int)
+        Width and height of the picture, pixels.
+    ratio : float
+        Pixels of the picture per pixel of the window.
+    depth : (height, width) float32 array, optional
+        Depth along the direction, m, top row first; infinite without a surface.
+    clip : ClipBox, optional
+        Box outside of which everything is clipped.
     """
 
     position: FloatArray
@@ -49,17 +64,17 @@ class Looking:
 
     @property
     def scale(self) -> float:
-        """Pixels of a metre across the view, at depth 1 where that matters."""
+        """Pixels per metre across the view, at depth 1 in a perspective view."""
         return self.size[1] / (2.0 * self.half_height)
 
-    def before_eye(self, to_world: FloatArray) -> FloatArray:
-        """(3, 4) from a file's frame to metres right, up and away from the eye."""
+    def to_eye(self, to_world: FloatArray) -> FloatArray:
+        """Return the transform (3, 4) from a file's frame to right, up and depth, m."""
         frame = np.stack([self.right, self.up, self.direction])
         linear = frame @ to_world[:3, :3]
         return np.column_stack([linear, frame @ (to_world[:3, 3] - self.position)])
 
     def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
-        """(height, width) 1 inside of a ring of places in the window's pixels, 0 outside."""
+        """Rasterize a ring of window pixels: (height, width), 1 inside, 0 outside."""
         from PIL import Image, ImageDraw
 
         picture = Image.new("L", self.size)
@@ -69,21 +84,24 @@ class Looking:
         return np.array(picture, np.uint8)
 
     def farthest(self) -> Float32Array:
-        """(height, width) depth beyond which what lies in a pixel is hidden; of no rows where it is
-        not known what is seen."""
+        """Return the depth (height, width) beyond which a place is hidden; empty if unknown."""
         if self.depth is None:
             return np.zeros((0, 0), np.float32)
         depth = self.depth
         around = depth.copy()
-        for here, there in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(around[here], depth[there], out=around[here])
+        for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            np.maximum(around[here], depth[neighbour], out=around[here])
         wide = around.copy()
-        for here, there in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(wide[:, here], around[:, there], out=wide[:, here])
+        for here, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            np.maximum(wide[:, here], around[:, neighbour], out=wide[:, here])
         pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.parallel else depth)
         with np.errstate(invalid="ignore"):
-            back = np.minimum(wide - depth, np.float32(_STEEPEST) * pixel)
-            limit = depth + np.where(np.isfinite(depth), back, 0.0) + np.float32(_SLACK) * pixel
+            back = np.minimum(wide - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
+            limit = (
+                depth
+                + np.where(np.isfinite(depth), back, 0.0)
+                + np.float32(_DEPTH_TOLERANCE_PX) * pixel
+            )
         return np.ascontiguousarray(limit + np.float32(1e-5) * np.abs(depth), np.float32)
 
     def inside(
@@ -95,61 +113,73 @@ class Looking:
         through: bool,
         spacing: float = 0.0,
     ) -> BoolArray:
-        """(n,) which faces of a mesh, by their centres of gravity, or points of a cloud lie inside
-        a shape; unless `through` only those that are seen. Of a cloud that is read as it is looked
-        at those that are there.
+        """Select the faces (by centre of gravity) or points inside a shape.
 
-        to_world : (4, 4) similarity from the file's frame; shape : (height, width), not 0 inside
-        spacing : metres between points of a cloud, which are drawn as large as that
+        Parameters
+        ----------
+        data : Mesh or PointCloud
+            Only the loaded points of a streamed cloud are tested.
+        to_world : (4, 4) array
+            Similarity from the file's frame.
+        shape : (height, width) uint8 array
+            Non-zero inside.
+        through : bool
+            Include hidden elements.
+        spacing : float
+            Distance between points of a cloud, m; they are drawn in this size.
+
+        Returns
+        -------
+        (n,) bool array
         """
-        matrix = for_kernels(self.before_eye(to_world), np.float64)
+        matrix = for_kernels(self.to_eye(to_world), np.float64)
         farthest = np.zeros((0, 0), np.float32) if through else self.farthest()
-        told = (self.scale, self.parallel, for_kernels(shape, np.uint8), farthest, 2.0 * spacing)
-        out = np.zeros(count_of(data), np.bool_)
+        view = (self.scale, self.parallel, for_kernels(shape, np.uint8), farthest, 2.0 * spacing)
+        out = np.zeros(element_count(data), np.bool_)
         if isinstance(data, Mesh):
-            self._faces(data, matrix, told, out)
+            self._faces(data, matrix, view, out)
         else:
-            self._points(data, matrix, told, out)
+            self._points(data, matrix, view, out)
         return out if self.clip is None else self._uncut(data, to_world, self.clip, out)
 
-    def _faces(self, mesh: Mesh, matrix: FloatArray, told: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
+    def _faces(self, mesh: Mesh, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import faces_inside
 
         vertices, faces = for_reading(mesh.vertices, np.float64), for_reading(mesh.faces, np.int32)
 
         def work(rows: slice) -> None:
-            faces_inside(vertices, faces[rows], matrix, *told, out[rows])
+            faces_inside(vertices, faces[rows], matrix, *view, out[rows])
 
-        in_blocks(work, len(faces), Silent(), _AT_ONCE)
+        in_blocks(work, len(faces), Silent(), _BLOCK)
 
-    def _points(self, cloud: PointCloud, matrix: FloatArray, told: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
+    def _points(self, cloud: PointCloud, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import points_inside
 
-        for start, part in pieces_of(cloud):
+        for start, part in loaded_pieces(cloud):
             points = for_reading(part, np.float64)
-            own = out[start : start + len(points)]
+            mask = out[start : start + len(points)]
 
-            def work(rows: slice, points: FloatArray = points, own: BoolArray = own) -> None:
-                points_inside(points[rows], matrix, *told, own[rows])
+            def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
+                points_inside(points[rows], matrix, *view, mask[rows])
 
-            in_blocks(work, len(points), Silent(), _AT_ONCE)
+            in_blocks(work, len(points), Silent(), _BLOCK)
 
     def _uncut(
-        self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, chosen: BoolArray
+        self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray
     ) -> BoolArray:
-        ids = np.flatnonzero(chosen)
-        places = places_of(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
-        chosen[ids[~box.holds(places)]] = False
-        return chosen
+        ids = np.flatnonzero(selection)
+        places = element_places(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
+        selection[ids[~box.holds(places)]] = False
+        return selection
 
 
-def count_of(data: Mesh | PointCloud) -> int:
-    """How many faces a mesh, or points a cloud has."""
+def element_count(data: Mesh | PointCloud) -> int:
+    """Return the number of faces of a mesh, or points of a cloud."""
     return len(data.faces) if isinstance(data, Mesh) else data.count
 
 
-def places_of(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
-    """(k, 3) centres of gravity of faces, or points, in the file's frame."""
+def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
+    """Return the centres of gravity of faces, or points (k, 3), in the file's frame."""
     if isinstance(data, Mesh):
         return np.asarray(data.vertices[data.faces[ids]].mean(axis=1), np.float64)
     if isinstance(data, StreamedCloud):
@@ -157,8 +187,8 @@ def places_of(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
     return np.asarray(data.points[ids], np.float64)
 
 
-def pieces_of(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
-    """The first id and the points (k, 3) of each run of points that are there."""
+def loaded_pieces(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
+    """Yield the first id and the points (k, 3) of each loaded run of points."""
     if not isinstance(cloud, StreamedCloud):
         yield 0, cloud.points
         return

@@ -1,9 +1,9 @@
-"""Compiled interpolation between points strewn in a plane, without their triangulation.
+"""Compiled interpolation between scattered points in a plane, without a triangulation.
 
 Of all triangles of points that enclose a place, Delaunay's is the one whose plane through the
-points lifted to x^2 + y^2 is lowest there: a linear programme of three unknowns. It is solved for
-each cell by the simplex method among the points near it, and the answer is that of a triangulation
-of all points, since no point may be left inside the circle of the three.
+points lifted to x^2 + y^2 is lowest there: a linear programme with three unknowns. The simplex
+method solves it for each cell among the points nearby. The result is that of a triangulation of all
+points, because no other point may be inside the circumcircle.
 """
 
 from __future__ import annotations
@@ -12,19 +12,20 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
-MOST_TURNS = 1000
+MAX_EXCHANGES = 1000
 NUDGE = 1e-6
-"""Cells are asked so far off their centres, in sides of a bucket: on an edge between points that
-lie in rows no triangle would enclose them."""
+"""Offset of a cell from its centre, in sides of a bucket.
+
+A place on an edge between points in rows would not be inside any triangle."""
 ROUNDING = 1e-9
-"""A point counts as inside the circle by so much, in squares of the side of a bucket."""
+"""Tolerance of the test for points inside a circle, in squared sides of a bucket."""
 
 
 @part
-def _row(starts, nx, j, low, high, left, side):  # type: ignore[no-untyped-def]
-    """First and last (not included) point of a row of buckets between two places."""
-    i0 = min(max(math.floor((low - left) / side), 0), nx - 1)
-    i1 = min(max(math.floor((high - left) / side), 0), nx - 1)
+def _row(starts, nx, j, low, high, grid_left, side):  # type: ignore[no-untyped-def]
+    """Return first and last (excluded) point of a row of buckets between two places."""
+    i0 = min(max(math.floor((low - grid_left) / side), 0), nx - 1)
+    i1 = min(max(math.floor((high - grid_left) / side), 0), nx - 1)
     return starts[j * nx + i0], starts[j * nx + i1 + 1]
 
 
@@ -36,13 +37,15 @@ def _rows(ny, low, high, top, side):  # type: ignore[no-untyped-def]
 
 
 @part
-def _enclose(points, starts, nx, ny, left, top, side, x, y, reach, tri):  # type: ignore[no-untyped-def]
-    """Whether three points in the square about a place enclose it; which: the nearest one, and
-    those that are farthest round on either side of it."""
+def _enclose(points, starts, nx, ny, grid_left, top, side, x, y, reach, tri):  # type: ignore[no-untyped-def]
+    """Check whether three points in the square about a place enclose it.
+
+    They are the nearest point, and those with the largest angle to it on either side.
+    """
     j0, j1 = _rows(ny, y - reach, y + reach, top, side)
     nearest, a = math.inf, -1
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, left, side)
+        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
         for p in range(s, e):
             d = (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2
             if d < nearest:
@@ -53,7 +56,7 @@ def _enclose(points, starts, nx, ny, left, top, side, x, y, reach, tri):  # type
     b, c = -1, -1
     bx = by = cx = cy = 0.0
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, left, side)
+        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, side)
         for p in range(s, e):
             if p == a:
                 continue
@@ -69,7 +72,7 @@ def _enclose(points, starts, nx, ny, left, top, side, x, y, reach, tri):  # type
 
 @part
 def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
-    """Barycentric coordinates of a place; -inf where the three lie on a line."""
+    """Return the barycentric coordinates of a place; -inf if the points are on a line."""
     ax, ay = points[a, 0] - x, points[a, 1] - y
     bx, by = points[b, 0] - x, points[b, 1] - y
     cx, cy = points[c, 0] - x, points[c, 1] - y
@@ -82,7 +85,7 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
-    """The plane through the three lifted points about a place: slopes and height there."""
+    """Return slopes and height, at a place, of the plane through the three lifted points."""
     ax, ay = points[tri[0], 0] - x, points[tri[0], 1] - y
     bx, by = points[tri[1], 0] - x, points[tri[1], 1] - y
     cx, cy = points[tri[2], 0] - x, points[tri[2], 1] - y
@@ -97,32 +100,31 @@ def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _inside(points, starts, nx, ny, left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
-    """The point that lies deepest inside the circle of a plane and within the square about a place,
-    -1 for none."""
+def _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
+    """Return the point deepest inside the circle of a plane and within a square, -1 for none."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
     low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
-    found, deepest = -1, -ROUNDING * side * side
+    deepest_point, deepest = -1, -ROUNDING * side * side
     if low_y > high_y:
-        return found
+        return deepest_point
     j0, j1 = _rows(ny, y + low_y, y + high_y, top, side)
     low_x, high_x = max(mx - radius, -reach), min(mx + radius, reach)
     if low_x > high_x:
-        return found
+        return deepest_point
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x + low_x, x + high_x, left, side)
+        s, e = _row(starts, nx, j, x + low_x, x + high_x, grid_left, side)
         for p in range(s, e):
             px, py = points[p, 0] - x, points[p, 1] - y
             above = px * px + py * py - f * px - g * py - h
             if above < deepest:
-                found, deepest = p, above
-    return found
+                deepest_point, deepest = p, above
+    return deepest_point
 
 
 @part
 def _enter(points, tri, new, x, y):  # type: ignore[no-untyped-def]
-    """Put a point in place of the one of three without which they enclose the place still."""
+    """Replace one of three points by a new one, so that they still enclose the place."""
     best, leaves = -math.inf, 0
     for k in range(3):
         a = new if k == 0 else tri[0]
@@ -146,19 +148,18 @@ def _too_long(points, tri, limit):  # type: ignore[no-untyped-def]
 
 
 @part
-def _settle(points, starts, nx, ny, left, top, side, x, y, limit, tri):  # type: ignore[no-untyped-def]
-    """Whether Delaunay's triangle about a place, into which an enclosing one is changed, has no
-    side over the limit."""
-    for _ in range(MOST_TURNS):
+def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # type: ignore[no-untyped-def]
+    """Change an enclosing triangle to Delaunay's; return whether its sides are within the limit."""
+    for _ in range(MAX_EXCHANGES):
         f, g, h = _lifted(points, tri, x, y)
         if math.isnan(f):
             return False
-        new = _inside(points, starts, nx, ny, left, top, side, x, y, f, g, h, limit)
+        new = _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, limit)
         if new < 0:
             if _too_long(points, tri, limit):
                 return False
-            # A farther one would be a corner, and farther from here than a side may be long.
-            far = _inside(points, starts, nx, ny, left, top, side, x, y, f, g, h, math.inf)
+            # A point farther away would be a corner, farther than the maximum length of a side.
+            far = _inside(points, starts, nx, ny, grid_left, top, side, x, y, f, g, h, math.inf)
             return far < 0
         _enter(points, tri, new, x, y)
     return False
@@ -166,32 +167,47 @@ def _settle(points, starts, nx, ny, left, top, side, x, y, limit, tri):  # type:
 
 @kernel("void(f8[:,::1], i8[::1], i8, i8, f8, f8, f8, f8, f8, f8, f8, i8[::1], f8[:,::1])")
 def interpolate(  # type: ignore[no-untyped-def]
-    points, starts, nx, ny, left, top, side, first_x, first_y, step, limit, tri, depth
+    points, starts, nx, ny, grid_left, top, side, first_x, first_y, step, limit, tri, depth
 ):
-    """Heights between points by Delaunay's triangles, NaN where one has a side over the limit.
+    """Interpolate heights by Delaunay's triangles; NaN if one has a side over the limit.
 
-    points : (n, 3) sorted by buckets, ny rows of nx squares of this side from (left, top) on, no
-        two at one place; starts : (nx ny + 1,) of each; first_x, first_y : the first cell's centre
-    tri : (3,) room to work in; depth : (h, w)
+    Parameters
+    ----------
+    points : (n, 3) array
+        Sorted by buckets, all at different places.
+    starts : (nx ny + 1,) array
+        First point of each bucket.
+    nx, ny, grid_left, top, side
+        Grid of the buckets: ny rows of nx squares.
+    first_x, first_y, step
+        Centre of the first cell, and distance of cells.
+    limit : float
+        Maximum length of a side.
+    tri : (3,) int array
+        Working space.
+    depth : (h, w) array
+        Receives the heights.
     """
     h, w = depth.shape
     off_x, off_y = NUDGE * side, 0.618 * NUDGE * side
     for row in range(h):
         y = first_y + row * step + off_y
-        held = False
+        is_enclosed = False
         for column in range(w):
             x = first_x + column * step + off_x
-            if held:
+            if is_enclosed:
                 u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
-                held = min(u, v, q) >= 0.0
+                is_enclosed = min(u, v, q) >= 0.0
             reach = side
-            while not held and reach < 2.0 * limit:
-                held = _enclose(
-                    points, starts, nx, ny, left, top, side, x, y, min(reach, limit), tri
+            while not is_enclosed and reach < 2.0 * limit:
+                is_enclosed = _enclose(
+                    points, starts, nx, ny, grid_left, top, side, x, y, min(reach, limit), tri
                 )
                 reach *= 2.0
-            held = held and _settle(points, starts, nx, ny, left, top, side, x, y, limit, tri)
-            if not held:
+            is_enclosed = is_enclosed and _settle(
+                points, starts, nx, ny, grid_left, top, side, x, y, limit, tri
+            )
+            if not is_enclosed:
                 depth[row, column] = math.nan
                 continue
             u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)

@@ -1,5 +1,4 @@
-"""The surface that a cloud stands for, over a plane: triangles between its uppermost points
-(Delaunay).
+"""Surface of a cloud over a plane: Delaunay triangles between its uppermost points.
 
 Coordinates are those of a view against the plane's upward normal: x and y in the plane, z into it,
 so that the uppermost point has the smallest z.
@@ -15,33 +14,44 @@ from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.tiles import Grid, Tile
 
 SIDE_SPACINGS = 5.0
-"""The longest side of a triangle, in typical sides: between points strewn at random the longest are
-some four, and what is longer bridges a hole."""
+"""Maximum side of a triangle, in typical sides.
+
+Between random points the longest are about four; longer sides bridge a hole."""
 
 NEIGHBOURS = 16
 GAP_SPREADS = 2.0
-"""A point that lies so many times the spread of its neighbours below them all around is of another
-sheet."""
+"""Minimum gap between sheets, in spreads of a point's neighbours."""
 
-PARTED = 0.85
-"""From this share of pairs in order on, a line parts those above from the others."""
-FEWEST_ABOVE = 3
-"""Fewer points above are strays."""
-FEW_BELOW = 3
+MIN_SEPARATED_SHARE = 0.85
+"""Minimum share of correctly ordered pairs at which a line separates points above from others."""
+MIN_ABOVE = 3
+"""Minimum number of points above; fewer are outliers."""
+MAX_BELOW = 3
 PASSES = 4
-"""What is left of a lower sheet stands alone among an upper one when it is looked at again."""
+"""Number of passes: remains of a lower sheet are isolated in the next pass."""
 
 BUCKET_SPACINGS = 1.5
-"""Side of the squares into which points are sorted, in mean distances between them."""
+"""Side of the squares into which points are sorted, in mean distances."""
 HULL_POINTS = 200_000
-"""More points than this tell no more of where a cloud roughly ends."""
+"""Maximum number of points for the approximate outline of a cloud."""
 
-_AT_ONCE = 100_000
+_BLOCK_POINTS = 100_000
 
 
-def longest_side(xy: FloatArray) -> float:
-    """The default limit: SIDE_SPACINGS times the square root of the area that a point has to
-    itself. xy (n, 2). Raises InputError for fewer than three places."""
+def default_side_limit(xy: FloatArray) -> float:
+    """Return the default maximum side of a triangle, in the unit of the points.
+
+    It is `SIDE_SPACINGS` times the square root of the area per point.
+
+    Parameters
+    ----------
+    xy : (n, 2) array
+
+    Raises
+    ------
+    InputError
+        For fewer than three different places.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -49,23 +59,23 @@ def longest_side(xy: FloatArray) -> float:
         hull = ConvexHull(some - some.mean(axis=0))
     except (QhullError, ValueError) as error:
         raise _no_surface() from error
-    # Of the cells that the cloud touches, not of its hull: it may have any outline.
+    # Use the cells that the cloud covers, not its hull: it may have any outline.
     low, n = xy.min(axis=0), len(xy)
     side = max(np.sqrt(4.0 * hull.volume / n), 1e-300)
     for _ in range(8):
         cells = np.floor((xy - low) / side).astype(np.int64)
         key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
-        taken = _taken(key)
-        per_cell = n / taken
-        # With some four points in each cell few within the outline are empty.
+        occupied = _count_cells(key)
+        per_cell = n / occupied
+        # With about four points per cell, few cells within the outline are empty.
         if 3.0 <= per_cell <= 8.0:
             break
         side *= np.sqrt(np.clip(4.0 / per_cell, 0.1, 4.0))
     return float(SIDE_SPACINGS * side / np.sqrt(per_cell))
 
 
-def _taken(key: IntArray) -> int:
-    """How many cells are touched. key : (n,) of the cell of each point"""
+def _count_cells(key: IntArray) -> int:
+    """Count the cells of points, given the cell (n,) of each."""
     count = int(key.max()) + 1
     if count > 40 * len(key):
         return len(np.unique(key))
@@ -74,38 +84,39 @@ def _taken(key: IntArray) -> int:
     return int(np.count_nonzero(touched))
 
 
-def top_sheet(points: FloatArray) -> FloatArray:
-    """Points without those over which another sheet lies, (n, 3) to (k, 3): an overhang and what is
-    under it, of which the uppermost counts.
+def extract_top_sheet(points: FloatArray) -> FloatArray:
+    """Remove points (n, 3) that are below another sheet, as under an overhang.
 
-    Where among a point's neighbours in the plane some lie above it, with a gap between that is
-    wider than GAP_SPREADS times the reach of the neighbourhood, it is under another sheet if those
-    above and the others lie intermingled in the plane: on a slope a line parts them. Of points at
-    one place the uppermost is taken.
+    A point is below another sheet if, among its neighbours in the plane, some are above it, beyond
+    a gap of `GAP_SPREADS` times the extent of the neighbourhood, and these are mixed with the
+    others in the plane; on a slope a line separates them. Of coincident points the uppermost
+    remains.
     """
     order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
     ordered = points[order]
     first = np.ones(len(ordered), bool)
     first[1:] = (np.diff(ordered[:, :2], axis=0) != 0).any(axis=1)
     unique = np.ascontiguousarray(ordered[first])
-    asked = np.ones(len(unique), bool)
+    is_open = np.ones(len(unique), bool)
     for _ in range(PASSES):
-        if len(unique) <= NEIGHBOURS or not asked.any():
+        if len(unique) <= NEIGHBOURS or not is_open.any():
             break
-        under, doubtful = _under_another(unique, np.flatnonzero(asked))
-        unique, asked = unique[~under], doubtful[~under]
+        under, doubtful = _under_another(unique, np.flatnonzero(is_open))
+        unique, is_open = unique[~under], doubtful[~under]
     return unique
 
 
-def _under_another(points: FloatArray, asked: IndexArray) -> tuple[BoolArray, BoolArray]:
-    """(n,) which of the points `asked` are under another sheet, and which must be asked again:
-    those with a gap above them and the neighbours of those that go; none where none go."""
+def _under_another(points: FloatArray, open_rows: IndexArray) -> tuple[BoolArray, BoolArray]:
+    """Return which points (n,) are below another sheet, and which must be tested again.
+
+    The latter have a gap above them, or are neighbours of removed points.
+    """
     from scipy.spatial import cKDTree
 
     under, doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
     tree = cKDTree(points[:, :2])
-    for start in range(0, len(asked), _AT_ONCE):
-        rows = asked[start : start + _AT_ONCE]
+    for start in range(0, len(open_rows), _BLOCK_POINTS):
+        rows = open_rows[start : start + _BLOCK_POINTS]
         reach, near = tree.query(points[rows, :2], k=NEIGHBOURS, workers=-1)
         above = np.sort(np.maximum(points[rows, None, 2] - points[near, 2], 0.0), axis=1)
         gaps = np.diff(above, axis=1, prepend=0.0)
@@ -123,15 +134,26 @@ def _under_another(points: FloatArray, asked: IndexArray) -> tuple[BoolArray, Bo
 
 
 def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
-    """(n,) whether the neighbours above lie over the point. away : (n, k, 2) from the point, which
-    is one of them; over : (n, k) those above."""
+    """Check whether the neighbours above cover a point.
+
+    Parameters
+    ----------
+    away : (n, k, 2) array
+        Neighbours relative to the point, itself included.
+    over : (n, k) bool array
+        Those above.
+
+    Returns
+    -------
+    (n,) bool array
+    """
     counts = over.sum(axis=1)
     upper, lower = over[:, :, None], ~over[:, :, None]
     middle_up = (away * upper).sum(axis=1) / counts[:, None]
     middle_low = (away * lower).sum(axis=1) / (over.shape[1] - counts)[:, None]
-    # Fisher's linear discriminant is the direction that parts them best.
-    rest = away - np.where(upper, middle_up[:, None], middle_low[:, None])
-    scatter = np.einsum("nki,nkj->nij", rest, rest)
+    # Fisher's linear discriminant is the direction with the best separation.
+    deviations = away - np.where(upper, middle_up[:, None], middle_low[:, None])
+    scatter = np.einsum("nki,nkj->nij", deviations, deviations)
     scale = np.maximum(np.trace(scatter, axis1=1, axis2=2), 1e-300)
     scatter += 1e-6 * scale[:, None, None] * np.eye(2)
     toward = np.linalg.solve(scatter, (middle_up - middle_low)[:, :, None])[:, :, 0]
@@ -139,22 +161,22 @@ def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
     pairs = over[:, :, None] & ~over[:, None, :]
     right = (along[:, :, None] > along[:, None, :]) & pairs
     parted = right.sum(axis=(1, 2)) / pairs.sum(axis=(1, 2))
-    # Beside the edge of an upper sheet, all of it lies on one side, and of the lower one more.
+    # Near the edge of an upper sheet, the sheet is on one side and the lower points are on the
+    # other.
     outward = np.einsum("nki,ni->nk", away, middle_up) < 0
     inside = (outward & over).any(axis=1) | ~(outward & ~over).any(axis=1)
-    mingled = (counts >= FEWEST_ABOVE) & (parted < PARTED) & inside
-    # One that is left of the lower sheet has those above on all sides.
+    mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & inside
+    # An isolated point of the lower sheet has points above on all sides.
     right_of, below = away[:, :, 0] >= 0, away[:, :, 1] >= 0
     sides = np.zeros(len(away), np.int64)
     for quarter in (right_of & below, right_of & ~below, ~right_of & below, ~right_of & ~below):
         sides += (quarter & over).any(axis=1)
-    alone = (over.shape[1] - counts <= FEW_BELOW) & (sides >= 3)
+    alone = (over.shape[1] - counts <= MAX_BELOW) & (sides >= 3)
     return np.asarray(mingled | alone)
 
 
-def thinned(points: FloatArray, side: float) -> FloatArray:
-    """One point for each square of the plane: the mean of its uppermost ones, those no more than
-    a few sides below the highest."""
+def average_top_points(points: FloatArray, side: float) -> FloatArray:
+    """Average the uppermost points of each square, within a few sides of the highest."""
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / side).astype(np.int64)
     key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
     order = np.lexsort((points[:, 2], key))
@@ -167,16 +189,24 @@ def thinned(points: FloatArray, side: float) -> FloatArray:
     return np.ascontiguousarray(sums / counts[:, None])
 
 
-def interpolated(points: FloatArray, limit: float, grid: Grid, tile: Tile) -> FloatArray:
-    """(h, w) depths at the centres of a tile's cells, by the triangles of Delaunay between the
-    points' places, NaN where such a triangle has a side longer than `limit`. points : (n, 3), no
-    two at one place"""
+def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -> FloatArray:
+    """Interpolate depths (h, w) at the cell centres of a tile by Delaunay triangles.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        All at different places.
+    limit : float
+        Maximum side of a triangle; cells of larger ones are NaN.
+    grid : Grid
+    tile : Tile
+    """
     from vomstudio.products.elevation._triangle_kernels import interpolate
 
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     size = np.maximum(high - low, 1e-12)
     side = max(BUCKET_SPACINGS * float(np.sqrt(size.prod() / len(points))), 1e-9)
-    # A cloud that is all but a line has no more buckets than points.
+    # A cloud that is almost a line has no more buckets than points.
     side = max(side, float(size.max()) / len(points))
     nx, ny = (int(n) + 1 for n in (size / side).tolist())
     cells = np.minimum(np.floor((points[:, :2] - low) / side).astype(np.int64), (nx - 1, ny - 1))

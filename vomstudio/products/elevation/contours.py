@@ -19,8 +19,26 @@ MAX_LEVELS = 2000
 def contour_lines(
     heights: Float32Array, transform: Affine, spacing: float
 ) -> list[tuple[float, FloatArray]]:
-    """(level, (k, 2) coordinates) of each line, through the cells' centres, linear between them.
-    Levels are the multiples of `spacing`, metres. Raises UsageError for too many levels."""
+    """Trace contour lines through cell centres, linear between them.
+
+    Parameters
+    ----------
+    heights : (h, w) array
+        m.
+    transform : Affine
+        From (column, row) to coordinates.
+    spacing : float
+        Levels are its multiples, m.
+
+    Returns
+    -------
+    list of (level, (k, 2) array)
+
+    Raises
+    ------
+    UsageError
+        For too many levels.
+    """
     known = np.isfinite(heights)
     if not known.any() or min(heights.shape) < 2:
         return []
@@ -33,7 +51,7 @@ def contour_lines(
             field="--contours",
         )
     levels = np.arange(math.ceil(low / spacing), math.floor(high / spacing) + 1) * spacing
-    # A level that only touches the lowest or highest cell is no line.
+    # A level that only touches the lowest or highest cell has no line.
     levels = levels[(levels > low) & (levels < high)]
     if not len(levels):
         return []
@@ -41,7 +59,7 @@ def contour_lines(
 
     a, b, c, d, e, f = transform
     column, row = (np.arange(n) + 0.5 for n in heights.shape[::-1])
-    # Relative to the corner: the northing of a map leaves few digits.
+    # Relative to the corner, because map coordinates leave few digits.
     drawn = (
         Figure()
         .add_subplot()
@@ -59,7 +77,12 @@ def contour_lines(
 
 
 def write_contours(part: Path, lines: list[tuple[float, FloatArray]], crs: str | None) -> None:
-    """A GeoPackage with the layer `contours`: lines with their height. Raises TargetError."""
+    """Write a GeoPackage with the layer `contours`: lines with their height.
+
+    Raises
+    ------
+    TargetError
+    """
     import shapely
 
     geometry = np.empty(len(lines), object)

@@ -10,7 +10,13 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class DemOptions(Options):
-    """Grid and plane of an elevation model. Raises UsageError for a value outside its bounds."""
+    """Grid and plane of an elevation model.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
 
     gsd_m: float | None = option(
         None,
@@ -45,7 +51,13 @@ class DemOptions(Options):
 
 @dataclass(frozen=True)
 class DemFiles(Options):
-    """Files to write beside the heights. Raises UsageError for a value outside its bounds."""
+    """Files to write beside the heights.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
 
     hillshade: bool = option(
         False,

@@ -1,4 +1,4 @@
-"""The heights of a grid's cells, tile by tile."""
+"""Heights of the cells of a grid, tile by tile."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import cast_grid
 from vomstudio.products.elevation.cloud_surface import (
-    interpolated,
-    longest_side,
-    thinned,
-    top_sheet,
+    average_top_points,
+    default_side_limit,
+    extract_top_sheet,
+    interpolate_tile,
 )
 from vomstudio.products.elevation.planning import HeightPlan
-from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
 
 TILE_POINTS = 500_000
-"""From more points in a tile one for each cell is taken, the mean of those in it."""
+"""Number of points in a tile above which they are averaged per cell."""
 
 
 def draw_heights(
@@ -34,12 +34,34 @@ def draw_heights(
     progress: Progress | None = None,
     threads: int | None = None,
 ) -> tuple[Float32Array, float | None]:
-    """(h, w) float32 metres along the upward normal of the plane of reference, NaN where there is
-    no surface; and the longest side of triangles between points, None for a mesh.
+    """Compute the heights of a grid.
 
-    Each cell has the height of the surface at its centre, of several sheets that of the farthest
-    along the normal. limit : the longest side, for a cloud. Raises UsageError for a limit with a
-    mesh, InputError for a cloud that spans no surface, Cancelled.
+    Each cell has the height of the surface at its centre; of several sheets, that of the farthest
+    along the normal.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    plan : HeightPlan
+    limit : float, optional
+        Maximum side of a triangle between points of a cloud, m.
+    progress : Progress, optional
+    threads : int, optional
+
+    Returns
+    -------
+    heights : (h, w) float32 array
+        Along the upward normal of the plane of reference, m; NaN without a surface.
+    limit : float or None
+        Maximum side that was used; None for a mesh.
+
+    Raises
+    ------
+    UsageError
+        For a limit with a mesh.
+    InputError
+        If a cloud has no surface.
+    Cancelled
     """
     if limit is not None and isinstance(data, Mesh):
         raise UsageError(Finding("option.clouds-only", option="--limit"), field="--limit")
@@ -49,23 +71,23 @@ def draw_heights(
     if isinstance(data, Mesh):
         source, used = MeshHeights(plan.points, data.faces, plan.grid), None
     else:
-        usual = longest_side(plan.points[:, :2])
+        usual = default_side_limit(plan.points[:, :2])
         used = usual if limit is None else limit
         source = CloudHeights(plan.points, used, plan.grid)
     grid = plan.grid
-    found = np.full((grid.height, grid.width), np.nan, np.float32)
+    heights = np.full((grid.height, grid.width), np.nan, np.float32)
     level = plan.height_at_reference
-    for tile, depth in drawn_tiles(source, grid, progress, threads):
+    for tile, depth in draw_tiles(source, grid, progress, threads):
         rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
-        found[rows, columns][:, : tile.width] = level - depth
-    return found, used
+        heights[rows, columns][:, : tile.width] = level - depth
+    return heights, used
 
 
 class MeshHeights:
-    """Draws depths of a mesh, NaN where there is none."""
+    """Depths of a mesh, NaN without a surface."""
 
     def __init__(self, view: FloatArray, faces: Int32Array, grid: Grid) -> None:
-        """view : (n, 3) vertices in the axes of the frame."""
+        """Store the vertices `view` (n, 3), in the axes of the frame."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._view = np.ascontiguousarray(view)
@@ -75,13 +97,12 @@ class MeshHeights:
         self._members = Members.of(bin_faces, self._view, self._faces, grid, g)
 
     def draw(self, tile: Tile) -> FloatArray:
-        chosen = self._members.in_tile(tile)
-        return _cast(self._view, self._faces, chosen, self._grid, tile)
+        members = self._members.members_of(tile)
+        return _cast(self._view, self._faces, members, self._grid, tile)
 
 
 class CloudHeights:
-    """Draws depths of a cloud, NaN where there is none: of each tile with what lies within the
-    longest side of it."""
+    """Depths of a cloud, NaN without a surface; each tile uses points within the maximum side."""
 
     def __init__(self, view: FloatArray, limit: float, grid: Grid) -> None:
         from vomstudio.products.ortho._splat_kernels import bin_points
@@ -93,29 +114,29 @@ class CloudHeights:
         self._members = Members.of(bin_points, self._view, reach, grid, limit + g)
 
     def draw(self, tile: Tile) -> FloatArray:
-        chosen = self._members.in_tile(tile)
-        points = self._view[chosen]
+        members = self._members.members_of(tile)
+        points = self._view[members]
         if len(points) > TILE_POINTS:
-            points = thinned(points, self._grid.gsd)
+            points = average_top_points(points, self._grid.gsd)
         if len(points) < 3:
             return np.full((tile.height, tile.width), np.nan)
-        return interpolated(top_sheet(points), self._limit, self._grid, tile)
+        return interpolate_tile(extract_top_sheet(points), self._limit, self._grid, tile)
 
 
 def _cast(
     view: FloatArray,
     faces: Int32Array,
-    chosen: Int32Array,
+    members: Int32Array,
     grid: Grid,
     tile: Tile,
 ) -> FloatArray:
-    if not len(chosen):
+    if not len(members):
         return np.full((tile.height, tile.width), np.nan)
     g = grid.gsd
     depth = cast_grid(
         view,
         faces,
-        chosen,
+        members,
         left=grid.left + tile.column * g,
         top=grid.top + tile.row * g,
         step=g,

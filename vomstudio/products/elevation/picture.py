@@ -1,4 +1,4 @@
-"""An elevation model for the screen: coloured by height, shaded."""
+"""Picture of an elevation model for the screen: coloured by height, shaded."""
 
 from __future__ import annotations
 
@@ -14,16 +14,28 @@ from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_ra
 from vomstudio.core.findings import Finding
 from vomstudio.products.elevation.shading import hillshade
 
-MOST = 1400
-"""Of the longer side, pixels."""
-_DARKEST = 0.25
+MAX_SIDE_PX = 1400
+"""Maximum length of the longer side, pixels."""
+_MIN_BRIGHTNESS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class ElevationPicture:
-    """rgba : (h, w, 4) uint8, transparent where there is no height; heights : (h, w) float32; step
-    : side of a pixel in metres; low, high : the range of the colours, metres; table : (256, 3)
-    uint8 from low to high"""
+    """Picture of an elevation model.
+
+    Parameters
+    ----------
+    rgba : (h, w, 4) uint8 array
+        Transparent without a height.
+    heights : (h, w) float32 array
+        m.
+    step : float
+        Side of a pixel, m.
+    low, high : float
+        Range of the colours, m.
+    table : (256, 3) uint8 array
+        Colours from low to high.
+    """
 
     rgba: ByteArray
     heights: Float32Array
@@ -33,9 +45,13 @@ class ElevationPicture:
     table: ByteArray
 
 
-def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
-    """Of a raster that `write_elevation` has written, at most so many pixels a side; cells are
-    averaged where it has more. Raises InputError."""
+def read_picture(raster: Path, most: int = MAX_SIDE_PX) -> ElevationPicture:
+    """Read the raster of `write_elevation`, averaged to at most `most` pixels a side.
+
+    Raises
+    ------
+    InputError
+    """
     import rasterio
     from rasterio.enums import Resampling
 
@@ -55,11 +71,19 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
             Finding("file.damaged", format="GeoTIFF", reason=error), file=raster
         ) from error
     heights = np.asarray(read, np.float32)
-    return picture_of(heights, step)
+    return colour_heights(heights, step)
 
 
-def picture_of(heights: Float32Array, step: float) -> ElevationPicture:
-    """heights : (h, w) metres, NaN where there is none; step : side of a cell, metres"""
+def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
+    """Colour and shade heights.
+
+    Parameters
+    ----------
+    heights : (h, w) array
+        m; NaN without a surface.
+    step : float
+        Side of a cell, m.
+    """
     from matplotlib import colormaps
 
     table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)[:, :3]
@@ -68,9 +92,9 @@ def picture_of(heights: Float32Array, step: float) -> ElevationPicture:
     share = np.where(known, (heights - low) / max(high - low, 1e-12), 0.0)
     rgb = table[np.clip(255 * share, 0, 255).astype(np.uint8)].astype(np.float32)
     shade = hillshade(heights, step).astype(np.float32) / 255
-    # Beside an edge the shading is not known: as on a level surface.
+    # The shading is unknown beside an edge and drawn as on a level surface.
     shade[shade == 0] = np.sqrt(0.5)
-    rgb *= (_DARKEST + (1 - _DARKEST) * shade)[:, :, None]
+    rgb *= (_MIN_BRIGHTNESS + (1 - _MIN_BRIGHTNESS) * shade)[:, :, None]
     rgba = np.dstack([rgb.astype(np.uint8), np.where(known, 255, 0).astype(np.uint8)])
     return ElevationPicture(
         np.ascontiguousarray(rgba), heights, step, low, high, np.ascontiguousarray(table)

@@ -1,4 +1,4 @@
-"""What an elevation model will be, before a height is found: a grid over its plane of reference."""
+"""Plan of an elevation model: a grid over its plane of reference."""
 
 from __future__ import annotations
 
@@ -21,13 +21,23 @@ from vomstudio.products.ortho.tiles import Grid
 
 @dataclass(frozen=True, eq=False)
 class HeightPlan:
-    """A grid over a plane of reference, seen against its upward normal.
+    """Grid over a plane of reference, viewed against its upward normal.
 
-    plane : of reference; frame : right along its strike (East over the horizontal), down along its
-        dip (South over the horizontal), direction against its upward normal
-    reference : (3,) World, the centre of the model's bounds
-    points : (n, 3) the model's vertices in the axes of the frame
-    metric : False for a model whose unit is not known
+    Parameters
+    ----------
+    plane : Plane
+        Plane of reference.
+    frame : ViewFrame
+        Right along its strike (East over the horizontal), down along its dip (South over the
+        horizontal), direction against its upward normal.
+    grid : Grid
+    reference : (3,) array
+        Centre of the model's bounds, World.
+    points : (n, 3) array
+        Vertices of the model in the axes of the frame.
+    notes : tuple of Finding
+    metric : bool
+        False if the unit of the model is unknown.
     """
 
     plane: Plane
@@ -40,28 +50,33 @@ class HeightPlan:
 
     @property
     def is_map(self) -> bool:
-        """Over the horizontal: heights are Z, and cells have their place on the map."""
+        """Whether the plane is horizontal: heights are Z, and cells have map coordinates."""
         return self.plane.undefined
 
     @property
     def height_at_reference(self) -> float:
-        """Of the plane through the reference point."""
+        """Height at the reference point."""
         return float(self.reference[2]) if self.is_map else 0.0
 
     @property
     def transform(self) -> Affine:
-        """From (column, row) to World x, y over the horizontal; else to metres in the plane, right
-        and up its dip from the reference point."""
+        """Transform from (column, row) to World x, y over the horizontal.
+
+        Over other planes it leads to metres in the plane, right and up its dip from the reference
+        point.
+        """
         grid = self.grid
-        left, top = grid.left, -grid.top
+        x, y = grid.left, -grid.top
         if self.is_map:
-            left, top = left + float(self.reference[0]), top + float(self.reference[1])
-        return (grid.gsd, 0.0, left, 0.0, -grid.gsd, top)
+            x, y = x + float(self.reference[0]), y + float(self.reference[1])
+        return (grid.gsd, 0.0, x, 0.0, -grid.gsd, y)
 
     @property
     def cell_to_world(self) -> FloatArray:
-        """(4, 4) from (column, row, height, 1) to World; (0, 0) is the outer corner of the top left
-        cell, its centre (0.5, 0.5)."""
+        """Transform (4, 4) from (column, row, height, 1) to World.
+
+        (0, 0) is the outer corner of the top left cell, (0.5, 0.5) its centre.
+        """
         grid = self.grid
         matrix = self.frame.pixel_to_world(grid.gsd, self.reference, grid.left, grid.top)
         matrix[:3, 2] = self.plane.normal()
@@ -83,16 +98,34 @@ def plan_heights(
     gsd: float | None = None,
     metric: bool = True,
 ) -> HeightPlan:
-    """Fix the grid. gsd : side of a cell, metres; None takes the mean edge of a mesh, the mean
-    spacing of a cloud. Raises UsageError for a grid that is too large, InputError for an empty
-    model."""
-    frame = frame_over(plane)
-    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, textured=False, metric=metric)
-    return HeightPlan(plane, frame, laid.grid, laid.reference, laid.points, laid.notes, metric)
+    """Plan the grid of an elevation model.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    plane : Plane
+        Plane of reference.
+    to_world : (4, 4) array_like
+    gsd : float, optional
+        Side of a cell, m; default: mean edge of a mesh, or spacing of a cloud.
+    metric : bool
+
+    Raises
+    ------
+    UsageError
+        If the grid is too large.
+    InputError
+        If the model is empty.
+    """
+    frame = view_frame(plane)
+    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, textured=False, metric=metric)
+    return HeightPlan(
+        plane, frame, layout.grid, layout.reference, layout.points, layout.notes, metric
+    )
 
 
-def frame_over(plane: Plane) -> ViewFrame:
-    """Rows run down dip however gentle it is; over the horizontal they run South."""
+def view_frame(plane: Plane) -> ViewFrame:
+    """Return the frame over a plane: rows run down its dip, or South over the horizontal."""
     if plane.undefined:
         return ViewFrame.looking(np.array([0.0, 0.0, -1.0]))
     down, direction = plane.dip_vector(), 0.0 - plane.normal()

@@ -11,17 +11,30 @@ from vomstudio.core.results import FLAT, Result
 
 @dataclass(frozen=True, eq=False)
 class ElevationFigures(Result):
-    """What is said of an elevation model.
+    """Figures of an elevation model.
 
-    width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
-    reference_point : (3,) World, the centre of the model's bounds; heights are Z over the
-        horizontal, else above the plane through it
-    dip_direction_deg, dip_deg : of the plane of reference
-    right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
-    lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
-        points of a cloud, None for a mesh
-    cell_to_world : 4 x 4, (column, row, height, 1) to World
-    crs : of a map; None over any other plane, and where it is not known
+    Parameters
+    ----------
+    width, height : int
+        Numbers of cells.
+    gsd_m : float
+        Side of a cell.
+    coverage : float
+        Share of cells with a height.
+    reference_point : (3,) array
+        Centre of the model's bounds, World. Heights are Z over the horizontal, else above the plane
+        through this point.
+    dip_direction_deg, dip_deg : float
+        Plane of reference.
+    right, down, normal : (3,) arrays
+        Unit vectors along columns, rows and heights, World.
+    lowest_m, highest_m : float
+    interpolation_limit_m : float or None
+        Maximum side of triangles between points of a cloud; None for a mesh.
+    cell_to_world : (4, 4) array
+        From (column, row, height, 1) to World.
+    crs : str or None
+        CRS of a map; None over other planes, and if unknown.
     """
 
     width: int
@@ -43,8 +56,7 @@ class ElevationFigures(Result):
 
 @dataclass(frozen=True)
 class WrittenElevation(Result):
-    """raster, sidecar, hillshade, slope, aspect, contours : files that were written, None for those
-    that were not; figures : of the model; warnings : sentences"""
+    """Written files of an elevation model (None if not requested), its figures and warnings."""
 
     raster: str
     figures: ElevationFigures = field(metadata=FLAT)

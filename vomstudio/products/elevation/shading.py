@@ -1,7 +1,7 @@
-"""What follows from heights: dip and dip direction of the surface, and its shading.
+"""Dip, dip direction and shading of heights.
 
 Gradients by Horn's weights over the eight neighbours (B. K. P. Horn 1981, Hill shading and the
-reflectance map, *Proceedings of the IEEE* 69, 14); a cell without all eight has none.
+reflectance map, *Proceedings of the IEEE* 69, 14); NaN for a cell without all eight.
 """
 
 from __future__ import annotations
@@ -17,12 +17,17 @@ from vomstudio.geometry.view_frame import ViewFrame
 LIGHT_FROM_DEG = 315.0
 LIGHT_HEIGHT_DEG = 45.0
 ROWS = 512
-"""Rows worked on at a time."""
+"""Number of rows per block."""
 
 
-def gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArray]:
-    """Rise per metre to the right and down the rows; (h, w) each, NaN at the border and beside
-    cells without a height."""
+def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArray]:
+    """Compute the rise per metre to the right and down the rows.
+
+    Returns
+    -------
+    right, down : (h, w) arrays
+        NaN at the border and beside cells without a height.
+    """
     h, w = heights.shape
     right, down = np.full((h, w), np.nan), np.full((h, w), np.nan)
     if h < 3 or w < 3:
@@ -38,17 +43,30 @@ def gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArra
     return right, down
 
 
-def dips_of(
+def compute_dips(
     heights: Float32Array, gsd: float, frame: ViewFrame
 ) -> tuple[Float32Array, Float32Array]:
-    """Dip (0 to 90, degrees from the horizontal of World) and dip direction (0 to 360, NaN where
-    the surface is level) of the surface, whatever the plane of reference; (h, w) each.
+    """Compute dip and dip direction of a surface over any plane of reference.
 
-    frame : of the plane of reference
+    Parameters
+    ----------
+    heights : (h, w) array
+        m.
+    gsd : float
+        Side of a cell, m.
+    frame : ViewFrame
+        Of the plane of reference.
+
+    Returns
+    -------
+    dip : (h, w) array
+        0 to 90 degrees from the horizontal of World.
+    dip_direction : (h, w) array
+        0 to 360 degrees; NaN on a level surface.
     """
     dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
     for rows, part in _strips(heights):
-        right, down = (g[rows[1]] for g in gradients(part, gsd))
+        right, down = (g[rows[1]] for g in compute_gradients(part, gsd))
         known = np.isfinite(right)
         normals = (
             -right[known][:, None] * frame.right
@@ -62,23 +80,25 @@ def dips_of(
 
 
 def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
-    """(h, w) from 1 (in the dark) to 255 (facing the light), 0 where it is not known. The light
-    comes from the upper left of the raster, 45 degrees above its plane."""
-    found = np.zeros(heights.shape, np.uint8)
+    """Shade heights, (h, w) uint8: 1 in the dark to 255 facing the light, 0 if unknown.
+
+    The light comes from the upper left of the raster, 45 degrees above its plane.
+    """
+    shading = np.zeros(heights.shape, np.uint8)
     azimuth, height = math.radians(LIGHT_FROM_DEG), math.radians(LIGHT_HEIGHT_DEG)
-    # To the right, down the rows, up from the plane.
+    # Components to the right, down the rows, and up from the plane.
     x, y = math.cos(height) * math.sin(azimuth), -math.cos(height) * math.cos(azimuth)
     z = math.sin(height)
     for rows, part in _strips(heights):
-        right, down = (g[rows[1]] for g in gradients(part, gsd))
+        right, down = (g[rows[1]] for g in compute_gradients(part, gsd))
         light = (z - right * x - down * y) / np.sqrt(1 + right**2 + down**2)
         grey = np.rint(1 + 254 * np.clip(light, 0, 1))
-        found[rows[0]] = np.where(np.isfinite(grey), grey, 0)
-    return found
+        shading[rows[0]] = np.where(np.isfinite(grey), grey, 0)
+    return shading
 
 
 def _strips(heights: Float32Array):  # type: ignore[no-untyped-def]
-    """Rows of the whole and their rows within a part that has one row more on each side."""
+    """Yield strips of rows, and their rows within a part that has one more row on each side."""
     for start in range(0, len(heights), ROWS):
         stop = min(start + ROWS, len(heights))
         low, high = max(start - 1, 0), min(stop + 1, len(heights))

@@ -1,4 +1,4 @@
-"""An elevation model as files, and what is said of it."""
+"""Files of an elevation model, and their description."""
 
 from __future__ import annotations
 
@@ -22,43 +22,68 @@ from vomstudio.products.elevation.contours import contour_lines, write_contours
 from vomstudio.products.elevation.dem_options import DemFiles
 from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
-from vomstudio.products.elevation.shading import dips_of, hillshade
-from vomstudio.products.ortho.planning import edge_on
+from vomstudio.products.elevation.shading import compute_dips, hillshade
+from vomstudio.products.ortho.planning import edge_on_finding
 from vomstudio.products.ortho.tiles import TILE
 
 DEFAULT_FILES = DemFiles()
 
 
-def outputs_of(raster: str | Path, files: DemFiles) -> dict[str, Path]:
-    """The files beside NAME.tif by what they are: NAME.json, NAME_hillshade.tif and so on. Raises
-    UsageError for another ending."""
+def elevation_outputs(raster: str | Path, files: DemFiles) -> dict[str, Path]:
+    """Return the files to write, by kind: NAME.json, NAME_hillshade.tif and so on.
+
+    Raises
+    ------
+    UsageError
+        For an extension other than TIFF.
+    """
     path = Path(raster)
     check_extension(path, (".tif", ".tiff"))
-    found = {"raster": path, "sidecar": path.with_suffix(".json")}
+    outputs = {"raster": path, "sidecar": path.with_suffix(".json")}
     for name in ("hillshade", "slope", "aspect"):
         if getattr(files, name):
-            found[name] = path.with_name(f"{path.stem}_{name}.tif")
+            outputs[name] = path.with_name(f"{path.stem}_{name}.tif")
     if files.contours_m is not None:
-        found["contours"] = path.with_name(f"{path.stem}_contours.gpkg")
-    return found
+        outputs["contours"] = path.with_name(f"{path.stem}_contours.gpkg")
+    return outputs
 
 
 def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
-    """Before work begins. Raises UsageError, TargetError."""
-    for target in outputs_of(raster, files).values():
+    """Check the files to write before the computation.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
+    for target in elevation_outputs(raster, files).values():
         check_target(target, force=force)
 
 
 def figures_of(
     heights: Float32Array, plan: HeightPlan, limit: float | None, crs: str | None
 ) -> ElevationFigures:
-    """limit : longest side of the triangles; crs : of World. Raises InputError where no cell has a
-    height."""
+    """Compute the figures of an elevation model.
+
+    Parameters
+    ----------
+    heights : (h, w) array
+        m.
+    plan : HeightPlan
+    limit : float or None
+        Maximum side of the triangles, m.
+    crs : str or None
+        CRS of World.
+
+    Raises
+    ------
+    InputError
+        If no cell has a height.
+    """
     known = np.isfinite(heights)
     covered = int(known.sum())
     if not covered:
         raise InputError(
-            edge_on(plan.points, plan.frame, plan.grid.gsd) or Finding("dem.no-heights")
+            edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("dem.no-heights")
         )
     grid, plane, frame = plan.grid, plan.plane, plan.frame
     return ElevationFigures(
@@ -94,12 +119,29 @@ def write_elevation(
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenElevation:
-    """All files, whole or none of them.
+    """Write all files of an elevation model, completely or not at all.
 
-    world : the CRS of World, for the sidecar; model, content_hash : for it, too. Raises
-    TargetError, UsageError.
+    Parameters
+    ----------
+    heights : (h, w) array
+        m.
+    plan : HeightPlan
+    figures : ElevationFigures
+    raster : str or Path
+    files : DemFiles
+    world : str or None
+        CRS of World, for the sidecar.
+    north_known : bool
+    model, content_hash : str or None
+        For the sidecar.
+    warnings : tuple of Finding
+    force : bool
+
+    Raises
+    ------
+    TargetError, UsageError
     """
-    targets = outputs_of(raster, files)
+    targets = elevation_outputs(raster, files)
     if plan.is_map and figures.crs is None:
         warnings = (*warnings, Finding("raster.no-crs"))
     crs = figures.crs if plan.is_map else view_plane_crs(plan.metric)
@@ -109,7 +151,7 @@ def write_elevation(
         if not lines:
             warnings = (*warnings, Finding("dem.no-contours"))
     named = {name: str(target) for name, target in targets.items()}
-    made = WrittenElevation(
+    result = WrittenElevation(
         str(raster),
         figures,
         named["sidecar"],
@@ -119,7 +161,10 @@ def write_elevation(
         named.get("contours"),
         warnings,
     )
-    facts = _facts(made, plan, world, north_known) | {"model": model, "content_hash": content_hash}
+    facts = _facts(result, plan, world, north_known) | {
+        "model": model,
+        "content_hash": content_hash,
+    }
     base = Raster(
         plan.grid.width,
         plan.grid.height,
@@ -136,7 +181,7 @@ def write_elevation(
         at = dict(zip(targets, parts, strict=True))
         _write(at["raster"], base, heights, targets["raster"])
         if "slope" in at or "aspect" in at:
-            dip, toward = dips_of(heights, plan.grid.gsd, plan.frame)
+            dip, toward = compute_dips(heights, plan.grid.gsd, plan.frame)
             for name, values in (("slope", dip), ("aspect", toward)):
                 if name in at:
                     _write(at[name], base, values, targets[name])
@@ -150,20 +195,20 @@ def write_elevation(
             json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
             "utf-8",
         )
-    return made
+    return result
 
 
 def _facts(
-    made: WrittenElevation, plan: HeightPlan, world: str | None, north_known: bool
+    result: WrittenElevation, plan: HeightPlan, world: str | None, north_known: bool
 ) -> dict[str, Any]:
-    """What the sidecar says."""
+    """Collect the content of the sidecar."""
     heights = "metres along the upward normal of the plane of reference through the reference point"
     north = "not known: angles are of the model's own frame"
     if north_known:
         north = "y of World" if world is None else "grid north of the CRS"
     return {
-        **made.to_dict(),
-        "raster": Path(made.raster).name,
+        **result.to_dict(),
+        "raster": Path(result.raster).name,
         "cell_to_world_means": "(column, row, height, 1) to World x, y, z; (0, 0) is the outer "
         "corner of the top left cell, its centre is (0.5, 0.5)",
         "heights_mean": "Z of World" if plan.is_map else heights,

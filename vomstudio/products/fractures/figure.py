@@ -1,4 +1,4 @@
-"""The figure of a map of fracture traces: map, rose, lengths, nodes, intensity by window size."""
+"""Figure of a map of fracture traces: map, rose, lengths, nodes, intensity by window size."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.notation import format_wind
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
-from vomstudio.products.net.figure_file import sizes_of, write_figure
-from vomstudio.products.net.rose import rings_of
+from vomstudio.products.net.figure_file import size_settings, write_figure
+from vomstudio.products.net.rose import choose_rings
 from vomstudio.products.net.rose_drawing import draw_rose
 from vomstudio.products.net.style import PRINT, NetStyle
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 SIZE_MM = (170.0, 128.0)
 BIN_DEG = 10.0
 MAX_SHORT_NAME = 12
-"""Characters of set names of which two columns fit under the map."""
+"""Maximum length of set names in two columns under the map."""
 _LAWS = {
     "exponential": to_translate("exponential"),
     "lognormal": to_translate("lognormal"),
@@ -46,7 +46,7 @@ def write_fractures(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
+    """Write the figure as svg, pdf or png; text remains text in svg and pdf."""
     write_figure(
         target,
         lambda figure: draw_fractures(figure, mapped, style),
@@ -54,12 +54,12 @@ def write_fractures(
         size_mm=SIZE_MM,
         paper=style.paper,
         dpi=dpi,
-        settings=sizes_of(style),
+        settings=size_settings(style),
     )
 
 
 def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:
-    """The axes of the panels a to e: map, rose, nodes, lengths, intensity (of an area)."""
+    """Draw map, rose, nodes, lengths and intensity; return their axes."""
     figure.set_facecolor(style.paper)
     places = {
         "a": (0.02, 0.47, 0.33, 0.47),
@@ -75,10 +75,10 @@ def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> l
     draw = (_draw_map, _draw_rose, _draw_triangle, _draw_lengths, _draw_sizes)
     for letter, ax, one in zip(places, axes, draw, strict=False):
         one(ax, mapped, style)
-        left = places[letter][0]
+        x = places[letter][0]
         is_lower_row = letter in "de"
         figure.text(
-            max(left - 0.07, 0.008) if is_lower_row else left,
+            max(x - 0.07, 0.008) if is_lower_row else x,
             0.425 if is_lower_row else 0.96,
             letter,
             fontsize=1.25 * style.font_pt,
@@ -143,8 +143,8 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
         fontsize=style.font_pt,
         color=style.ink,
     )
-    left, right, up = _orientation(mapped)
-    for x, name, side in ((low_x, left, "left"), (high_x, right, "right")):
+    left_name, right_name, up = _orientation(mapped)
+    for x, name, side in ((low_x, left_name, "left"), (high_x, right_name, "right")):
         ax.text(
             x,
             high_y + 0.04 * span,
@@ -182,7 +182,7 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     title, separator = tr("{count:,} traces", count=network.traces), ", "
     if network.plane is not None and not network.plane.is_horizontal:
         title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
-        # With the plane it is wider than the map.
+        # With the plane, the text is wider than the map.
         separator = "\n"
     if network.P21_1_per_m is not None:
         title += separator + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
@@ -190,7 +190,7 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
 
 
 def _orientation(mapped: Mapped) -> tuple[str, str, str]:
-    """What is to the left, to the right, and up on the map; "" for a picture's sides."""
+    """Return the directions to the left, right and up on the map; "" for the sides of a picture."""
     plane = mapped.found.plane
     is_map = plane is None or plane.is_horizontal
     if mapped.y_axis != "N":
@@ -202,7 +202,7 @@ def _orientation(mapped: Mapped) -> tuple[str, str, str]:
 
 
 def _round_length(length: float) -> float:
-    """1, 2 or 5 times a power of ten, not above."""
+    """Return the largest 1, 2 or 5 times a power of ten that is not above a length."""
     power = 10.0 ** math.floor(math.log10(length))
     return next(power * step for step in (5.0, 2.0, 1.0) if power * step <= length * (1 + 1e-9))
 
@@ -223,13 +223,13 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_axis_off()
     if rose.total <= 0:
         return
-    from_y = plane is None or plane.azimuths_from == "north"
-    y_axis = mapped.y_axis if from_y else "up"
-    rings = rings_of(float(rose.shares.max()))
+    is_from_y = plane is None or plane.azimuths_from == "north"
+    y_axis = mapped.y_axis if is_from_y else "up"
+    rings = choose_rings(float(rose.shares.max()))
     draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
     counted = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     ax.set_title(
-        # In one line it would reach into the map.
+        # On one line it would overlap the map.
         tr("pitch on the face,\n{counted}", counted=counted)
         if y_axis == "up"
         else tr("strike, {counted}", counted=counted),
@@ -241,8 +241,10 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
-    """Where shares of I, Y and X nodes stand in a triangle with I at the top, Y at the left and X
-    at the right, of side 1."""
+    """Return the position of shares of I, Y and X nodes in a triangle of side 1.
+
+    I is at the top, Y at the left and X at the right.
+    """
     total = i + y + x
     return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
 
@@ -255,11 +257,11 @@ def _draw_triangle(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     corners = [triangle_place(*row) for row in np.eye(3)]
     ax.plot(*zip(*corners, corners[0], strict=True), color=style.ink, linewidth=1.2 * style.line_pt)
     for share in (0.2, 0.4, 0.6, 0.8):
-        rest = 1 - share
+        remainder = 1 - share
         for one, other in (
-            ((share, rest, 0), (share, 0, rest)),
-            ((rest, share, 0), (0, share, rest)),
-            ((rest, 0, share), (0, rest, share)),
+            ((share, remainder, 0), (share, 0, remainder)),
+            ((remainder, share, 0), (0, share, remainder)),
+            ((remainder, 0, share), (0, remainder, share)),
         ):
             ends = [triangle_place(*row) for row in (one, other)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
@@ -296,14 +298,14 @@ def _node_words(nodes: NodeCounts) -> str:
 
 
 def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
-    """Where networks have so many connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
-    # Of I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
+    """Draw lines of equal connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
+    # With I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
     ends = []
     for weight, which in ((3.0, 1), (4.0, 2)):
         ratio = (2.0 - per_branch) / per_branch * weight
-        rest = 1.0 / (1.0 + ratio)
-        row = [1.0 - rest, 0.0, 0.0]
-        row[which] = rest
+        isolated = 1.0 / (1.0 + ratio)
+        row = [1.0 - isolated, 0.0, 0.0]
+        row[which] = isolated
         ends.append(triangle_place(*row))
     ax.plot(
         *zip(*ends, strict=True),
@@ -345,9 +347,9 @@ def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
         )
     if not len(lengths) or cut.all():
         return
-    found = ecdf(CensoredData.right_censored(lengths, cut)).sf
-    shown = found.probabilities > 0
-    x, s = found.quantiles[shown], found.probabilities[shown]
+    survival = ecdf(CensoredData.right_censored(lengths, cut)).sf
+    is_positive = survival.probabilities > 0
+    x, s = survival.quantiles[is_positive], survival.probabilities[is_positive]
     ax.step(
         np.concatenate([[x[0]], x]),
         np.concatenate([[1.0], s]),

@@ -1,4 +1,4 @@
-"""From files of traces, an area or scanlines to the figures of the map."""
+"""Analysis of fracture maps, from files of traces, an area or scanlines."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _REPEAT = "repeat_of"
 
 @dataclass(frozen=True)
 class FractureOrder:
-    """What `vomstudio fractures` analyses.
+    """Input of a fracture analysis.
 
     Parameters
     ----------
@@ -105,10 +105,10 @@ def map_fractures(
         ("--scanline", options.scanline),
         ("--scanline", scanlines),
     )
-    given = [flag for flag, value in windows if value is not None]
-    if len(given) > 1:
-        finding = Finding("option.conflict", option=given[0], other=given[1])
-        raise UsageError(finding, field=given[1])
+    used_options = [flag for flag, value in windows if value is not None]
+    if len(used_options) > 1:
+        finding = Finding("option.conflict", option=used_options[0], other=used_options[1])
+        raise UsageError(finding, field=used_options[1])
     place = None if options.circle is None else parse_circle(options.circle)
     strikes = parse_strikes(options.strikes)
     attitude = None if options.plane is None else plane_option(options.plane)
@@ -200,10 +200,10 @@ class _Placed:
 
 def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
     """Place traces on their plane if they are three-dimensional or one is given."""
-    in_space, lacks_heights = vertices_in_space(raw.shapes)
-    plane = find_trace_plane(in_space) if attitude is None else None
+    lines, lacks_heights = vertices_in_space(raw.shapes)
+    plane = find_trace_plane(lines) if attitude is None else None
     if attitude is not None:
-        plane = _given_plane(attitude, in_space, int(lacks_heights.sum()))
+        plane = _given_plane(attitude, lines, int(lacks_heights.sum()))
     if plane is None:
         findings: list[Finding] = []
         is_outline = raw.outline_mask()
@@ -220,19 +220,19 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
     projected = replace(raw, shapes=plane.project(raw.shapes))
     drawn = _first_picks(extract_lines(projected, include_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]
-    z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
+    z = np.concatenate([line[:, 2] for line in lines]) if lines else np.array([math.nan])
     return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
 
 
-def _given_plane(attitude: Plane, in_space: Sequence[FloatArray], flat: int) -> TracePlane | None:
+def _given_plane(attitude: Plane, lines: Sequence[FloatArray], flat: int) -> TracePlane | None:
     """Return the plane that the user gave, through the traces; None for the map.
 
     flat : number of lines without heights
     """
-    if attitude.undefined or not (in_space or flat):
+    if attitude.undefined or not (lines or flat):
         return None
-    if in_space:
-        return TracePlane.through(attitude, in_space)
+    if lines:
+        return TracePlane.through(attitude, lines)
     finding = Finding("lines.no-heights", lines=flat, plane=format_plane(attitude))
     raise GeometryError(finding, field="--plane")
 

@@ -1,4 +1,4 @@
-"""The figures of a map of fractures in words."""
+"""Figures of a fracture map in words."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     if values["area_m2"] is not None:
         rows += [
             (tr("area"), tr("{size} m2", size=number(values["area_m2"], 1))),
-            ("P20", _with_interval(values["P20_1_per_m2"], values["P20_95_1_per_m2"], "1/m2")),
+            ("P20", _format_interval(values["P20_1_per_m2"], values["P20_95_1_per_m2"], "1/m2")),
             (
                 tr("P20 by nodes"),
-                _with_interval(
+                _format_interval(
                     values["P20_nodes_1_per_m2"], values["P20_nodes_95_1_per_m2"], "1/m2"
                 ),
             ),
-            ("P21", _with_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m")),
+            ("P21", _format_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m")),
             (tr("  dispersion"), _dispersion_text(values["dispersion"])),
         ]
     if values["scanline"] is not None:
@@ -50,12 +50,12 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                     length=number(values["scanline_m"], 2),
                 ),
             ),
-            ("P10", _with_interval(values["P10_1_per_m"], values["P10_95_1_per_m"], "1/m")),
+            ("P10", _format_interval(values["P10_1_per_m"], values["P10_95_1_per_m"], "1/m")),
             (
                 tr("  by Terzaghi"),
                 tr(
                     "P21 {value}, cap: {cap}",
-                    value=_with_interval(line["P21_1_per_m"], line["P21_95_1_per_m"], "1/m"),
+                    value=_format_interval(line["P21_1_per_m"], line["P21_95_1_per_m"], "1/m"),
                     cap=values["terzaghi_cap"] or tr("none"),
                 ),
             ),
@@ -63,8 +63,8 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                 tr("  spacing"),
                 tr(
                     "{mean} along the line, {true} across the traces, cv {cv}",
-                    mean=_with_interval(line["mean_m"], line["mean_95_m"], "m"),
-                    true=_with_interval(line["true_mean_m"], line["true_mean_95_m"], "m"),
+                    mean=_format_interval(line["mean_m"], line["mean_95_m"], "m"),
+                    true=_format_interval(line["true_mean_m"], line["true_mean_95_m"], "m"),
                     cv=number(line["cv"], 2),
                 ),
             ),
@@ -111,7 +111,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     return rows
 
 
-def _with_interval(
+def _format_interval(
     value: float | None, interval: tuple[float | None, float | None], unit: str
 ) -> str:
     low, high = interval
@@ -182,20 +182,20 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
     if values["P21_1_per_m"] is not None:
         text += tr(
             ", P21 {value}",
-            value=_with_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m"),
+            value=_format_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m"),
         )
     if values["spacing"] is not None:
         text += tr(
             ", spacing {mean}, across the traces {true}",
-            mean=_with_interval(values["spacing"]["mean_m"], values["spacing"]["mean_95_m"], "m"),
-            true=_with_interval(
+            mean=_format_interval(values["spacing"]["mean_m"], values["spacing"]["mean_95_m"], "m"),
+            true=_format_interval(
                 values["spacing"]["true_mean_m"], values["spacing"]["true_mean_95_m"], "m"
             ),
         )
     return text
 
 
-def looked_at_rows(coverage: LookedAt) -> list[str]:
+def coverage_rows(coverage: LookedAt) -> list[str]:
     """Describe the coverage of a face, line by line."""
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))

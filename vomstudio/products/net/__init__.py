@@ -1,1 +1,1 @@
-"""The stereonet as a figure."""
+"""Stereonets and rose diagrams as figures."""

@@ -1,4 +1,4 @@
-"""What was asked for beside the sets, drawn on a net: circles, marks, errors of all features."""
+"""Additions to the sets of a net: circles, marks, and errors of all features."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is on a net, as plain data."""
+"""Contents of a net, as plain data."""
 
 from __future__ import annotations
 
@@ -47,27 +47,36 @@ OKABE_ITO = (
     "#F0E442",
     "#000000",
 )
-"""Okabe & Ito's colours, safe for the colour-blind, the strongest on white paper first."""
+"""Colours of Okabe & Ito, distinguishable with colour blindness, the strongest on white first."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 TYPED_LINE = "d"
-"""The marker of a line that was typed: of no set, and of no mean."""
+"""Marker of a typed line, used neither for sets nor for means."""
 
 AUTO_CIRCLES = 40
-"""With more planes than this their great circles hide the poles and are left out unless asked."""
+"""Maximum number of planes with great circles by default; more would hide the poles."""
 
 
 @dataclass(frozen=True, eq=False)
 class NetSet:
-    """One set of features, drawn alike.
+    """Set of features, drawn alike.
 
-    kind "plane": azimuth_deg, angle_deg (n,) are dip direction and dip; "line": trend and plunge.
-    ids name the features for picking and selecting (empty: they can't be). variant tells sets of
-    one type apart without leaving its colour: full, open, pale, deep, then over again. turns: how
-    they turn with the registrations of their models, None where nothing is known of that. slips
-    (n, 3): of striae, the unit vectors along which the hanging walls move, NaN where that is not
-    known; None of none.
+    Parameters
+    ----------
+    name : str
+    kind : {"plane", "line"}
+    azimuth_deg, angle_deg : (n,) arrays
+        Dip direction and dip, or trend and plunge.
+    ids : tuple of str
+        Ids for selection; empty if features cannot be selected.
+    color, marker : str
+    variant : int
+        Distinguishes sets of one type with the same colour: full, open, pale, deep, and again.
+    turns : Turns or None
+        Rotations by the registrations of their models; None if unknown.
+    slips : (n, 3) array or None
+        Unit vectors of the movement of hanging walls at striae, NaN if unknown.
     """
 
     name: str
@@ -83,11 +92,11 @@ class NetSet:
 
     @property
     def registered(self) -> bool:
-        """Whether the error of a registration is known for any of them."""
+        """Whether the error of a registration is known for any feature."""
         return self.turns is not None and self.turns.known
 
     def vectors(self) -> FloatArray:
-        """(n, 3) unit vectors: poles of planes, lines as they are."""
+        """Return unit vectors (n, 3): poles of planes, or lines."""
         turn = planes_to_poles if self.kind == "plane" else lines_to_vectors
         return turn(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
 
@@ -97,10 +106,20 @@ class NetSet:
 
 @dataclass(frozen=True)
 class NetMean:
-    """A mean of a set: a line to mark, and the text beside it. orientation : the line, or the mean
-    plane, in the net's notation. of_cluster : it is Fisher's mean; else the first axis of the
-    tensor, for a girdle or a scatter has no mean. total : its 95 % ellipse with the registration,
-    None where no error of a registration is known"""
+    """Mean of a set: a marked line with a label.
+
+    Parameters
+    ----------
+    line : Line
+    label, color, marker : str
+    orientation : str
+        The line, or the mean plane, in the notation of the net.
+    total : NetLineEllipse or None
+        95 % ellipse with the registration, if known.
+    is_cluster_mean : bool
+        Whether it is Fisher's mean; else it is the first axis of the tensor, because a girdle or a
+        scattered set has no mean.
+    """
 
     line: Line
     label: str
@@ -108,12 +127,12 @@ class NetMean:
     marker: str
     orientation: str = ""
     total: NetLineEllipse | None = None
-    of_cluster: bool = True
+    is_cluster_mean: bool = True
 
 
 @dataclass(frozen=True)
 class NetEllipse:
-    """95 % ellipse of a plane's pole: semi-axes and the rake of the larger one."""
+    """95 % ellipse of a plane's pole: semi-axes, and rake of the larger one, degrees."""
 
     plane: Plane
     max_angle_deg: float
@@ -121,7 +140,7 @@ class NetEllipse:
     rake_deg: float
 
     @classmethod
-    def with_total(
+    def enlarge_to_total(
         cls,
         plane: Plane,
         largest_deg: float,
@@ -129,18 +148,18 @@ class NetEllipse:
         rake_deg: float,
         total_deg: float,
     ) -> NetEllipse:
-        """The ellipse of a fit, enlarged to its total error (see `enlarged_semi_axes`)."""
+        """Enlarge the ellipse of a fit to its total error (see `enlarged_semi_axes`)."""
         largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
         return cls(plane, float(largest), float(smallest), rake_deg)
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Polylines (k, 2) on the net."""
+        """Return the outline as polylines (k, 2) on the net."""
         return nets.pole_ellipse(
             self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
         )
 
-    def of_pole(self) -> NetLineEllipse:
-        """The same as that of a line, the pole."""
+    def pole_ellipse(self) -> NetLineEllipse:
+        """Ellipse of the pole as a line."""
         pole = self.plane.pole()
         sine, cosine = sin_cos_deg(self.rake_deg)
         toward = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
@@ -149,7 +168,7 @@ class NetEllipse:
 
 @dataclass(frozen=True, eq=False)
 class NetLineEllipse:
-    """Joint 95 % ellipse of a line: semi-axes, and the direction (3,) of the larger one."""
+    """Joint 95 % ellipse of a line: semi-axes, degrees, and direction (3,) of the larger."""
 
     line: Line
     max_angle_deg: float
@@ -158,19 +177,19 @@ class NetLineEllipse:
 
     @classmethod
     def of(cls, vector: FloatArray, region: Region) -> NetLineEllipse:
-        """Of a region about a unit vector (3,)."""
+        """Build the ellipse of a region about a unit vector (3,)."""
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Polylines (k, 2) on the net."""
+        """Return the outline as polylines (k, 2) on the net."""
         return nets.confidence_ellipse(
             self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
         )
 
 
 def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
-    """Return the 95 % ellipse of a fold axis, with the registration as far as that is known."""
+    """Return the 95 % ellipse of a fold axis, with the registration if known."""
     if fold.total is not None and fold.registration_error_deg is not None:
         return NetLineEllipse.of(fold.beta.vector(), fold.total)
     largest, smallest = fold.max_confidence95_deg, fold.min_confidence95_deg
@@ -181,8 +200,18 @@ def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
 
 @dataclass(frozen=True)
 class NetCircle:
-    """A circle about an axis: half_angle_deg 90 is a great circle. label: for the legend. color:
-    of the set that it is of, None for one that was typed."""
+    """Circle about an axis.
+
+    Parameters
+    ----------
+    axis : Line
+    half_angle_deg : float
+        90 for a great circle.
+    label : str
+        For the legend.
+    color : str or None
+        Colour of its set; None for a typed circle.
+    """
 
     axis: Line
     half_angle_deg: float
@@ -191,11 +220,11 @@ class NetCircle:
 
     @property
     def dash(self) -> str:
-        """Of its line: great and small circles are told apart."""
+        """Line style: great and small circles differ."""
         return "--" if self.half_angle_deg == 90.0 else ":"
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Polylines (k, 2) on the net."""
+        """Return the circle as polylines (k, 2) on the net."""
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         first /= np.linalg.norm(first)
@@ -205,12 +234,12 @@ class NetCircle:
 
 @dataclass(frozen=True, eq=False)
 class NetBand:
-    """The band of poles that a straight trace allows: its two edges (k, 3), of normals."""
+    """Band of poles that a straight trace allows: its two edges (k, 3), of normals."""
 
     edges: tuple[FloatArray, FloatArray]
 
     def outline(self, projection: str) -> list[FloatArray]:
-        """Polylines (k, 2) on the net."""
+        """Return the edges as polylines (k, 2) on the net."""
         return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
 
 
@@ -219,8 +248,17 @@ AnyEllipse = NetEllipse | NetLineEllipse | NetBand
 
 @dataclass(frozen=True)
 class NetMark:
-    """A direction that is marked, with the text beside it. color: of the set that it is of, None
-    for one that was typed; said: of a typed one, the words of its text before its line."""
+    """Marked direction with a label.
+
+    Parameters
+    ----------
+    line : Line
+    label, marker : str
+    color : str or None
+        Colour of its set; None for a typed direction.
+    said : str
+        Text of a typed direction before its line.
+    """
 
     line: Line
     label: str
@@ -231,8 +269,7 @@ class NetMark:
 
 @dataclass(frozen=True)
 class NetLive:
-    """A feature that is being picked: its plane, or its line, with its 95 % ellipse where that is
-    known."""
+    """Feature that is being picked: its plane or line, with the 95 % ellipse if known."""
 
     plane: Plane | None = None
     line: Line | None = None
@@ -240,17 +277,23 @@ class NetLive:
 
     @property
     def place(self) -> Line | None:
-        """Of the pole or the line."""
+        """The pole or the line."""
         return self.line if self.plane is None else self.plane.pole()
 
 
 @dataclass(frozen=True)
 class Contouring:
-    """How density is contoured.
+    """Settings of density contours.
 
-    levels: ascending, in the unit of the method; empty for round ones. filled: None for filled
-    where all are contoured together, lines where each set is by itself. sigma: Kamb's, which makes
-    the counting circle larger (no meaning for Schmidt's).
+    Parameters
+    ----------
+    levels : tuple of float
+        Ascending, in the unit of the method; empty for round levels.
+    filled : bool or None
+        None: filled for all features together, lines for each set.
+    each_set : bool
+    sigma : float
+        Kamb's, which enlarges the counting circle; not used by Schmidt's method.
     """
 
     levels: tuple[float, ...] = ()
@@ -265,22 +308,44 @@ class Contouring:
 
 @dataclass(frozen=True, eq=False)
 class NetContents:
-    """Everything a net shows, as plain data.
+    """Contents of a net.
 
-    fold_not_good: planes of the fold axis whose verdict is not good, None if not known.
-    circles: great circles of planes always (True), never (False), or while there are few (None).
-    selected: ids that are emphasised; their great circles are always drawn.
-    contour: one of `density.DENSITY_METHODS`, of all poles and lines; contouring: how.
-    notation, decimals: how orientations are written on the net.
-    circles_typed: great and small circles that were asked for, girdles too.
-    marks: directions that were asked for: the densest places, slip lines that were typed.
-    errors: 95 % ellipses of all features of which they are known.
-    averages: of each set in words, under the legend.
-    live: the feature that is being picked.
-    title, notes: over the net, and above its caption (frame, north, what was left out).
-    compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
-    ellipse: it would move the net at every click.
-    north: False in a local frame, where azimuths are from its y axis.
+    Parameters
+    ----------
+    sets : tuple of NetSet
+    projection : {"area", "angle"}
+    circles : bool or None
+        Draw great circles of planes; None: up to `AUTO_CIRCLES`.
+    poles : bool
+    means : tuple of NetMean
+    fold : FoldAxis or None
+    fold_not_good : int or None
+        Number of planes of the fold axis whose verdict is not good; None if unknown.
+    selected : frozenset of str
+        Highlighted ids; their great circles are always drawn.
+    ellipses : tuple
+        Of the selection.
+    contour : str or None
+        One of `density.DENSITY_METHODS`, for all poles and lines.
+    contouring : Contouring
+    circles_typed : tuple of NetCircle
+        Requested great and small circles, and girdles.
+    marks : tuple of NetMark
+        Requested directions: maxima of density, typed slip lines.
+    errors : tuple
+        95 % ellipses of all features with known errors.
+    averages : tuple of str
+        Sentences about each set, under the legend.
+    live : NetLive or None
+    notation, decimals
+        Format of orientations.
+    title, notes
+        Above the net, and above its caption (frame, north, omissions).
+    compact : bool
+        For the screen: a short legend without the ellipse of the selection, which would move the
+        net at every click.
+    north : bool
+        False in a local frame, where azimuths are from its y axis.
     """
 
     sets: tuple[NetSet, ...] = ()
@@ -306,10 +371,10 @@ class NetContents:
     compact: bool = False
     north: bool = True
 
-    def with_selection(
+    def replace_selection(
         self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
-        """The same net with other features emphasised."""
+        """Return the same net with another selection."""
         return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
 
 
@@ -318,32 +383,36 @@ def make_sets(
     ids: Mapping[str, Sequence[str]] | None = None,
     turns: Mapping[str, Turns] | None = None,
 ) -> tuple[NetSet, ...]:
-    """Sets of {name: (kind, azimuths, angles)} with the colours and symbols of the house, in
-    order; rows that are not numbers are left out. turns: of each, where known."""
+    """Build sets from {name: (kind, azimuths, angles)}, with default colours and symbols in order.
+
+    Rows that are not numbers are omitted.
+    """
     sets = []
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
         if kind not in ("plane", "line"):
             raise ValueError(kind)
         a, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        sound = np.isfinite(a) & np.isfinite(b)
+        finite = np.isfinite(a) & np.isfinite(b)
         names = tuple(ids[name]) if ids and name in ids else ()
-        kept = tuple(k for k, ok in zip(names, sound, strict=True) if ok) if names else ()
+        kept_ids = tuple(k for k, ok in zip(names, finite, strict=True) if ok) if names else ()
         color = OKABE_ITO[i % len(OKABE_ITO)]
         marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
-        turned = turns[name].of(sound) if turns and name in turns else None
-        sets.append(NetSet(name, kind, a[sound], b[sound], kept, color, marker, turns=turned))
+        turned = turns[name].of(finite) if turns and name in turns else None
+        sets.append(NetSet(name, kind, a[finite], b[finite], kept_ids, color, marker, turns=turned))
     return tuple(sets)
 
 
-def means_of(
+def compute_means(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[NetMean, ...]:
-    """Of every set of at least 3 what its averages in words are: Fisher's mean of a cluster, else
-    the first axis of its tensor, where it has one (poles for planes; the text is the mean
-    plane)."""
-    chosen = list(sets)
+    """Compute the mean of every set of at least three features.
+
+    It is Fisher's mean of a cluster, else the first axis of the tensor if there is one; poles for
+    planes, with the mean plane as text.
+    """
+    set_list = list(sets)
     means = []
-    for s in chosen:
+    for s in set_list:
         if len(s) < 3:
             continue
         vectors = s.vectors()
@@ -357,9 +426,9 @@ def means_of(
             text = format_plane(line.normal_plane(), notation, decimals)
         else:
             text = format_line(line, decimals)
-        # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
+        # Colour and symbol identify the set; names would not fit with many sets.
         label = text
-        if len(chosen) == 1:
+        if len(set_list) == 1:
             label = (
                 tr("Mean {orientation}", orientation=text)
                 if cluster
@@ -370,33 +439,32 @@ def means_of(
     return tuple(means)
 
 
-def means_text(means: Sequence[NetMean]) -> str:
-    """What the open symbols of a net are."""
-    of_clusters = {mean.of_cluster for mean in means}
-    if of_clusters == {True}:
+def describe_means(means: Sequence[NetMean]) -> str:
+    """Describe the open symbols of a net."""
+    kinds = {mean.is_cluster_mean for mean in means}
+    if kinds == {True}:
         return tr("Open symbol: Fisher mean")
-    if of_clusters == {False}:
+    if kinds == {False}:
         return tr("Open symbol: axis 1 of the tensor")
     return tr("Open symbol: Fisher mean; of girdles axis 1")
 
 
 def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
-    """The 95 % ellipse of a set's mean (3,) with the registration: about the cone of Fisher, where
-    the set is a cluster."""
+    """Return the 95 % ellipse of a mean (3,), with the registration and Fisher's cone."""
     if s.turns is None or not s.turns.known:
         return None
     vectors = s.vectors()
     values, axes = orientation_tensor(vectors)
     covariance = principal_axis(moved(vectors, s.turns), values, axes, 0).covariance()[0]
-    own = None
+    fisher_cone = None
     if no_fisher_reason(vectors, False) is None:
         alpha = fisher(vectors, False).alpha95_deg
-        own = None if alpha is None else cone(mean, alpha)
-    return NetLineEllipse.of(mean, region(mean, covariance, own))
+        fisher_cone = None if alpha is None else cone(mean, alpha)
+    return NetLineEllipse.of(mean, region(mean, covariance, fisher_cone))
 
 
-def circles_shown(net: NetContents) -> bool:
-    """Whether all great circles are drawn."""
+def shows_all_circles(net: NetContents) -> bool:
+    """Check whether all great circles are drawn."""
     if net.circles is not None:
         return net.circles
     return sum(len(s) for s in net.sets if s.kind == "plane") <= AUTO_CIRCLES

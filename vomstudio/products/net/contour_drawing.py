@@ -1,4 +1,4 @@
-"""Contours of density drawn on a net, and the bar that says what they mean."""
+"""Density contours on a net, and their colour bar."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.contours import (
-    SEE_THROUGH,
+    OPACITY,
     ContourPlan,
+    bar_columns,
     bar_height,
     bar_width,
-    columns_of,
     contour_colors,
     dash,
 )
 from vomstudio.products.net.page import Page
-from vomstudio.products.net.style import NetStyle, layer, mixed
+from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 
 def draw_contours(page: Page, plan: ContourPlan) -> None:
@@ -28,14 +28,14 @@ def draw_contours(page: Page, plan: ContourPlan) -> None:
             continue
         colors = contour_colors(part.of, n, plan.filled, style)
         if plan.filled:
-            # Up to a level above all, so that one level is enough.
+            # Add an upper limit, so that a single level is sufficient.
             filled = page.axes.contourf(
                 part.x,
                 part.y,
                 part.values,
                 levels=[*plan.levels, plan.levels[-1] + top],
                 colors=colors,
-                alpha=None if part.of is None else SEE_THROUGH,
+                alpha=None if part.of is None else OPACITY,
                 zorder=layer("density"),
                 antialiased=True,
             )
@@ -58,7 +58,7 @@ def draw_contours(page: Page, plan: ContourPlan) -> None:
 def _line_colors(
     of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
 ) -> list[object]:
-    """Lines about filled contours only part them."""
+    """Return line colours; around filled contours lines are only separators."""
     if not filled:
         return colors
     color = style.soft if of is None else style.outline(style.color(of.color))
@@ -73,28 +73,28 @@ def _draw_bar(page: Page, plan: ContourPlan) -> None:
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row
-    thick = bar_width(plan, font, page.beside)
-    if page.beside:
+    thick = bar_width(plan, font, page.is_beside)
+    if page.is_beside:
         tall = bar_height(plan, font, page.height)
-        left, low = page.legend_x, page.pad + (page.under + 0.8) * row
-        page.text(left, low + tall + 0.8 * row, plan.unit)
-        page.text(left, low + tall + 1.8 * row, plan.name)
+        x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
+        page.text(x_left, y_low + tall + 0.8 * row, plan.unit)
+        page.text(x_left, y_low + tall + 1.8 * row, plan.name)
     else:
         tall = min(1.5 * font * n, 1.2 * page.radius)
-        left, low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
-        page.text(page.width - page.pad, low + tall + 0.8 * row, plan.short_unit, align="right")
-    columns = columns_of(plan)
+        x_left, y_low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
+        page.text(page.width - page.pad, y_low + tall + 0.8 * row, plan.short_unit, align="right")
+    columns = bar_columns(plan)
     each = thick / len(columns)
     for column, part in enumerate(columns):
         colors = contour_colors(part.of, n, plan.filled, page.style)
         for i, color in enumerate(colors):
-            x, y = left + column * each, low + tall * i / n
+            x, y = x_left + column * each, y_low + tall * i / n
             if plan.filled:
                 cell = Rectangle(
                     page.net_of(x, y),
                     each / page.radius,
                     tall / n / page.radius,
-                    facecolor=_laid_over(color, part.of, page.style),
+                    facecolor=_composite_color(color, part.of, page.style),
                     edgecolor=page.style.soft,
                     linewidth=0.5 * page.style.line_pt,
                     zorder=layer("legend"),
@@ -110,9 +110,9 @@ def _draw_bar(page: Page, plan: ContourPlan) -> None:
                     zorder=layer("legend"),
                 )
     for i, level in enumerate(plan.levels):
-        page.text(left + thick + 0.4 * font, low + tall * i / n, f"{level:g}")
+        page.text(x_left + thick + 0.4 * font, y_low + tall * i / n, f"{level:g}")
 
 
-def _laid_over(color: object, of: NetSet | None, style: NetStyle) -> object:
-    """As it looks on the net."""
-    return color if of is None else mixed(style.net, str(color), SEE_THROUGH)
+def _composite_color(color: object, of: NetSet | None, style: NetStyle) -> object:
+    """Return the colour as it appears on the net."""
+    return color if of is None else mix_colors(style.net, str(color), OPACITY)

@@ -1,4 +1,4 @@
-"""What is contoured on a net, at which levels, in which colours, and what is said of it."""
+"""Plan of density contours: groups, levels and colours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Line
 from vomstudio.products.net.contents import NetContents, NetSet
-from vomstudio.products.net.style import NetStyle, mixed
+from vomstudio.products.net.style import NetStyle, mix_colors
 
 DENSITY_NAMES = {
     "kamb": to_translate("Density after Kamb, {sigma} σ"),
@@ -23,16 +23,16 @@ DENSITY_NAMES = {
 }
 
 DASHES = ("-", "--", "-.", ":")
-"""Of the sets of one type, which have one colour."""
+"""Line styles of sets of one type, which share a colour."""
 
-SEE_THROUGH = 0.6
+OPACITY = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Contoured:
-    """The density of one set (None: of all together) and where its contours are drawn.
+class ContourGroup:
+    """Density of one set (`of` None: of all together) on a grid.
 
-    x, y (k,), values (k, k): as `density_grid` gives them.
+    x, y (k,) and values (k, k) are as returned by `density_grid`.
     """
 
     of: NetSet | None
@@ -43,23 +43,25 @@ class Contoured:
 
 @dataclass(frozen=True, eq=False)
 class ContourPlan:
-    """What is contoured, at which levels; without levels nothing is to be drawn."""
+    """Groups and levels of contours; nothing is drawn without levels."""
 
     method: str
     sigma: float
     filled: bool
     levels: tuple[float, ...] = ()
-    parts: tuple[Contoured, ...] = ()
+    parts: tuple[ContourGroup, ...] = ()
 
     @classmethod
     def of(cls, net: NetContents) -> ContourPlan | None:
-        """None where no contours are wanted, or there is nothing to contour."""
-        groups = contoured_groups(net)
+        """Plan the contours of a net; None if not requested, or without features."""
+        groups = contour_groups(net)
         if net.contour is None or not groups:
             return None
         look = net.contouring
         parts = tuple(
-            Contoured(s, *densities.density_grid(v, net.contour, net.projection, sigma=look.sigma))
+            ContourGroup(
+                s, *densities.density_grid(v, net.contour, net.projection, sigma=look.sigma)
+            )
             for s, v in groups
         )
         top = max(float(part.values.max()) for part in parts)
@@ -79,12 +81,12 @@ class ContourPlan:
         return "% / 1 %" if self.method == "schmidt" else "σ"
 
 
-def few_for_contours(net: NetContents) -> list[Finding]:
+def check_contour_sizes(net: NetContents) -> list[Finding]:
     """Return a finding for each set that is too small for its contours to mean much."""
     if net.contour is None:
         return []
     findings = []
-    for of, v in contoured_groups(net):
+    for of, v in contour_groups(net):
         area = densities.counting_area(len(v), net.contour, net.contouring.sigma)
         if area > 0.5:
             findings.append(
@@ -98,8 +100,8 @@ def few_for_contours(net: NetContents) -> list[Finding]:
     return findings
 
 
-def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
-    """Vectors (n, 3) of each set, or of all together (None), as the net is to be contoured."""
+def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
+    """Return the vectors (n, 3) of each set, or of all together (None)."""
     sets = [s for s in net.sets if len(s)]
     if not sets:
         return []
@@ -109,21 +111,24 @@ def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]
 
 
 def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
-    """Those asked for, or round ones, below the highest density; of all sets alike."""
+    """Return the requested levels, or round ones, below the highest density."""
     if net.contour is None:
         return ()
-    wanted = net.contouring.levels or densities.round_levels(top, net.contour)
-    return tuple(level for level in wanted if level < top)
+    levels = net.contouring.levels or densities.round_levels(top, net.contour)
+    return tuple(level for level in levels if level < top)
 
 
-def density_found(net: NetContents) -> dict[str, Any] | None:
-    """Method, unit, sigma and levels of a net's contours, and of each set (or all, None) how many
-    it has and where they lie densest, as plain values; None without contours."""
+def describe_density(net: NetContents) -> dict[str, Any] | None:
+    """Describe the contours of a net as plain values; None without contours.
+
+    These are method, unit, sigma and levels, and for each set (or all, None) its size and the
+    direction of its maximum.
+    """
     plan = ContourPlan.of(net)
     if net.contour is None or plan is None:
         return None
     look, parts = net.contouring, []
-    for of, v in contoured_groups(net):
+    for of, v in contour_groups(net):
         place, top = densities.densest(v, net.contour, look.sigma)
         line = Line.from_vector(place)
         parts.append(
@@ -146,8 +151,11 @@ def density_found(net: NetContents) -> dict[str, Any] | None:
 
 
 def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[object]:
-    """Of n levels, from the lowest: greys (or, on a dark net, a map for the eye) of all together,
-    shades of a set's own colour for that set."""
+    """Return colours of n levels, ascending.
+
+    All features together have greys (on a dark net a perceptual map), a set has shades of its
+    colour.
+    """
     from matplotlib import colormaps
 
     if of is None and filled:
@@ -155,33 +163,33 @@ def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> 
             return [colormaps["cividis"](float(s)) for s in np.linspace(0.1, 0.75, n)]
         return [colormaps["Greys"](float(s)) for s in np.linspace(0.12, 0.62, n)]
     color = style.ink if of is None else style.outline(style.color(of.color))
-    return [mixed(color, style.net, float(share)) for share in np.linspace(0.55, 0.0, n)]
+    return [mix_colors(color, style.net, float(share)) for share in np.linspace(0.55, 0.0, n)]
 
 
 def dash(of: NetSet | None) -> str:
     return DASHES[of.variant % len(DASHES)] if of is not None else "-"
 
 
-def bar_width(plan: ContourPlan, font: float, beside: bool) -> float:
-    """Of the columns of the bar together, in points."""
-    k = len(columns_of(plan))
-    most = 8.0 if beside else 2.5
-    return font if k == 1 else font * min(0.9 * k, most)
+def bar_width(plan: ContourPlan, font: float, is_beside: bool) -> float:
+    """Return the total width of the columns of the bar, points."""
+    k = len(bar_columns(plan))
+    max_letters = 8.0 if is_beside else 2.5
+    return font if k == 1 else font * min(0.9 * k, max_letters)
 
 
 def bar_height(plan: ContourPlan, font: float, height: float) -> float:
-    """Of the bar beside the net, in points."""
+    """Return the height of the bar beside the net, points."""
     return min(1.5 * font * len(plan.levels), 0.4 * height)
 
 
-def columns_of(plan: ContourPlan) -> list[Contoured]:
-    """The first of each colour: the sets of a type share theirs, and a column of the bar."""
-    first: dict[str | None, Contoured] = {}
+def bar_columns(plan: ContourPlan) -> list[ContourGroup]:
+    """Return the first group of each colour; each has a column of the bar."""
+    first: dict[str | None, ContourGroup] = {}
     for part in plan.parts:
         first.setdefault(part.of.color if part.of else None, part)
     return list(first.values())
 
 
-def bar_room(plan: ContourPlan | None, font: float) -> float:
-    """What the bar takes of the width where it stands at the right edge."""
+def bar_space(plan: ContourPlan | None, font: float) -> float:
+    """Return the width required by a bar at the right edge, points."""
     return 0.0 if plan is None or not plan.levels else 3.5 * font + bar_width(plan, font, False)

@@ -1,9 +1,9 @@
-"""The net as a figure: one drawing for the window's dock and for `vomstudio stereonet`.
+"""Net as a figure, for the window's dock and for `vomstudio stereonet`.
 
-Everything is drawn in our own projected coordinates on one plain Axes that covers the figure: one
-net unit is the radius of the net. That redraws in milliseconds, picks with plain arithmetic, and
-leaves every artist an ordinary one (a map projection Axes transforms each vertex again at every
-redraw). Matplotlib is imported where it is first needed.
+Everything is drawn in projected coordinates on one plain Axes that covers the figure; one unit is
+the radius of the net. This redraws in milliseconds and makes picking simple arithmetic. An Axes
+with a map projection would transform each vertex at every redraw. Matplotlib is imported on first
+use.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vomstudio.geology.orientation import Line
 from vomstudio.products.net.annotations import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
-from vomstudio.products.net.figure_file import FORMATS, font_of, write_figure
+from vomstudio.products.net.figure_file import FORMATS, font_settings, write_figure
 from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
@@ -37,20 +37,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-_HIGHEST_MM, _STEP_MM = 240.0, 5.0
-_LEAST_NET_MM, _LEAST_SHARE = 75.0, 0.7
-"""A net is no smaller than the one, or on a narrow page than this share of its width, where the
-page may grow."""
+_MAX_HEIGHT_MM, _HEIGHT_STEP_MM = 240.0, 5.0
+_MIN_NET_MM, _MIN_WIDTH_SHARE = 75.0, 0.7
+"""Minimum diameter of a net, in mm or as a share of a narrow page's width, if the page may grow."""
 
 
 def picture_format(path: str | Path, field: str) -> str:
-    """svg, pdf or png by the ending of a path. field : the option. Raises UsageError."""
+    """Return svg, pdf or png from the extension of a path.
+
+    Raises
+    ------
+    UsageError
+        For another extension; `field` is the option.
+    """
     return check_extension(path, [f".{name}" for name in FORMATS], field).removeprefix(".")
 
 
 @dataclass(eq=False)
 class NetArtists:
-    """The drawn net, and what a pointer needs to know of it.
+    """Drawn net, with the data for the pointer.
 
     Pixels are matplotlib's display pixels: from the bottom left corner, y up.
     """
@@ -72,39 +77,42 @@ class NetArtists:
     """Pixel boxes (x0, y0, x1, y1) of all text, for tests of overlap."""
 
     def to_net(self, x_px: float, y_px: float) -> tuple[float, float]:
-        """Net position (unit circle) of a pixel."""
+        """Return the net position (unit circle) of a pixel."""
         cx, cy = self.centre_px
         return (x_px - cx) / self.radius_px, (y_px - cy) / self.radius_px
 
     def line_at(self, x_px: float, y_px: float) -> Line | None:
-        """The line under a pixel, None outside the net."""
+        """Return the line under a pixel, None outside the net."""
         return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
 
     def feature_at(self, x_px: float, y_px: float, reach_px: float = 6.0) -> str | None:
-        """Id of the nearest pole or line within reach, else of the nearest great circle drawn
-        within half of it, else None. Among equals the one drawn last, which is on top."""
+        """Return the id of the nearest pole or line within reach, else of a great circle.
+
+        Great circles must be within half of the reach. Of equally near features the one on top,
+        drawn last, is returned.
+        """
         point = np.array(self.to_net(x_px, y_px))
-        best, found = reach_px / self.radius_px, None
+        best, id_ = reach_px / self.radius_px, None
         if self.contents.poles:
             for s, at in zip(self.contents.sets, self.positions, strict=True):
                 if s.ids and len(at):
                     away = np.hypot(*(at - point).T)
                     row = len(away) - 1 - int(np.argmin(away[::-1]))
                     if away[row] <= best:
-                        best, found = float(away[row]), s.ids[row]
-        if found is not None:
-            return found
+                        best, id_ = float(away[row]), s.ids[row]
+        if id_ is not None:
+            return id_
         best = max(2.0, reach_px / 2.0) / self.radius_px
         for s, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
             if s.ids and len(arcs):
                 away = _distance_to_arcs(point, arcs)
                 i = int(np.argmin(away))
                 if away[i] <= best:
-                    best, found = float(away[i]), s.ids[int(rows[i])]
-        return found
+                    best, id_ = float(away[i]), s.ids[int(rows[i])]
+        return id_
 
     def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
-        """Ids of the poles and lines inside a polygon of pixels (a lasso)."""
+        """Return the ids of poles and lines inside a polygon of pixels (a lasso)."""
         from matplotlib.path import Path as Outline
 
         outline = Outline([self.to_net(x, y) for x, y in polygon_px])
@@ -116,10 +124,12 @@ class NetArtists:
         )
 
     def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
-        """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
-        drawn anew only where the legend gains, loses or renames the ellipse."""
+        """Highlight other features; the caller redraws the canvas.
+
+        The net is drawn again only if the legend's entry of the ellipse changes.
+        """
         before = _named_in_legend(self.contents)
-        self.contents = self.contents.with_selection(selected, ellipses)
+        self.contents = self.contents.replace_selection(selected, ellipses)
         if before != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
@@ -129,7 +139,7 @@ class NetArtists:
         self._emphasise()
 
     def show_live(self, live: NetLive | None) -> None:
-        """The feature that is being picked, over all; the caller redraws the canvas."""
+        """Draw the feature that is being picked, on top; the caller redraws the canvas."""
         self.contents = replace(self.contents, live=live)
         self._emphasise()
 
@@ -140,9 +150,11 @@ class NetArtists:
 
 
 def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
-    """Draws the net over the whole figure, which is cleared first. Lays itself out by the figure's
-    size: legend beside the net where the figure is wide, below it where it is not. Call it again
-    after a resize."""
+    """Draw a net over a whole figure, which is cleared first.
+
+    The layout depends on the size: the legend is beside the net in a wide figure, else below it.
+    Call again after a resize.
+    """
     if net.contour is not None and net.contour not in densities.DENSITY_METHODS:
         raise UsageError(
             Finding(
@@ -181,18 +193,18 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
 
 
 def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> float:
-    """The usual height of a figure, or as much more as its words need."""
+    """Return the default height of a figure, increased if its text requires it."""
     from matplotlib.figure import Figure
 
-    least = min(_LEAST_NET_MM, _LEAST_SHARE * width_mm) / 25.4 * 72.0
+    min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
     height, before = SIZE_MM[1], 0.0
-    while height < _HIGHEST_MM:
+    while height < _MAX_HEIGHT_MM:
         page = Page(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
-        # The width may be what keeps it small.
-        if page.whole and (2.0 * page.radius >= least or page.radius <= before):
+        # The width may be the limit.
+        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= before):
             break
         before = page.radius
-        height += _STEP_MM
+        height += _HEIGHT_STEP_MM
     return height
 
 
@@ -206,8 +218,15 @@ def write_stereonet(
     height_mm: float | None = None,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png (text stays text in svg and pdf). Without a height it
-    is as high as its words need."""
+    """Write a net as svg, pdf or png; text remains text in svg and pdf.
+
+    Without a height, the figure is as high as its text requires.
+
+    Raises
+    ------
+    UsageError
+        For another format.
+    """
     width = width_mm or SIZE_MM[0]
 
     def size() -> tuple[float, float]:
@@ -220,17 +239,17 @@ def write_stereonet(
         size_mm=size,
         paper=style.paper,
         dpi=dpi,
-        settings=font_of(style),
+        settings=font_settings(style),
     )
 
 
 def _named_in_legend(net: NetContents) -> list[type]:
-    """What of the selection's ellipses the legend names."""
+    """Return the kinds of the selection's ellipses in the legend."""
     return [type(e) for e in net.ellipses]
 
 
 def _distance_to_arcs(point: FloatArray, arcs: FloatArray) -> FloatArray:
-    """Distance (m,) of a point (2,) from polylines (m, k, 2)."""
+    """Return the distances (m,) of a point (2,) from polylines (m, k, 2)."""
     a, b = arcs[:, :-1], arcs[:, 1:]
     along = b - a
     square = np.maximum(np.sum(along**2, axis=-1), 1e-300)

@@ -1,4 +1,4 @@
-"""A figure drawn and written, the same file for the same contents."""
+"""Output of figures: the same contents give the same file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 Drawn = TypeVar("Drawn")
 
 FORMATS = ("svg", "pdf", "png")
-"""Of figures. Pages with pictures on them are also written as JPEG."""
-_HOW: Mapping[str, dict[str, Any]] = {
+"""Formats of figures. Pages with pictures are also written as JPEG."""
+_SAVE_OPTIONS: Mapping[str, dict[str, Any]] = {
     "svg": {"metadata": {"Date": None}},
     "pdf": {"metadata": {"CreationDate": None}},
     "png": {"metadata": {}},
-    # Thin coloured lines keep their colour.
+    # Prevent chroma subsampling, so that thin coloured lines keep their colour.
     "jpeg": {"pil_kwargs": {"quality": 92, "subsampling": 0}},
 }
 _OTHER_SCRIPTS = (
@@ -46,7 +46,7 @@ _OTHER_SCRIPTS = (
     "Noto Sans Thai",
     "Arial Unicode MS",
 )
-# matplotlib's settings are of the process: two threads that write would change each other's.
+# Settings of matplotlib are global: concurrent writers would change each other's.
 _SETTINGS = threading.Lock()
 
 
@@ -60,25 +60,41 @@ def write_figure(
     dpi: float,
     settings: Mapping[str, Any] | None = None,
 ) -> Drawn:
-    """Write what `draw` puts on a figure as svg, pdf, png or jpeg, without a date or names drawn by
-    chance; text stays text in svg and pdf. Returns what `draw` does.
+    """Write a drawing as svg, pdf, png or jpeg, without date or random names.
 
-    size_mm : width and height, or what finds them out with these settings; settings : matplotlib's,
-    while it is drawn and written
-    Raises UsageError for another format.
+    Text remains text in svg and pdf.
+
+    Parameters
+    ----------
+    target : str, Path or binary file
+    draw : callable
+        Draws on a figure; its result is returned.
+    format : str
+    size_mm : (float, float) or callable
+        Width and height, or a function that measures them with the settings.
+    paper : str
+        Colour.
+    dpi : float
+    settings : mapping, optional
+        Settings of matplotlib for drawing and writing.
+
+    Raises
+    ------
+    UsageError
+        For another format.
     """
-    if format not in _HOW:
+    if format not in _SAVE_OPTIONS:
         raise UsageError(Finding("option.not-a-choice", value=format, choices=FORMATS))
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-    kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
-    kept = kept | dict(settings or {})
+    rc: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
+    rc = rc | dict(settings or {})
     if others := fonts_of_other_scripts():
-        kept["font.family"] = [*kept.get("font.family", ["DejaVu Sans"]), *others]
-    with _SETTINGS, rc_context(kept):
+        rc["font.family"] = [*rc.get("font.family", ["DejaVu Sans"]), *others]
+    with _SETTINGS, rc_context(rc):
         width, height = size_mm() if callable(size_mm) else size_mm
         figure = Figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(figure)
@@ -86,24 +102,24 @@ def write_figure(
         drawn = draw(figure)
         for words in figure.findobj(Text):
             words.set_text(replace_control_characters(words.get_text()))
-        figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_HOW[format])
+        figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_SAVE_OPTIONS[format])
     return drawn
 
 
 @cache
 def fonts_of_other_scripts() -> tuple[str, ...]:
-    """Of those that have the signs which matplotlib's own font lacks, what is installed."""
+    """Return the installed fonts with characters that matplotlib's own font lacks."""
     from matplotlib.font_manager import fontManager
 
     installed = {font.name for font in fontManager.ttflist}
     return tuple(name for name in _OTHER_SCRIPTS if name in installed)
 
 
-def sizes_of(style: NetStyle) -> dict[str, Any]:
-    """matplotlib's sizes in a style, for figures with axes of its own kind."""
+def size_settings(style: NetStyle) -> dict[str, Any]:
+    """Return matplotlib's sizes in a style, for figures with standard axes."""
     return {"font.size": style.font_pt, "axes.linewidth": style.line_pt}
 
 
-def font_of(style: NetStyle) -> dict[str, Any]:
-    """matplotlib's setting of a style's letters."""
+def font_settings(style: NetStyle) -> dict[str, Any]:
+    """Return matplotlib's font setting of a style."""
     return {"font.family": [style.family, "DejaVu Sans"]} if style.family else {}

@@ -12,7 +12,7 @@ from vomstudio.core.options import Options, check_requires, option
 from vomstudio.core.words import to_translate
 
 SIZE_MM = (170.0, 115.0)
-"""Default size of a figure: a page wide, as journals print it."""
+"""Default size of a figure: the width of a journal page."""
 LIMITS = {
     "width_mm": (40.0, 500.0),
     "height_mm": (30.0, 500.0),
@@ -98,7 +98,12 @@ class StereonetFigure(FigureLook):
 
     @property
     def width_and_height(self) -> tuple[float | None, float | None]:
-        """Width and height in millimetres. Raises UsageError."""
+        """Return width and height in millimetres.
+
+        Raises
+        ------
+        UsageError
+        """
         if self.size_mm is None:
             return None, None
         text = self.size_mm.lower().replace("\N{MULTIPLICATION SIGN}", "x")
@@ -113,7 +118,13 @@ class StereonetFigure(FigureLook):
 
 @dataclass(frozen=True)
 class RoseFigure(FigureLook):
-    """Size and look of roses. Raises UsageError for a size outside its bounds."""
+    """Size and look of roses.
+
+    Raises
+    ------
+    UsageError
+        For a size outside its bounds.
+    """
 
     width_mm: float | None = option(
         None,
@@ -126,7 +137,13 @@ class RoseFigure(FigureLook):
 
 @dataclass(frozen=True)
 class SetColors(Options):
-    """Colours of sets. Raises UsageError for a text other than SET=#RRGGBB."""
+    """Colours of sets.
+
+    Raises
+    ------
+    UsageError
+        For a text other than SET=#RRGGBB.
+    """
 
     colors: tuple[str, ...] = option(
         (), metavar="SET=#RRGGBB", help=to_translate("colour of a set")
@@ -252,7 +269,12 @@ class StereonetOptions(Options):
 
 
 def parse_levels(text: str | None) -> tuple[float, ...]:
-    """Parse levels of contours, ascending and without repetition. Raises UsageError."""
+    """Parse levels of contours, ascending and without repetition.
+
+    Raises
+    ------
+    UsageError
+    """
     if text is None:
         return ()
     try:

@@ -76,32 +76,32 @@ class FigureStyle:
             grey=options.grey,
         )
 
-    def of_net(self) -> NetStyle:
-        """The style of a figure on white paper."""
-        given = {"font_pt": self.font_pt, "marker_pt": self.symbol_pt, "line_pt": self.line_pt}
-        sizes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    def net_style(self) -> NetStyle:
+        """Return the style of a net on white paper."""
+        stated = {"font_pt": self.font_pt, "marker_pt": self.symbol_pt, "line_pt": self.line_pt}
+        sizes: dict[str, Any] = {name: value for name, value in stated.items() if value is not None}
         return replace(PRINT, grey=self.grey, family=self.font, swaps=dict(self.colors), **sizes)
 
     def to_keep(self) -> dict[str, Any]:
-        """What differs from the usual, for the settings."""
+        """Return the values that differ from the defaults, for the settings."""
         usual = asdict(FigureStyle())
         return {name: value for name, value in asdict(self).items() if value != usual[name]}
 
     @classmethod
-    def kept(cls, values: Mapping[str, Any]) -> FigureStyle:
-        """Of `to_keep`; the usual style where the settings hold something else."""
+    def restore(cls, values: Mapping[str, Any]) -> FigureStyle:
+        """Restore a style from `to_keep`; the default if the settings are not valid."""
         names = {f.name for f in fields(cls)}
         try:
-            found = cls(**{name: value for name, value in values.items() if name in names})
-            cls.from_options(found.options())
-            found.of_net()
+            style = cls(**{name: value for name, value in values.items() if name in names})
+            cls.from_options(style.options())
+            style.net_style()
         except (UsageError, TypeError, ValueError):
             return cls()
-        return found
+        return style
 
 
 def fonts() -> list[str]:
-    """The names of the fonts that figures can be drawn with, in order."""
+    """Return the sorted names of the fonts available for figures."""
     from matplotlib.font_manager import fontManager
 
     return sorted({font.name for font in fontManager.ttflist})

@@ -1,4 +1,4 @@
-"""Where a label goes beside its mark."""
+"""Placement of labels beside their marks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.products.net.legend import text_width
 
 Box = tuple[float, float, float, float]
-"""Left, lower, right and upper edge, in points from the lower left corner of the figure."""
+"""Left, lower, right and upper edge, points from the lower left corner of the figure."""
 
 
 class Sheet(Protocol):
-    """What is known of the figure, in points: its size, the net, the size of its letters, and
-    where text is already."""
+    """Geometry of a figure in points: size, net, font size, and boxes of existing text."""
 
     width: float
     height: float
@@ -26,11 +25,18 @@ class Sheet(Protocol):
     text_boxes: list[Box]
 
 
-def free_place(
+def find_label_place(
     sheet: Sheet, mark: FloatArray, text: str, crowd: FloatArray, marks: Sequence[FloatArray]
 ) -> tuple[float, float] | None:
-    """Left end and middle height of a label near a mark: the place that meets no other text
-    or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
+    """Find a place for a label near a mark.
+
+    It overlaps no other text or mark, is inside the figure, and hides the fewest poles.
+
+    Returns
+    -------
+    (float, float) or None
+        Left end and middle height; None without space.
+    """
     width, half = text_width(text, sheet.font), 0.62 * sheet.font
     best, cost = None, math.inf
     for reach in (1.0, 1.7, 2.6, 4.0):
@@ -67,7 +73,7 @@ def _meet(a: Box, b: Box) -> bool:
 
 
 def _gap(box: Box, mark: FloatArray) -> float:
-    """Distance of a mark from a box."""
+    """Return the distance of a mark from a box."""
     dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
     dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
     return math.hypot(dx, dy)

@@ -1,4 +1,4 @@
-"""What the legend of a net says, and how wide its words are."""
+"""Entries of a net's legend, and the width of text."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from vomstudio.products.net.contents import (
     NetContents,
     NetLineEllipse,
     NetSet,
-    circles_shown,
+    describe_means,
     fold_ellipse,
-    means_text,
+    shows_all_circles,
 )
 from vomstudio.products.net.style import NetStyle
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the legend: a symbol (marker and/or line) and its text."""
+    """Line of the legend: a symbol (marker and/or line) and its text."""
 
     text: str
     color: str
@@ -30,20 +30,20 @@ class Entry:
     line: str | None = None
     outlined: bool = False
     like: NetSet | None = None
-    """Of this set: its symbol is drawn as on the net."""
+    """Set whose symbol is drawn as on the net."""
 
 
 def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     entries = []
     names = [s.name for s in net.sets]
     for s in net.sets:
-        circles = s.kind == "plane" and circles_shown(net)
+        circles = s.kind == "plane" and shows_all_circles(net)
         terse = s.name
         if s.kind == "line" and names.count(s.name) > 1:
             terse = tr("{set}, lines", set=terse)
         entries.append(
             Entry(
-                f"{terse} ({len(s):,})" if net.compact else _said(s, net.poles),
+                f"{terse} ({len(s):,})" if net.compact else _set_text(s, net.poles),
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
@@ -65,7 +65,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     if net.errors:
         entries.append(Entry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
-        text = means_text(net.means)
+        text = describe_means(net.means)
         entries.append(Entry(text, style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
@@ -81,7 +81,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
 
 
 def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
-    """Return what a legend states of beta and of the pi-plane."""
+    """Return the legend texts of beta and of the pi-plane."""
     ellipse = fold_ellipse(fold)
     text = "β"
     if ellipse is not None:
@@ -94,8 +94,8 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def _said(s: NetSet, poles: bool) -> str:
-    """The entry of a set where there is room."""
+def _set_text(s: NetSet, poles: bool) -> str:
+    """Return the full entry of a set."""
     if s.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
     if poles:
@@ -104,7 +104,7 @@ def _said(s: NetSet, poles: bool) -> str:
 
 
 def text_width(text: str, font_pt: float, weight: str = "normal") -> float:
-    """Width of a text in points, in matplotlib's font of the moment, without needing a canvas."""
+    """Measure a text in points, in matplotlib's current font, without a canvas."""
     from matplotlib import rcParams
 
     if not text.strip():
@@ -117,14 +117,13 @@ def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> f
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    # The outlines of the letters would give a little less, in twenty times the time.
+    # Outlines of the letters would be slightly narrower, but take twenty times as long.
     font = FontProperties(family=list(family), weight=weight, size=font_pt)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
-def wrapped(text: str, font_pt: float, width: float) -> list[str]:
-    """The text in lines of that width; a word that is longer has one of its own. A no-break
-    space parts nothing."""
+def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
+    """Wrap a text to a width; a longer word has its own line, no-break spaces do not break."""
     lines: list[str] = []
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
@@ -135,11 +134,11 @@ def wrapped(text: str, font_pt: float, width: float) -> list[str]:
     return lines
 
 
-def shortened(text: str, font_pt: float, width: float, weight: str = "normal") -> str:
-    """The text, or as much of its beginning as leaves room for an ellipsis."""
+def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal") -> str:
+    """Shorten a text to a width, with an ellipsis."""
     if text_width(text, font_pt, weight) <= width:
         return text
-    # Measuring is slow, so that the end is sought by halves.
+    # Measuring is slow, so the end is found by bisection.
     fits, too_long = 1, len(text)
     while too_long - fits > 1:
         middle = (fits + too_long) // 2

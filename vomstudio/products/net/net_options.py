@@ -1,4 +1,4 @@
-"""What may be done to a net before it is drawn: turned back, intersections added, circles typed."""
+"""Changes of a net before it is drawn: rotation, intersections, typed circles."""
 
 from __future__ import annotations
 
@@ -29,62 +29,86 @@ from vomstudio.products.net.contents import (
     NetEllipse,
     NetMark,
     NetSet,
-    means_of,
+    compute_means,
 )
 
-MOST_PLANES = 300
-"""Of more planes the intersections (45,000) are not told apart on a net."""
+MAX_PLANES = 300
+"""Maximum number of planes for intersections; more (45,000 lines) cannot be distinguished."""
 
 
-def typed_plane(text: str, notation: str = "dipdir/dip") -> NetCircle:
-    """The great circle of a plane, "DD/D" or as the notation has it. Raises UsageError."""
-    plane = plane_of(text, "--plane", notation)
+def parse_plane_circle(text: str, notation: str = "dipdir/dip") -> NetCircle:
+    """Parse the great circle of a plane, "DD/D" or in the notation.
+
+    Raises
+    ------
+    UsageError
+    """
+    plane = parse_net_plane(text, "--plane", notation)
     return NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text))
 
 
-def typed_cone(text: str) -> NetCircle:
-    """The small circle of "TREND/PLUNGE/HALF-ANGLE". Raises UsageError."""
+def parse_cone(text: str) -> NetCircle:
+    """Parse the small circle of "TREND/PLUNGE/HALF-ANGLE".
+
+    Raises
+    ------
+    UsageError
+    """
     trend, plunge, half = _three(text, "--cone")
     if not 0.0 < half <= 90.0:
         raise _out_of_range("half-angle", half, 0, 90, "--cone")
     return NetCircle(_line(trend, plunge, "--cone"), half, tr("Cone {cone}", cone=text))
 
 
-def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
-    """The plane of "DD/D/RAKE", and the line in it with that rake from the right-hand-rule strike.
-    Raises UsageError."""
+def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
+    """Parse "DD/D/RAKE", with the rake from the right-hand-rule strike.
+
+    Raises
+    ------
+    UsageError
+    """
     direction, dip, rake = _three(text, "--slip-line")
     if not 0.0 <= dip <= 90.0:
         raise _out_of_range("dip", dip, 0, 90, "--slip-line")
     if not abs(rake) <= 180.0:
         raise _out_of_range("rake", rake, -180, 180, "--slip-line")
     plane = Plane(direction, dip)
-    said = tr("rake {rake:g}", rake=rake)
+    rake_text = tr("rake {rake:g}", rake=rake)
     line = line_from_rake(plane, rake)
     if plane.undefined:
-        # A horizontal plane has no strike but the one that was typed.
+        # The strike of a horizontal plane is the typed one.
         line = Line(direction - 90.0 + rake, 0.0)
     return (
         NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
-        _typed_mark(line, said),
+        _typed_mark(line, rake_text),
     )
 
 
-def _typed_mark(line: Line, said: str) -> NetMark:
-    label = tr("{said}: {line}", said=said, line=format_line(line))
-    return NetMark(line, label, TYPED_LINE, said=said)
+def _typed_mark(line: Line, text: str) -> NetMark:
+    label = tr("{said}: {line}", said=text, line=format_line(line))
+    return NetMark(line, label, TYPED_LINE, said=text)
 
 
-def plane_of(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
-    """Of "DD/D", or as the notation has it. Raises UsageError."""
+def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
+    """Parse a plane, "DD/D" or in the notation.
+
+    Raises
+    ------
+    UsageError
+    """
     try:
         return parse_plane(text, notation)
     except InputError as error:
         raise UsageError(cause_of(error), field=field) from error
 
 
-def turn_of(text: str) -> tuple[Line, float]:
-    """Axis and angle of "TREND/PLUNGE/ANGLE". Raises UsageError."""
+def parse_rotation(text: str) -> tuple[Line, float]:
+    """Parse axis and angle of "TREND/PLUNGE/ANGLE".
+
+    Raises
+    ------
+    UsageError
+    """
     trend, plunge, angle = _three(text, "--rotate")
     return _line(trend, plunge, "--rotate"), angle
 
@@ -114,8 +138,11 @@ def _out_of_range(angle: str, value: float, minimum: int, maximum: int, field: s
 
 @dataclass(frozen=True)
 class Turning:
-    """What is done to orientations before they are drawn: first the plane is made horizontal about
-    its strike, then all is turned about the axis, by the right-hand rule about its downward end."""
+    """Rotation of orientations before drawing.
+
+    First the plane is rotated to horizontal about its strike, then all about the axis, by the
+    right-hand rule about its downward end.
+    """
 
     plane: Plane | None = None
     axis: Line | None = None
@@ -127,10 +154,10 @@ class Turning:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was done, for the figure."""
-        said = []
+        """Descriptions of the rotation, for the figure."""
+        notes = []
         if self.plane is not None:
-            said.append(
+            notes.append(
                 tr(
                     "Untilted by {dip_direction}/{dip:02.0f}",
                     dip_direction=format_azimuth(self.plane.dip_direction_deg),
@@ -138,7 +165,7 @@ class Turning:
                 )
             )
         if self.axis is not None:
-            said.append(
+            notes.append(
                 tr(
                     "Turned by {angle:g}° about {trend}/{plunge:02.0f}",
                     angle=self.angle_deg,
@@ -146,10 +173,10 @@ class Turning:
                     plunge=self.axis.plunge_deg,
                 )
             )
-        return tuple(said)
+        return tuple(notes)
 
     def vectors(self, vectors: FloatArray) -> FloatArray:
-        """(n, 3) after it."""
+        """Rotate vectors (n, 3)."""
         v = np.asarray(vectors, np.float64)
         if self.plane is not None:
             v = untilted(v, self.plane)
@@ -157,9 +184,8 @@ class Turning:
             v = turned(v, self.axis, self.angle_deg)
         return v
 
-    def of_set(self, s: NetSet) -> NetSet:
-        """Registrations turn what is measured: what they do to it after it was turned is not
-        said."""
+    def rotate_set(self, s: NetSet) -> NetSet:
+        """Rotate a set; the effect of registrations on rotated features is not known."""
         v = self.vectors(s.vectors())
         if s.kind == "plane":
             azimuth, angle = normals_to_planes(v)[:2]
@@ -168,8 +194,8 @@ class Turning:
         slips = None if s.slips is None else self.vectors(s.slips)
         return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
-    def of_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
-        """One that was typed: named as it was, and as it lies now."""
+    def rotate_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
+        """Rotate a typed circle; its label states the original and the new attitude."""
         axis = Line.from_vector(self.vectors(circle.axis.vector()))
         now = format_line(axis)
         if circle.half_angle_deg == 90.0:
@@ -177,45 +203,52 @@ class Turning:
         label = tr("{typed}, turned to {now}", typed=circle.label, now=now)
         return replace(circle, axis=axis, label=label)
 
-    def of_mark(self, mark: NetMark) -> NetMark:
+    def rotate_mark(self, mark: NetMark) -> NetMark:
         return _typed_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.said)
 
-    def of_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
+    def rotate_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):
             one, other = ellipse.edges
             return NetBand((self.vectors(one), self.vectors(other)))
-        line = ellipse.of_pole() if isinstance(ellipse, NetEllipse) else ellipse
+        line = ellipse.pole_ellipse() if isinstance(ellipse, NetEllipse) else ellipse
         vector, axis = self.vectors(np.array([line.line.vector(), line.axis]))
         return replace(line, line=Line.from_vector(vector), axis=axis)
 
 
-def net_after(net: NetContents, turning: Turning) -> NetContents:
-    """All of the net turned, its means found anew."""
-    sets = [turning.of_set(s) for s in net.sets]
-    meant = {mean.color + mean.marker for mean in net.means}
-    clustered = [s for s in sets if s.color + s.marker in meant]
+def rotate_net(net: NetContents, turning: Turning) -> NetContents:
+    """Rotate a net and recompute its means."""
+    sets = [turning.rotate_set(s) for s in net.sets]
+    has_mean = {mean.color + mean.marker for mean in net.means}
+    clustered = [s for s in sets if s.color + s.marker in has_mean]
     return replace(
         net,
         sets=tuple(sets),
-        means=means_of(clustered, net.notation, net.decimals),
-        errors=tuple(turning.of_ellipse(e) for e in net.errors),
-        circles_typed=tuple(turning.of_circle(c, net.notation) for c in net.circles_typed),
-        marks=tuple(map(turning.of_mark, net.marks)),
+        means=compute_means(clustered, net.notation, net.decimals),
+        errors=tuple(turning.rotate_ellipse(e) for e in net.errors),
+        circles_typed=tuple(turning.rotate_circle(c, net.notation) for c in net.circles_typed),
+        marks=tuple(map(turning.rotate_mark, net.marks)),
         notes=(*net.notes, *turning.notes),
     )
 
 
-def with_intersections(net: NetContents) -> NetContents:
-    """The lines in which each two of the planes meet, as a set of their own. Raises UsageError for
-    too many planes, and for fewer than two."""
+def add_intersections(net: NetContents) -> NetContents:
+    """Add the intersections of all pairs of planes as a set.
+
+    Raises
+    ------
+    UsageError
+        For fewer than two planes, or too many.
+    """
     poles = [s.vectors() for s in net.sets if s.kind == "plane"]
     count = sum(map(len, poles))
-    if not 2 <= count <= MOST_PLANES:
+    if not 2 <= count <= MAX_PLANES:
         raise UsageError(
-            Finding("net.number-of-planes", count=count, maximum=MOST_PLANES),
+            Finding("net.number-of-planes", count=count, maximum=MAX_PLANES),
             field="--intersections",
         )
     lines = meetings(np.vstack(poles))
     trend, plunge = vectors_to_lines(lines)[:2]
-    made = NetSet(tr("Intersections"), "line", trend, plunge, color=OKABE_ITO[-1], marker="x")
-    return replace(net, sets=(*net.sets, made))
+    intersections = NetSet(
+        tr("Intersections"), "line", trend, plunge, color=OKABE_ITO[-1], marker="x"
+    )
+    return replace(net, sets=(*net.sets, intersections))

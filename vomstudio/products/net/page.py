@@ -1,4 +1,4 @@
-"""A page with a net: where everything goes, and all that is drawn but the selection."""
+"""Page with a net: its layout, and all drawing except the selection."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from vomstudio.products.net.contents import (
     AUTO_CIRCLES,
     NetContents,
     NetLineEllipse,
-    circles_shown,
     fold_ellipse,
+    shows_all_circles,
 )
-from vomstudio.products.net.contours import ContourPlan, bar_height, bar_room
-from vomstudio.products.net.labels import Box, free_place
-from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width, wrapped
+from vomstudio.products.net.contours import ContourPlan, bar_height, bar_space
+from vomstudio.products.net.labels import Box, find_label_place
+from vomstudio.products.net.legend import Entry, legend_entries, shorten_text, text_width, wrap_text
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,16 +36,16 @@ PROJECTION_NAMES = {
     "angle": to_translate("Equal angle, lower hemisphere"),
 }
 
-_WIDEST = 24.0
-"""Of a legend beside the net, in letters."""
-_NEAR = 1.5
-"""A label that is further from its mark than so many letters is joined to it by a line."""
-_SLIP = 0.1
-"""Half the length of an arrow of slip, which lies over the symbol of its striae."""
+_MAX_LEGEND_LETTERS = 24.0
+"""Maximum width of a legend beside the net, in letters."""
+_MIN_CONNECTED_LETTERS = 1.5
+"""Minimum distance, in letters, of a label that is connected to its mark by a line."""
+_SLIP_HALF_LENGTH = 0.1
+"""Half the length of a slip arrow, which overlaps the symbol of its striae."""
 
 
 class Page:
-    """The layout of one figure, in points from its bottom left corner."""
+    """Layout of a figure, points from its bottom left corner."""
 
     def __init__(self, figure: Figure, net: NetContents, style: NetStyle) -> None:
         self.net, self.style = net, style
@@ -69,7 +69,7 @@ class Page:
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[FloatArray] = []
-        """Points of curves that labels should not lie on, on the net."""
+        """Points of curves on the net that labels should avoid."""
         self._arrange()
         self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         r = self.radius
@@ -81,29 +81,31 @@ class Page:
     # Layout
 
     def _arrange(self) -> None:
-        """Where the net goes, and where legend and colour bar have room: beside the net or below
-        it, whichever leaves the larger net. Says in `whole` whether nothing was left out."""
+        """Place the net, with legend and colour bar beside or below for the larger net.
+
+        `whole` states whether nothing was omitted.
+        """
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
-        bar = bar_room(self.bar, self.font)
-        notes, widest = self.foot, _WIDEST * self.font
+        bar = bar_space(self.bar, self.font)
+        notes, widest = self.foot, _MAX_LEGEND_LETTERS * self.font
 
         self.foot = _lines(notes, self.font, widest)
         words = _lines(self.net.averages, self.font, widest)
         gap = tick + 1.5 * self.font
         column = self._column_width(words)
-        beside = min(
+        is_beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
         low_foot = _lines(notes, self.font, self.width - 2 * self.pad)
         room = self.width - 2 * (self.pad + tick) - bar
         rows, low_words, low = self._under_net(low_foot, head + tick, room)
-        below = min(self.height - head - tick - low - self.heading, room)
+        below_diameter = min(self.height - head - tick - low - self.heading, room)
 
-        self.beside = beside >= below
-        self.radius = max(beside, below, 20.0) / 2.0
-        if self.beside:
+        self.is_beside = is_beside >= below_diameter
+        self.radius = max(is_beside, below_diameter, 20.0) / 2.0
+        if self.is_beside:
             room = self.height - 2 * self.pad - self._foot() - self.heading
             most = max(int(room / (1.15 * self.row)), 1)
             self.rows = [[(0.0, e)] for e in self.entries[:most]]
@@ -120,8 +122,7 @@ class Page:
                 self.net.averages, self.font, self.width - 2 * self.pad
             )
             self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
-            # Beside the net the bar has its name over it; at the right edge there is no room for
-            # that.
+            # Beside the net the bar has its name above it; at the right edge space is missing.
             if self.bar is not None and not self.net.compact:
                 full = f"{self.bar.name}; {self.bar.unit}"
                 fits = text_width(full, self.font) <= self.width - 2 * self.pad
@@ -134,14 +135,16 @@ class Page:
     def _under_net(
         self, foot: list[str], head: float, widest: float
     ) -> tuple[list[list[tuple[float, Entry]]], list[str], float]:
-        """The rows of a legend below the net, the averages in lines, and the height of all that is
-        there; head : height of what stands above the net, which is `widest` at most."""
+        """Return the legend rows below the net, the wrapped averages, and the height of both.
+
+        `head` is the height above the net, which is at most `widest`.
+        """
         rows = self._flow(self.width - 2 * self.pad)
         words = _lines(self.net.averages, self.font, self.width - 2 * self.pad)
         under = len(foot) + (self.bar is not None and not self.net.compact)
         least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
         low = (len(rows) + len(words) + under) * self.row + self.pad
-        # The net has its room first, then the legend, then the averages.
+        # Space is assigned to the net first, then to the legend, then to the averages.
         while (len(rows) > 1 or words) and self.height - head - low < least:
             if words:
                 words = _cut(words, len(words) - 1)
@@ -151,17 +154,17 @@ class Page:
         return rows, words, low
 
     def _column_width(self, words: list[str]) -> float:
-        """Width of a legend beside the net; long names are shortened rather than the net."""
+        """Return the width of a legend beside the net; long names are shortened."""
         texts = [*self.foot, *words]
         if self.bar is not None:
             texts += [self.bar.name, self.bar.unit]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
-        widest = min(max(entries, default=0.0), _WIDEST * self.font)
+        widest = min(max(entries, default=0.0), _MAX_LEGEND_LETTERS * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
-        """Height of what stands under a legend beside the net: the caption and the colour bar."""
+        """Return the height below a legend beside the net: the caption and the colour bar."""
         under = (self.under + 1.0) * self.row
         if self.bar is None:
             return under
@@ -169,11 +172,11 @@ class Page:
 
     @property
     def under(self) -> int:
-        """Rows of text under the legend."""
+        """Number of text rows under the legend."""
         return len(self.foot) + len(self.words)
 
     def _flow(self, width: float) -> list[list[tuple[float, Entry]]]:
-        """Entries set side by side in rows: (offset, entry)."""
+        """Arrange entries side by side in rows: (offset, entry)."""
         rows: list[list[tuple[float, Entry]]] = []
         x = 0.0
         for e in self.entries:
@@ -201,13 +204,13 @@ class Page:
         halo: bool = False,
         size: float = 1.0,
     ) -> None:
-        """Text at a place in points, y its middle; its box is remembered."""
+        """Draw text at a place in points, y its middle, and store its box."""
         from matplotlib import patheffects
 
         width = text_width(text, self.font * size, weight)
-        left = {"left": x, "center": x - width / 2, "right": x - width}[align]
+        x_left = {"left": x, "center": x - width / 2, "right": x - width}[align]
         half = 0.5 * self.font * size
-        self.text_boxes.append((left, y - half, left + width, y + half))
+        self.text_boxes.append((x_left, y - half, x_left + width, y + half))
         artist = self.axes.text(
             *self.net_of(x, y),
             text,
@@ -265,9 +268,9 @@ class Page:
         from matplotlib.collections import LineCollection
 
         net, style = self.net, self.style
-        many = sum(len(s) for s in net.sets if s.kind == "plane")
-        all_of_them = circles_shown(net)
-        steps = 61 if many <= 100 else 31
+        count = sum(len(s) for s in net.sets if s.kind == "plane")
+        all_of_them = shows_all_circles(net)
+        steps = 61 if count <= 100 else 31
         arcs: list[FloatArray] = []
         rows: list[IndexArray] = []
         for s in net.sets:
@@ -285,7 +288,7 @@ class Page:
                         list(lines),
                         colors=style.outline(style.color(s.color)),
                         linewidths=style.line_pt,
-                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(many))),
+                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(count))),
                         zorder=layer("circles"),
                     )
                 )
@@ -294,27 +297,27 @@ class Page:
     def draw_poles(self, positions: list[FloatArray]) -> list[Line2D]:
         net, style = self.net, self.style
         total = sum(len(s) for s in net.sets)
-        size = style.marker_pt * crowding(total)
+        size = style.marker_pt * symbol_scale(total)
         dots = net.contour is not None and total > 500  # so that the contours stay visible
         if dots:
             size *= 0.5
         drawn = []
         for s, at in zip(net.sets, positions, strict=True):
             shown = at if net.poles else at[:0]
-            # Directed lines that point up are shown by their lower end, hollow.
+            # Directed lines that point upwards are shown hollow at their lower end.
             up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
             up = up[: len(shown)]
             color = style.color(s.color)
             face, rim, edge = style.symbol(s)
             if rim == style.net and (dots or len(at) > 2000):
                 edge = 0.0
-            own = size * SYMBOL_SIZES.get(s.marker, 1.0)
+            symbol_size = size * SYMBOL_SIZES.get(s.marker, 1.0)
             (line,) = self.axes.plot(
                 shown[~up, 0],
                 shown[~up, 1],
                 linestyle="none",
                 marker=s.marker,
-                markersize=own,
+                markersize=symbol_size,
                 markerfacecolor=face,
                 markeredgecolor=rim,
                 markeredgewidth=edge,
@@ -328,7 +331,7 @@ class Page:
                     at,
                     s.slips,
                     color=style.ink,
-                    half=_SLIP,
+                    half=_SLIP_HALF_LENGTH,
                     width_pt=1.2 * style.line_pt,
                     zorder=layer("poles"),
                 )
@@ -338,7 +341,7 @@ class Page:
                     shown[up, 1],
                     linestyle="none",
                     marker=s.marker,
-                    markersize=own,
+                    markersize=symbol_size,
                     markerfacecolor=style.net,
                     markeredgecolor=color,
                     markeredgewidth=1.2 * style.line_pt,
@@ -380,7 +383,7 @@ class Page:
 
     def draw_means_and_labels(self) -> None:
         net, style = self.net, self.style
-        wanted: list[tuple[FloatArray, str, str]] = []
+        labels: list[tuple[FloatArray, str, str]] = []
         for mean in net.means:
             at = nets.project(mean.line.vector(), net.projection)[0]
             color = style.outline(style.color(mean.color))
@@ -394,38 +397,37 @@ class Page:
                 linestyle="none",
                 zorder=layer("means"),
             )
-            wanted.append((at, mean.label, style.ink))
+            labels.append((at, mean.label, style.ink))
             if mean.total is not None:
                 self._draw_ellipse(mean.total, color)
         if net.fold is not None:
             at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_attitude(net.fold.beta, net.fold.error95_deg)}"
-            wanted.append((at, text, style.ink))
-        for asked in net.marks:
-            at = nets.project(asked.line.vector(), net.projection)[0]
-            wanted.append((at, asked.label, style.ink))
+            labels.append((at, text, style.ink))
+        for requested in net.marks:
+            at = nets.project(requested.line.vector(), net.projection)[0]
+            labels.append((at, requested.label, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
             + [part for e in net.ellipses for part in e.outline(net.projection)]
             + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
         )
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd
-        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in wanted]
-        for mark, (_, text, color) in zip(marks, wanted, strict=True):
-            place = free_place(self, mark, text, crowd, marks)
+        marks = [np.array([self.cx, self.cy]) + self.radius * at for at, _, _ in labels]
+        for mark, (_, text, color) in zip(marks, labels, strict=True):
+            place = find_label_place(self, mark, text, crowd, marks)
             if place is not None:
                 self.text(*place, text, color=color, halo=True)
                 self._join(mark)
 
     def _join(self, mark: FloatArray) -> None:
-        """A line from the text that was written last to its mark, where other symbols lie nearer
-        to it."""
-        left, low, right, high = self.text_boxes[-1]
-        end = np.clip(mark, [left, low], [right, high])
+        """Connect the last text to its mark if other symbols are nearer to it."""
+        x_left, y_low, x_right, y_high = self.text_boxes[-1]
+        end = np.clip(mark, [x_left, y_low], [x_right, y_high])
         away = mark - end
         gap = float(np.hypot(*away))
-        if gap > _NEAR * self.font:
-            # Away from both, or it would be read as a minus.
+        if gap > _MIN_CONNECTED_LETTERS * self.font:
+            # Keep a distance from both, or the line would look like a minus sign.
             away *= 0.4 * self.font / gap
             ends = np.array([end + away, mark - 1.5 * away])
             ends = (ends - [self.cx, self.cy]) / self.radius
@@ -439,16 +441,16 @@ class Page:
 
     def draw_legend(self) -> None:
         if self.net.title:
-            room = self.legend_width if self.beside else self.width - 2 * self.pad
-            title = shortened(self.net.title, 1.15 * self.font, room, "bold")
+            room = self.legend_width if self.is_beside else self.width - 2 * self.pad
+            title = shorten_text(self.net.title, 1.15 * self.font, room, "bold")
             top = self.height - self.pad - 0.5 * self.row
             self.text(self.legend_x, top, title, weight="bold", size=1.15)
-        if self.beside:
+        if self.is_beside:
             y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
             y = self.pad + (len(self.rows) + self.under - 0.5) * self.row
         hidden = len(self.entries) - sum(len(r) for r in self.rows)
-        step = self.row * (1.15 if self.beside else 1.0)
+        step = self.row * (1.15 if self.is_beside else 1.0)
         for i, row in enumerate(self.rows):
             for offset, entry in row:
                 room = self.legend_width - offset - 2.2 * self.font
@@ -457,23 +459,23 @@ class Page:
                     text = tr("and {count} more", count=hidden + 1)
                     self._legend_entry(offset, y, replace(entry, text=text, marker=None, line=None))
                     continue
-                text = shortened(text, self.font, room)
+                text = shorten_text(text, self.font, room)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
         for i, line in enumerate([*self.words, *self.foot]):
             y = self.pad + (self.under - i - 0.5) * self.row
-            text = shortened(line, self.font, self.legend_width)
+            text = shorten_text(line, self.font, self.legend_width)
             soft = i >= len(self.words)
             self.text(self.legend_x, y, text, color=self.style.soft if soft else self.style.ink)
 
     def _legend_entry(self, offset: float, y: float, entry: Entry) -> None:
         style = self.style
         x = self.legend_x + offset
-        left, right = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
+        start, end = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
         if entry.line is not None:
             self.axes.plot(
-                [left[0], right[0]],
-                [left[1], right[1]],
+                [start[0], end[0]],
+                [start[1], end[1]],
                 color=entry.color,
                 zorder=layer("legend"),
                 linewidth=1.3 * style.line_pt,
@@ -487,8 +489,8 @@ class Page:
                 face, edge, width = style.symbol(entry.like)
                 big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
             self.axes.plot(
-                [(left[0] + right[0]) / 2],
-                [left[1]],
+                [(start[0] + end[0]) / 2],
+                [start[1]],
                 marker=entry.marker,
                 zorder=layer("legend"),
                 markersize=big * style.marker_pt,
@@ -501,12 +503,12 @@ class Page:
 
 
 def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
-    """Texts in lines of that width."""
-    return [line for text in texts for line in wrapped(text, font_pt, width)]
+    """Wrap texts to a width."""
+    return [line for text in texts for line in wrap_text(text, font_pt, width)]
 
 
-def _cut(words: list[str], most: int) -> list[str]:
-    """At most so many lines of averages, of which the last says that there are more."""
-    if len(words) <= most:
+def _cut(words: list[str], max_lines: int) -> list[str]:
+    """Limit the lines of averages; the last one reports omitted lines."""
+    if len(words) <= max_lines:
         return words
-    return [*words[: most - 1], tr("…: the averages need more room")] if most > 1 else []
+    return [*words[: max_lines - 1], tr("…: the averages need more room")] if max_lines > 1 else []

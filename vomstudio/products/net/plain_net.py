@@ -1,4 +1,4 @@
-"""A bare net on axes of matplotlib, for figures of several nets or with more than orientations."""
+"""Plain net on matplotlib axes, for figures of several nets or with other panels."""
 
 from __future__ import annotations
 
@@ -26,14 +26,18 @@ def save_figure(
     size_mm: tuple[float, float],
     dpi: float,
 ) -> None:
-    """What `draw` makes of an empty figure, as svg, pdf or png; text stays text. Raises UsageError
-    for another format."""
+    """Write a drawing as svg, pdf or png; text remains text.
+
+    Raises
+    ------
+    UsageError
+        For another format.
+    """
     write_figure(target, draw, format=format, size_mm=size_mm, paper=PAPER, dpi=dpi)
 
 
 def draw_frame(ax: Axes) -> Any:
-    """The primitive circle of radius 1 with ticks every 10 degrees and north; returns the circle,
-    to clip by."""
+    """Draw the primitive circle of radius 1, with ticks every 10 degrees and north; return it."""
     from matplotlib.patches import Circle
     from matplotlib.patheffects import withStroke
 
@@ -47,7 +51,7 @@ def draw_frame(ax: Axes) -> Any:
         ends = np.outer([inner, 1.0], [np.sin(angle), np.cos(angle)])
         ax.plot(*ends.T, color=INK, linewidth=0.6, zorder=6)
     north = ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=FONT_PT, color=INK)
-    # Arrows of slip at the rim reach up to it.
+    # Arrows of slip at the rim extend beyond it.
     north.set_zorder(8)
     north.set_path_effects([withStroke(linewidth=2.5, foreground=PAPER)])
     return rim

@@ -1,4 +1,4 @@
-"""What is done to the net of a table before it is drawn, in the order in which it is done."""
+"""Preparation of the net of a table before it is drawn."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, 
 from vomstudio.products.net.figure_options import StereonetOptions, parse_levels
 from vomstudio.products.net.net_options import (
     Turning,
-    net_after,
-    plane_of,
-    turn_of,
-    typed_cone,
-    typed_plane,
-    typed_slip,
-    with_intersections,
+    add_intersections,
+    parse_cone,
+    parse_net_plane,
+    parse_plane_circle,
+    parse_rotation,
+    parse_slip,
+    rotate_net,
 )
-from vomstudio.products.net.set_statistics import with_findings
+from vomstudio.products.net.set_statistics import add_statistics
 from vomstudio.products.net.table_net import error_ellipses
 
 FINDINGS = ("girdles", "maxima", "averages")
@@ -27,9 +27,21 @@ FINDINGS = ("girdles", "maxima", "averages")
 
 @dataclass(frozen=True)
 class NetWishes:
-    """turning : of everything; circles, marks : that were typed; found : of
-    `FINDINGS`; intersections, errors : lines in which planes meet, ellipses of their errors;
-    fold : planes of the fold axis, None for no axis"""
+    """Requested items of a net besides the sets.
+
+    Parameters
+    ----------
+    turning : Turning
+        Rotation of everything.
+    circles, marks : tuples
+        Typed circles and directions.
+    found : frozenset of str
+        Items of `FINDINGS`.
+    intersections, errors : bool
+        Intersections of planes, and 95 % ellipses of their errors.
+    fold : FoldFilter or None
+        Planes of the fold axis; None for no axis.
+    """
 
     turning: Turning = field(default_factory=Turning)
     circles: tuple[NetCircle, ...] = ()
@@ -40,41 +52,51 @@ class NetWishes:
     fold: FoldFilter | None = None
 
     def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """Add the requested items to a net, and rotate all of it with its planes.
+        """Add the requested items to a net, and rotate it with its planes.
 
-        The findings are those of the rotated net. Raises UsageError.
+        The findings are those of the rotated net.
+
+        Raises
+        ------
+        UsageError
         """
         if self.intersections:
-            net = with_intersections(net)
+            net = add_intersections(net)
         if self.errors:
             net = replace(net, errors=error_ellipses(rows))
         net = replace(net, circles_typed=self.circles, marks=self.marks)
         if self.turning.turns:
-            net = net_after(net, self.turning)
+            net = rotate_net(net, self.turning)
         if self.fold is not None:
             turn = self.turning.vectors if self.turning.turns else None
             fold, not_good = fold_of_table(rows, self.fold, turn)
             net = replace(net, fold=fold, fold_not_good=not_good)
-        return with_findings(net, self.found)
+        return add_statistics(net, self.found)
 
 
 def contouring_of(options: StereonetOptions) -> Contouring:
-    """Return the settings of the contours of a net."""
+    """Return the settings of contours."""
     return Contouring(
         parse_levels(options.levels), options.filled, options.each_set, options.kamb_sigma
     )
 
 
-def wishes_of(options: StereonetOptions) -> NetWishes:
-    """Return the items drawn besides the sets. Raises UsageError for angles that are not valid."""
-    plane = None if options.untilt is None else plane_of(options.untilt, "--untilt")
-    slips = [typed_slip(text) for text in options.slip_lines]
+def read_wishes(options: StereonetOptions) -> NetWishes:
+    """Return the items drawn besides the sets.
+
+    Raises
+    ------
+    UsageError
+        For angles that are not valid.
+    """
+    plane = None if options.untilt is None else parse_net_plane(options.untilt, "--untilt")
+    slips = [parse_slip(text) for text in options.slip_lines]
     rotate = options.rotate
     return NetWishes(
-        turning=Turning(plane) if rotate is None else Turning(plane, *turn_of(rotate)),
+        turning=Turning(plane) if rotate is None else Turning(plane, *parse_rotation(rotate)),
         circles=(
-            *map(typed_plane, options.planes),
-            *map(typed_cone, options.cones),
+            *map(parse_plane_circle, options.planes),
+            *map(parse_cone, options.cones),
             *(circle for circle, _ in slips),
         ),
         marks=tuple(mark for _, mark in slips),

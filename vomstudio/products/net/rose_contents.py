@@ -1,4 +1,4 @@
-"""What roses and histograms show, as plain data: of the rows of a table, or the sets of a net."""
+"""Contents of roses and histograms as plain data, from the rows of a table or the sets of a net."""
 
 from __future__ import annotations
 
@@ -31,8 +31,16 @@ from vomstudio.products.net.table_net import members_of
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """The features of one rose, for picking: their ids, and the angles by which they were counted,
-    NaN for none. color: #rrggbb."""
+    """Features of one rose, for picking.
+
+    Parameters
+    ----------
+    ids : tuple of str
+    angles_deg : (n,) array
+        Counted angles, NaN for none.
+    color : str
+        #rrggbb.
+    """
 
     ids: tuple[str, ...]
     angles_deg: FloatArray
@@ -41,11 +49,29 @@ class Counted:
 
 @dataclass(frozen=True, eq=False)
 class RoseContents:
-    """of: one of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`; roses: by the name of their set; weight:
-    what weights them, None for counts; by_area: the area of a petal is its share, else its length;
-    empty: sets of which no row has an angle and a weight; counted: by the name of the set, where
-    the features are known. notes: over the caption. colors: of sets
-    by their names, where they are not the usual ones; north: as of a net."""
+    """Contents of a figure of roses.
+
+    Parameters
+    ----------
+    of : str
+        One of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`.
+    roses : mapping of str to Rose or Histogram
+        By the name of their set.
+    weight : str or None
+        Name of the weights; None for counts.
+    by_area : bool
+        Whether the area of a petal is its share; else its length is.
+    empty : tuple of str
+        Sets without any row with an angle and a weight.
+    counted : mapping of str to Counted
+        By the name of the set, if the features are known.
+    title, notes
+        Notes are above the caption.
+    colors : mapping of str to str
+        Colours of sets that differ from the defaults.
+    north : bool
+        As in `NetContents`.
+    """
 
     of: str
     roses: Mapping[str, Rose | Histogram]
@@ -72,14 +98,28 @@ def roses_of_table(
     weight: str | None = None,
     by_area: bool = True,
 ) -> RoseContents:
-    """Of each set that has such angles. by, weight : name or number of a column; by None: `set`,
-    else `kind`, else all. Raises UsageError for columns that are not there or no numbers."""
+    """Count roses of each set of a table that has such angles.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    of : str
+    by, weight : str or None
+        Name or number of a column; sets by default from `set`, else `kind`, else all rows.
+    bin_deg : float
+    by_area : bool
+
+    Raises
+    ------
+    UsageError
+        If a column is missing or not numeric.
+    """
     angles = azimuths_of(table, of)
     weights = None if weight is None else weights_of(table, weight)
-    wanted = table.is_plane != (of in LINES_HAVE)
+    is_suitable = table.is_plane != (of in LINES_HAVE)
     roses, empty = {}, []
     for name, members in members_of(table, by).items():
-        rows = np.array([i for i in members if wanted[i]], dtype=np.intp)
+        rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
             w = None if weights is None else weights[rows]
             rose = _one(of, angles[rows], bin_deg, w)
@@ -100,18 +140,29 @@ def roses_of_sets(
     weight: str | None = None,
     by_area: bool = True,
 ) -> RoseContents:
-    """Of each set of a net that has such angles. weights : of features by their ids, None where one
-    has none; weight : what they are"""
-    wanted = "line" if of in LINES_HAVE else "plane"
+    """Count roses of each set of a net that has such angles.
+
+    Parameters
+    ----------
+    sets : iterable of NetSet
+    of : str
+    bin_deg : float
+    weights : mapping, optional
+        Weight by id, None for none.
+    weight : str, optional
+        Name of the weights.
+    by_area : bool
+    """
+    required_kind = "line" if of in LINES_HAVE else "plane"
     roses, counted, empty = {}, {}, []
     for s in sets:
-        if s.kind != wanted or not len(s):
+        if s.kind != required_kind or not len(s):
             continue
         angles = angles_of(s.azimuth_deg, s.angle_deg, of)
         w = None
         if weights is not None:
-            found = [weights.get(id_) for id_ in s.ids]
-            w = np.array([np.nan if each is None else each for each in found])
+            set_weights = [weights.get(id_) for id_ in s.ids]
+            w = np.array([np.nan if each is None else each for each in set_weights])
         rose = _one(of, angles, bin_deg, w)
         if rose.total > 0:
             roses[s.name] = rose
@@ -130,7 +181,13 @@ def _one(
 
 
 def check_roses(contents: RoseContents, path: Path | None) -> None:
-    """Raises GeometryError where there is nothing to draw."""
+    """Require at least one rose.
+
+    Raises
+    ------
+    GeometryError
+        If no row has an angle and a weight.
+    """
     if contents.roses:
         return
     raise GeometryError(

@@ -1,4 +1,4 @@
-"""One rose or one histogram, drawn into its panel."""
+"""Drawing of a rose or histogram in its panel."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.roses import Histogram, Rose
-from vomstudio.products.net.style import NetStyle, layer, mixed
+from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FLOOR, CEILING = -0.92, 1.12
+BOTTOM, TOP = -0.92, 1.12
 LEFT, RIGHT = -0.82, 1.1
-"""Of a histogram, in its panel."""
+"""Limits of a histogram in its panel."""
 
 
 def petal_radius(share: FloatArray, outermost: float, by_area: bool) -> FloatArray:
-    """Of shares (k,), where the outermost ring has the radius 1."""
+    """Return the radii of shares (k,); the outermost ring has the radius 1."""
     return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
 
 
@@ -33,8 +33,7 @@ def draw_rose(
     style: NetStyle,
     up: str = "N",
 ) -> None:
-    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that.
-    up : the letter at its top"""
+    """Draw a rose with radius 1 at its outermost ring; `up` is the letter at its top."""
     from matplotlib.patches import Circle, Polygon
 
     radii = petal_radius(np.array(rings), rings[-1], by_area)
@@ -64,8 +63,8 @@ def draw_rose(
             petal = Polygon(
                 np.vstack([[0.0, 0.0], arc]),
                 closed=True,
-                facecolor=mixed(color, style.net, 0.25),
-                edgecolor=style.outline(mixed(color, style.ink, 0.3)),
+                facecolor=mix_colors(color, style.net, 0.25),
+                edgecolor=style.outline(mix_colors(color, style.ink, 0.3)),
                 linewidth=0.7 * style.line_pt,
                 zorder=layer("poles"),
             )
@@ -106,25 +105,24 @@ def draw_rose(
 
 
 def _clearest(rose: Rose) -> float:
-    """Azimuth beside north or south where the petals are shortest: figures that stand there, one
-    over the other, do not meet."""
-    tried = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
+    """Return the azimuth near north or south with the shortest petals, for labels."""
+    candidates = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
     span = np.arange(-15.0, 16.0, 1.0)
-    bins = ((tried[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
+    bins = ((candidates[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
     longest = rose.shares[bins % len(rose.shares)].max(axis=1)
-    return float(tried[int(np.argmin(np.round(longest, 9)))])
+    return float(candidates[int(np.argmin(np.round(longest, 9)))])
 
 
 def draw_histogram(
-    ax: Axes, found: Histogram, rings: list[float], color: str, style: NetStyle
+    ax: Axes, histogram: Histogram, rings: list[float], color: str, style: NetStyle
 ) -> None:
-    """Bars from 0 to 90 degrees, the highest mark at the last of `rings`."""
+    """Draw bars from 0 to 90 degrees, with the highest tick at the last of `rings`."""
     from matplotlib.patches import Rectangle
 
-    top, tall, across = rings[-1], CEILING - FLOOR, (RIGHT - LEFT) / 90.0
+    top, tall, across = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
     small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
     for share in (0.0, *rings):
-        y = FLOOR + tall * share / top
+        y = BOTTOM + tall * share / top
         last = share == 0.0
         ax.plot(
             [LEFT, RIGHT],
@@ -137,26 +135,26 @@ def draw_histogram(
             ax.text(LEFT - 0.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
     for angle in (0, 30, 60, 90):
         x = LEFT + angle * across
-        ax.plot([x, x], [FLOOR, FLOOR - 0.05], color=style.ink, linewidth=style.line_pt)
-        ax.text(x, FLOOR - 0.08, f"{angle}°", ha="center", va="top", **small)
-    wide = found.bin_deg * across
-    for i, share in enumerate(found.shares):
+        ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)
+        ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small)
+    wide = histogram.bin_deg * across
+    for i, share in enumerate(histogram.shares):
         if share > 0:
             bar = Rectangle(
-                (LEFT + i * wide, FLOOR),
+                (LEFT + i * wide, BOTTOM),
                 wide,
                 tall * float(share) / top,
-                facecolor=mixed(color, style.net, 0.25),
-                edgecolor=style.outline(mixed(color, style.ink, 0.3)),
+                facecolor=mix_colors(color, style.net, 0.25),
+                edgecolor=style.outline(mix_colors(color, style.ink, 0.3)),
                 linewidth=0.7 * style.line_pt,
                 zorder=layer("poles"),
             )
             ax.add_patch(bar)
-    if found.mean_deg is not None:
-        x = LEFT + found.mean_deg * across
+    if histogram.mean_deg is not None:
+        x = LEFT + histogram.mean_deg * across
         ax.plot(
             [x, x],
-            [FLOOR, CEILING],
+            [BOTTOM, TOP],
             color=style.ink,
             linewidth=1.5 * style.line_pt,
             linestyle="--",

@@ -1,4 +1,4 @@
-"""Selected features, over a net that is already drawn."""
+"""Highlight of selected features on a drawn net."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
 from vomstudio.products.net.style import (
     SYMBOL_SIZES,
     NetStyle,
-    crowding,
     layer,
+    symbol_scale,
 )
 
 if TYPE_CHECKING:
@@ -23,31 +23,37 @@ if TYPE_CHECKING:
 
 
 LIVE_COLOR = "#D55E00"
-"""Of what is being picked."""
+"""Colour of the feature that is being picked."""
 
 
 def draw_emphasis(
     ax: Axes, net: NetContents, style: NetStyle, positions: list[FloatArray]
 ) -> list[Artist]:
-    """Selected features: the same colour, larger, ringed, their great circles cased, as long as
-    these are few enough to be told apart."""
+    """Draw selected features larger, with rings, and their great circles with an outline.
+
+    The emphasis decreases with their number.
+    """
     from matplotlib.collections import LineCollection
 
-    made: list[Artist] = []
-    chosen = [
+    artists: list[Artist] = []
+    selected_rows = [
         np.array([i for i, name in enumerate(s.ids) if name in net.selected], dtype=np.intp)
         if net.selected
         else np.zeros(0, dtype=np.intp)
         for s in net.sets
     ]
-    planes = sum(len(rows) for s, rows in zip(net.sets, chosen, strict=True) if s.kind == "plane")
+    planes = sum(
+        len(rows) for s, rows in zip(net.sets, selected_rows, strict=True) if s.kind == "plane"
+    )
     circles = planes <= AUTO_CIRCLES or not net.poles
-    # Rings around thousands would be one black blot.
-    many = float(np.interp(math.log10(1 + sum(map(len, chosen))), [1.5, 3.0], [0.0, 1.0]))
-    size = style.marker_pt * crowding(sum(len(s) for s in net.sets))
-    size = max(size * (1.7 - 0.5 * many), (1.5 - 0.8 * many) * style.marker_pt)
-    ring = (1.6 - 1.2 * many) * style.line_pt
-    for s, at, rows in zip(net.sets, positions, chosen, strict=True):
+    # Strong rings around thousands of poles would merge to one black area.
+    crowdedness = float(
+        np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
+    )
+    size = style.marker_pt * symbol_scale(sum(len(s) for s in net.sets))
+    size = max(size * (1.7 - 0.5 * crowdedness), (1.5 - 0.8 * crowdedness) * style.marker_pt)
+    ring = (1.6 - 1.2 * crowdedness) * style.line_pt
+    for s, at, rows in zip(net.sets, positions, selected_rows, strict=True):
         if not len(rows):
             continue
         color = style.color(s.color)
@@ -58,9 +64,9 @@ def draw_emphasis(
                 lines = LineCollection(
                     list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=layer(place)
                 )
-                made.append(ax.add_collection(lines, autolim=False))
+                artists.append(ax.add_collection(lines, autolim=False))
         if net.poles:
-            made += ax.plot(
+            artists += ax.plot(
                 at[rows, 0],
                 at[rows, 1],
                 linestyle="none",
@@ -73,36 +79,36 @@ def draw_emphasis(
             )
     for e in net.ellipses:
         for part in e.outline(net.projection):
-            made += ax.plot(
+            artists += ax.plot(
                 *part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=layer("ellipses")
             )
-    return [*made, *_draw_live(ax, net, style)]
+    return [*artists, *_draw_live(ax, net, style)]
 
 
 def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
-    """What is being picked: pole or line as a ring with a cross, its great circle and its cone."""
+    """Draw the feature that is being picked: a ring with a cross, its great circle and its cone."""
     live = net.live
     place = None if live is None else live.place
     if live is None or place is None:
         return []
-    made: list[Artist] = []
+    artists: list[Artist] = []
     color = style.color(LIVE_COLOR)
     if live.plane is not None:
         circle = nets.great_circle(live.plane, net.projection)
         for ink, width in ((style.net, 3.0), (color, 1.6)):
-            made += ax.plot(
+            artists += ax.plot(
                 *circle.T,
                 color=ink,
                 linewidth=width * style.line_pt,
                 zorder=layer("chosen circles"),
             )
     for part in () if live.ellipse is None else live.ellipse.outline(net.projection):
-        made += ax.plot(
+        artists += ax.plot(
             *part.T, color=color, linewidth=1.6 * style.line_pt, zorder=layer("ellipses")
         )
     at = nets.project(place.vector(), net.projection)[0]
     for marker, size in (("o", 2.2), ("+", 2.2)):
-        made += ax.plot(
+        artists += ax.plot(
             *at[:, None],
             marker=marker,
             markersize=size * style.marker_pt,
@@ -112,4 +118,4 @@ def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
             markeredgewidth=1.6 * style.line_pt,
             zorder=layer("chosen"),
         )
-    return made
+    return artists

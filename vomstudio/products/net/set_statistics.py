@@ -1,4 +1,4 @@
-"""What is found in the sets of a net and drawn on it: girdles, densest places, averages."""
+"""Statistics of sets drawn on a net: girdles, maxima, averages."""
 
 from __future__ import annotations
 
@@ -17,42 +17,50 @@ from vomstudio.geology.statistics import (
     woodcock,
 )
 from vomstudio.products.net.contents import NetCircle, NetContents, NetMark, NetSet
-from vomstudio.products.net.contours import contoured_groups
+from vomstudio.products.net.contours import contour_groups
 
-_LEAST = 3
-"""Of fewer neither a girdle nor a mean is found."""
+_MIN_FEATURES = 3
+"""Minimum number of features for a girdle or a mean."""
 
 
-def with_findings(net: NetContents, asked: Collection[str]) -> NetContents:
-    """The net with what is asked for: "girdles", "maxima", "averages"."""
-    if "girdles" in asked:
-        girdles, others = girdles_of(net.sets, net.notation, net.decimals)
-        said = tr("No girdle (K above 1): {sets}", sets=", ".join(others))
+def add_statistics(net: NetContents, requested: Collection[str]) -> NetContents:
+    """Add the requested statistics: "girdles", "maxima", "averages"."""
+    if "girdles" in requested:
+        girdles, others = fit_girdles(net.sets, net.notation, net.decimals)
+        note = tr("No girdle (K above 1): {sets}", sets=", ".join(others))
         net = replace(
             net,
             circles_typed=(*net.circles_typed, *girdles),
-            notes=(*net.notes, said) if others else net.notes,
+            notes=(*net.notes, note) if others else net.notes,
         )
-    if "maxima" in asked:
-        net = replace(net, marks=(*net.marks, *maxima_of(net)))
-    if "averages" in asked:
-        net = replace(net, averages=averages_of(net.sets, net.notation, net.decimals))
+    if "maxima" in requested:
+        net = replace(net, marks=(*net.marks, *find_maxima(net)))
+    if "averages" in requested:
+        net = replace(net, averages=describe_sets(net.sets, net.notation, net.decimals))
     return net
 
 
-def girdles_of(
+def fit_girdles(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[tuple[NetCircle, ...], tuple[str, ...]]:
-    """The plane that the poles or lines of each set fit best, across the third axis of their
-    orientation tensor; and the names of the sets that are no girdles, by Woodcock's K, which is
-    above 1 in clusters (1977, Geological Society of America Bulletin 88, 1231-1236)."""
-    found, others = [], []
+    """Fit a girdle to each set, across the third axis of its orientation tensor.
+
+    Sets with Woodcock's K above 1 are clusters (1977, Geological Society of America Bulletin 88,
+    1231-1236).
+
+    Returns
+    -------
+    girdles : tuple of NetCircle
+    others : tuple of str
+        Names of sets that are not girdles.
+    """
+    girdles, others = [], []
     for s in sets:
         if not len(s):
             continue
         values, axes = orientation_tensor(s.vectors())
         shape = woodcock(values)[0]
-        if len(s) < _LEAST or shape is None or shape > 1.0:
+        if len(s) < _MIN_FEATURES or shape is None or shape > 1.0:
             others.append(s.name)
             continue
         across = Line.from_vector(axes[2])
@@ -62,23 +70,25 @@ def girdles_of(
             plane=format_plane(across.normal_plane(), notation, decimals),
             shape=shape,
         )
-        found.append(NetCircle(across, 90.0, label, s.color))
-    return tuple(found), tuple(others)
+        girdles.append(NetCircle(across, 90.0, label, s.color))
+    return tuple(girdles), tuple(others)
 
 
-def maxima_of(net: NetContents) -> tuple[NetMark, ...]:
-    """Where each set lies densest, or all together where they are contoured so; by the method of
-    the contours, else by Kamb's with an exponential kernel."""
+def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
+    """Find the maximum of density of each set, or of all together if contoured so.
+
+    The method is that of the contours, else Kamb's with an exponential kernel.
+    """
     method = net.contour or "exponential_kamb"
     look = net.contouring
     groups = (
-        contoured_groups(net)
+        contour_groups(net)
         if net.contour is not None
         else [(s, s.vectors()) for s in net.sets if len(s)]
     )
-    found = []
+    maxima = []
     for of, vectors in groups:
-        if len(vectors) < _LEAST:
+        if len(vectors) < _MIN_FEATURES:
             continue
         place, top = densest(vectors, method, look.sigma)
         line = Line.from_vector(place)
@@ -86,15 +96,17 @@ def maxima_of(net: NetContents) -> tuple[NetMark, ...]:
         label = tr(
             "max {line}, {top:.1f} {unit}", line=format_line(line, net.decimals), top=top, unit=unit
         )
-        found.append(NetMark(line, label, "+", None if of is None else of.color))
-    return tuple(found)
+        maxima.append(NetMark(line, label, "+", None if of is None else of.color))
+    return tuple(maxima)
 
 
-def averages_of(
+def describe_sets(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[str, ...]:
-    """Each set in a sentence: n, the mean with its method, kappa and alpha95; of what is no cluster
-    the axes of the tensor, and why there is no mean."""
+    """Describe each set in a sentence: n, the mean with its method, kappa and alpha95.
+
+    For sets that are not clusters: the axes of the tensor, and why there is no mean.
+    """
     return tuple(_average(s, notation, decimals) for s in sets if len(s))
 
 
@@ -102,7 +114,7 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
     vectors, n = s.vectors(), len(s)
     directed = s.kind == "line" and bool((s.angle_deg < 0).any())
 
-    def said(line: Line) -> str:
+    def format_orientation(line: Line) -> str:
         if s.kind == "plane":
             return format_plane(line.normal_plane(), notation, decimals)
         return format_line(line, decimals)
@@ -110,23 +122,23 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
     if n < 2:
         return tr("{set}: n = {n:,}", set=s.name, n=n)
     if no_fisher_reason(vectors, directed) is None:
-        found = fisher(vectors, directed)
+        fisher_mean = fisher(vectors, directed)
         figures = []
-        if found.kappa is not None:
-            # Of some planes that are as good as alike more digits are chance.
+        if fisher_mean.kappa is not None:
+            # With nearly identical planes, further digits of kappa are random.
             kappa = (
-                f"{found.kappa:.1f}"
-                if found.kappa < 100.0
-                else f"{float(f'{found.kappa:.2g}'):,.0f}"
+                f"{fisher_mean.kappa:.1f}"
+                if fisher_mean.kappa < 100.0
+                else f"{float(f'{fisher_mean.kappa:.2g}'):,.0f}"
             )
             figures.append(f"κ\N{NO-BREAK SPACE}{kappa}")
-        if found.alpha95_deg is not None:
-            figures.append(f"α95\N{NO-BREAK SPACE}{found.alpha95_deg:.1f}°")
+        if fisher_mean.alpha95_deg is not None:
+            figures.append(f"α95\N{NO-BREAK SPACE}{fisher_mean.alpha95_deg:.1f}°")
         return tr(
             "{set}: n = {n:,}, Fisher mean {mean}, {figures}",
             set=s.name,
             n=n,
-            mean=said(found.mean),
+            mean=format_orientation(fisher_mean.mean),
             figures=", ".join(figures) or tr("all alike"),
         )
     values, axes = orientation_tensor(vectors)

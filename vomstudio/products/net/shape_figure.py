@@ -1,8 +1,8 @@
-"""The shapes of the point clouds that planes were fitted to: coplanarity by collinearity.
+"""Figure of the shapes of point clouds to which planes were fitted: coplanarity by collinearity.
 
 Coplanarity is 1 / l3 and collinearity l1 / l2 of the eigenvalues normalised by their sum (Tavani et
-al., eqs. 20 and 21, fig. 27): a ball of points lies at (1, 3), a rod along the border l2 = l3 where
-the collinearity is the coplanarity less two, a sheet high above collinearity 1.
+al., eqs. 20 and 21, fig. 27). A ball of points is at (1, 3), a rod along the border l2 = l3 where
+the collinearity is the coplanarity minus two, a sheet high above collinearity 1.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES, Thresholds
-from vomstudio.products.net.figure_file import sizes_of, write_figure
+from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ _LOOKS = {
     "poor": ("s", "#D55E00", to_translate("poor")),
     None: ("x", "#7a7a7a", to_translate("not judged")),
 }
-_MOST_NAMED = 30
+_MAX_NAMES = 30
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
-"""Where a name may stand beside its symbol, right and up, the best place first."""
+"""Positions of a name beside its symbol, right and up, the best first."""
 _ACROSS = {1: "left", 0: "center", -1: "right"}
 _ALONG = {1: "bottom", 0: "center", -1: "top"}
 
@@ -45,8 +45,13 @@ def write_shapes(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> int:
-    """Writes the figure of rows of the orientation table as svg, pdf or png; how many planes it
-    shows: those whose shape is known."""
+    """Write the figure of rows of the orientation table; return the number of planes with a shape.
+
+    Raises
+    ------
+    UsageError
+        For a format other than svg, pdf or png.
+    """
 
     def draw(figure: Figure) -> int:
         return draw_shapes(figure.add_axes((0.13, 0.13, 0.83, 0.80)), rows, style)
@@ -58,28 +63,28 @@ def write_shapes(
         size_mm=SIZE_MM,
         paper=style.paper,
         dpi=dpi,
-        settings=sizes_of(style),
+        settings=size_settings(style),
     )
 
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
-    """Symbols by verdict, those that are not good with their names. Returns how many."""
+    """Draw symbols by verdict, with names of those that are not good; return their number."""
     known = [row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])]
     largest = max((float(row["coplanarity"]) for row in known), default=100.0)
     top = 10.0 ** math.ceil(math.log10(max(largest * 1.5, 100.0)))
     _ground(axes, top, style)
     for quality, (marker, color, name) in _LOOKS.items():
-        own = [row for row in known if row.get("quality") == quality]
-        if not own:
+        group = [row for row in known if row.get("quality") == quality]
+        if not group:
             continue
         axes.plot(
-            [float(row["collinearity"]) for row in own],
-            [float(row["coplanarity"]) for row in own],
+            [float(row["collinearity"]) for row in group],
+            [float(row["coplanarity"]) for row in group],
             marker,
             color=style.color(color),
             markersize=style.marker_pt,
             linestyle="none",
-            label=tr("{verdict} ({count})", verdict=tr(name), count=len(own)),
+            label=tr("{verdict} ({count})", verdict=tr(name), count=len(group)),
             zorder=4,
         )
     if known:
@@ -92,8 +97,7 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
 
 
 def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
-    """Names beside the symbols that are not good, where they meet no other text and no symbol; a
-    symbol without room for its name has none, rather than one that cannot be read."""
+    """Label the symbols that are not good, if the name overlaps no other text or symbol."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.transforms import Bbox
 
@@ -106,14 +110,14 @@ def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> No
         [(float(row["collinearity"]), float(row["coplanarity"])) for row in known]
     )
     half = 0.5 * style.marker_pt * figure.dpi / 72.0
-    taken = [Bbox([place - half, place + half]) for place in places]
-    taken += [text.get_window_extent(renderer) for text in axes.texts]
+    occupied = [Bbox([place - half, place + half]) for place in places]
+    occupied += [text.get_window_extent(renderer) for text in axes.texts]
     if (legend := axes.get_legend()) is not None:
-        taken.append(legend.get_window_extent(renderer))
+        occupied.append(legend.get_window_extent(renderer))
     inside = axes.get_window_extent(renderer)
-    # An own symbol is passed at a distance, too.
+    # Keep a distance from the symbol itself, too.
     away = 0.5 * style.marker_pt + 1.5
-    for row in [row for row in known if row.get("quality") != "good"][:_MOST_NAMED]:
+    for row in [row for row in known if row.get("quality") != "good"][:_MAX_NAMES]:
         for right, up in _SIDES:
             label = axes.annotate(
                 str(row.get("name") or row["id"]),
@@ -128,8 +132,8 @@ def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> No
             )
             box = label.get_window_extent(renderer)
             within = inside.x0 <= box.x0 and box.x1 <= inside.x1
-            if within and not any(box.overlaps(other) for other in taken):
-                taken.append(box)
+            if within and not any(box.overlaps(other) for other in occupied):
+                occupied.append(box)
                 break
             label.remove()
 

@@ -1,5 +1,7 @@
-"""Arrows of fault slip on a net: at the striae, the way in which the hanging wall moves, seen from
-above (outward: normal, inward: reverse), as Angelier (1979, Tectonophysics 56, T17-T26) has it."""
+"""Arrows of fault slip at striae: movement of the hanging wall, seen from above.
+
+Outward is normal, inward reverse, as in Angelier (1979, Tectonophysics 56, T17-T26).
+"""
 
 from __future__ import annotations
 
@@ -26,9 +28,23 @@ def draw_slip_arrows(
     zorder: float,
     half: float = 0.07,
 ) -> BoolArray:
-    """Arrows at net positions (n, 2) of movements (n, 3); NaN for none. Returns (n,) which have
-    one: a slip straight up or down has no direction on the net. half : of their length, in radii of
-    the net"""
+    """Draw arrows at net positions.
+
+    Parameters
+    ----------
+    ax : Axes
+    at : (n, 2) array
+    slips : (n, 3) array
+        Movements, NaN for none.
+    color, width_pt, zorder
+    half : float
+        Half the length of an arrow, in radii of the net.
+
+    Returns
+    -------
+    (n,) bool array
+        Which have an arrow: vertical slip has no direction on the net.
+    """
     from matplotlib.collections import LineCollection, PolyCollection
 
     ahead = np.asarray(slips, np.float64)[:, :2]

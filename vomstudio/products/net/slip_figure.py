@@ -1,8 +1,8 @@
-"""Fault slips as a figure: faults with arrows, their P and T axes, and what they say together.
+"""Figure of fault slips: faults with arrows, P and T axes, and kinematic axes.
 
-Left: great circles of the faults, on each the arrow of its hanging wall's movement at the striae
-(outward: normal, inward: reverse), drawn as Angelier (1979) has it; right: P and T axes over the
-share of faults that each direction is compressed by (right dihedra), with the kinematic axes.
+Left: great circles of the faults, with the movement of the hanging wall at the striae (outward:
+normal, inward: reverse), after Angelier (1979). Right: P and T axes over the share of faults that
+each direction is compressed by (right dihedra), with the kinematic axes.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE_MM = (170.0, 112.0)
-MOST_FAULTS = 300
-"""Great circles and arrows of more are thinned evenly."""
+MAX_FAULTS = 300
+"""Maximum number of great circles and arrows; more are thinned evenly."""
 _FAULT, _ARROW, _P, _T = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
 _GRID, _FINE_GRID, _FEW_FAULTS = 241, 721, 60
-"""Sides of the grid under the dihedra. The edges of few faults' dihedra are seen one by one."""
+"""Sides of the grid of the dihedra, and number of faults below which the finer one is used."""
 _LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
 
@@ -39,56 +39,60 @@ _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
 def write_slip_figure(
     target: str | Path | IO[bytes],
     table: SlipRows,
-    found: TableSlip,
+    slip: TableSlip,
     *,
     format: str,
     size_mm: tuple[float, float] = SIZE_MM,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png. Raises UsageError for another format."""
-    save_figure(target, lambda figure: draw_slip(figure, table, found), format, size_mm, dpi)
+    """Write the figure as svg, pdf or png.
+
+    Raises
+    ------
+    UsageError
+        For another format.
+    """
+    save_figure(target, lambda figure: draw_slip(figure, table, slip), format, size_mm, dpi)
 
 
-def draw_slip(figure: Figure, table: SlipRows, found: TableSlip) -> tuple[Axes, Axes]:
-    """Two nets over the whole figure, which is cleared first."""
+def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Axes, Axes]:
+    """Draw two nets over the whole figure, which is cleared first."""
     figure.clear()
     normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
-    left = figure.add_axes((0.01, 0.12, 0.48, 0.86))
-    right = figure.add_axes((0.51, 0.12, 0.48, 0.86))
-    for ax in (left, right):
+    left_axes = figure.add_axes((0.01, 0.12, 0.48, 0.86))
+    right_axes = figure.add_axes((0.51, 0.12, 0.48, 0.86))
+    for ax in (left_axes, right_axes):
         ax.set_xlim(-1.12, 1.12)
         ax.set_ylim(-1.4, 1.2)
-    _faults(left, table, normals, slips)
-    _axes(right, normals, slips, found)
+    _faults(left_axes, table, normals, slips)
+    _axes(right_axes, normals, slips, slip)
     figure.text(
         0.02,
         0.02,
-        tr_n("{count} fault", "{count} faults", found.n)
-        + "; "
-        + tr("equal area, lower hemisphere"),
+        tr_n("{count} fault", "{count} faults", slip.n) + "; " + tr("equal area, lower hemisphere"),
         fontsize=FONT_PT,
         color=SOFT,
     )
-    return left, right
+    return left_axes, right_axes
 
 
 def _faults(ax: Axes, table: SlipRows, normals: FloatArray, slips: FloatArray) -> None:
     from matplotlib.collections import LineCollection
 
     draw_frame(ax)
-    rows = np.unique(np.linspace(0, len(normals) - 1, min(len(normals), MOST_FAULTS)).astype(int))
+    rows = np.unique(np.linspace(0, len(normals) - 1, min(len(normals), MAX_FAULTS)).astype(int))
     arcs = nets.great_circles(table.dip_direction_deg[rows], table.dip_deg[rows])
     ax.add_collection(LineCollection(list(arcs), colors=_FAULT, linewidths=0.6, zorder=2))
     at = nets.project(slips[rows])
     moving = draw_slip_arrows(ax, at, slips[rows], color=_ARROW, width_pt=0.9, zorder=5)
     ax.plot(*at[~moving].T, linestyle="none", marker="o", markersize=3, color=_ARROW, zorder=5)
-    said = tr("Faults and movement of their hanging walls")
+    caption = tr("Faults and movement of their hanging walls")
     if len(rows) < len(normals):
-        said += tr(" ({count} drawn)", count=len(rows))
-    ax.text(-1.1, -1.14, said, fontsize=FONT_PT, va="top", color=INK)
+        caption += tr(" ({count} drawn)", count=len(rows))
+    ax.text(-1.1, -1.14, caption, fontsize=FONT_PT, va="top", color=INK)
 
 
-def _axes(ax: Axes, normals: FloatArray, slips: FloatArray, found: TableSlip) -> None:
+def _axes(ax: Axes, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> None:
     rim = draw_frame(ax)
     side = np.linspace(-1.0, 1.0, _FINE_GRID if len(normals) <= _FEW_FAULTS else _GRID)
     x, y = np.meshgrid(side, side)
@@ -111,7 +115,7 @@ def _axes(ax: Axes, normals: FloatArray, slips: FloatArray, found: TableSlip) ->
             markeredgewidth=0.0,
             zorder=4,
         )
-    mean = found.kinematic_axes
+    mean = slip.kinematic_axes
     for axis, color, marker in (
         (mean.shortening, _P, "*"),
         (mean.intermediate, INK, "D"),
@@ -128,16 +132,16 @@ def _axes(ax: Axes, normals: FloatArray, slips: FloatArray, found: TableSlip) ->
             markeredgecolor="#ffffff",
             markeredgewidth=0.7,
         )
-    _legend(ax, found)
+    _legend(ax, slip)
 
 
-def _legend(ax: Axes, found: TableSlip) -> None:
+def _legend(ax: Axes, slip: TableSlip) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    mean = found.kinematic_axes
+    mean = slip.kinematic_axes
 
-    def said(axis: Any) -> str:
+    def format_axis(axis: Any) -> str:
         return f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
 
     def dot(color: str, marker: str, label: str, size: float = 4.0) -> Any:
@@ -148,9 +152,9 @@ def _legend(ax: Axes, found: TableSlip) -> None:
     entries = [
         dot(_P, "o", tr("P axes (shortening)")),
         dot(_T, "^", tr("T axes (extension)")),
-        dot(_P, "*", tr("shortening {axis}", axis=said(mean.shortening)), 8),
-        dot(_T, "*", tr("extension {axis}", axis=said(mean.extension)), 8),
-        dot(INK, "D", tr("intermediate {axis}", axis=said(mean.intermediate))),
+        dot(_P, "*", tr("shortening {axis}", axis=format_axis(mean.shortening)), 8),
+        dot(_T, "*", tr("extension {axis}", axis=format_axis(mean.extension)), 8),
+        dot(INK, "D", tr("intermediate {axis}", axis=format_axis(mean.intermediate))),
         Patch(facecolor=_SHADES[-1], label=tr("compressed by over 80 % of faults")),
     ]
     ax.legend(

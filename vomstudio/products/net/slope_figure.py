@@ -1,8 +1,7 @@
-"""The kinematic analysis of a slope as a figure: a net for each way to fail, with its critical zone
-shaded and what lies in it marked.
+"""Figure of the kinematic analysis of a slope: one net per mode of failure, with its critical zone.
 
-Each net is the equal-area one of the lower hemisphere: poles of planes for planar sliding and
-flexural toppling, intersections for wedges and direct toppling.
+Each net is equal-area, lower hemisphere: poles of planes for planar sliding and flexural toppling,
+intersections for wedges and direct toppling.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE_MM = (170.0, 206.0)
-MOST_LINES = 3000
-"""More intersections than this are thinned evenly: they would only be a blot."""
+MAX_INTERSECTIONS = 3000
+"""Maximum number of intersections drawn; more are thinned evenly."""
 
 _ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
 _GRID = 401
@@ -39,8 +38,10 @@ _GRID = 401
 
 @dataclass(frozen=True, eq=False)
 class _Panel:
-    """title, what is drawn, its vectors (n, 3) in the frame of the face pointing down, and how the
-    zone is found of them."""
+    """Panel of a mode: title, kind of features, their vectors (n, 3) and critical zone.
+
+    Vectors point down, in the frame of the face.
+    """
 
     title: str
     of: str
@@ -56,29 +57,35 @@ def write_slope_figure(
     target: str | Path | IO[bytes],
     table: OrientationRows,
     face: SlopeFace,
-    found: TableSlope,
+    slope: TableSlope,
     *,
     format: str,
     size_mm: tuple[float, float] = SIZE_MM,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png. Raises UsageError for another format."""
-    save_figure(target, lambda figure: draw_slope(figure, table, face, found), format, size_mm, dpi)
+    """Write the figure as svg, pdf or png.
+
+    Raises
+    ------
+    UsageError
+        For another format.
+    """
+    save_figure(target, lambda figure: draw_slope(figure, table, face, slope), format, size_mm, dpi)
 
 
 def draw_slope(
-    figure: Figure, table: OrientationRows, face: SlopeFace, found: TableSlope
+    figure: Figure, table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> list[Axes]:
-    """Four nets over the whole figure, which is cleared first."""
+    """Draw four nets over the whole figure, which is cleared first."""
     figure.clear()
     figure.set_facecolor(PAPER)
-    panels = _panels(table, face, found)
-    made = []
+    panels = _panels(table, face, slope)
+    axes_list = []
     for number, panel in enumerate(panels):
-        left, low = 0.02 + 0.49 * (number % 2), 0.51 - 0.444 * (number // 2)
-        ax = figure.add_axes((left, low, 0.47, 0.435))
+        x_left, low = 0.02 + 0.49 * (number % 2), 0.51 - 0.444 * (number // 2)
+        ax = figure.add_axes((x_left, low, 0.47, 0.435))
         _draw(ax, face, panel)
-        made.append(ax)
+        axes_list.append(ax)
     plane = face.plane
     figure.text(
         0.03,
@@ -90,17 +97,17 @@ def draw_slope(
             dip=plane.dip_deg,
             friction=face.options.friction_deg,
             lateral=face.options.lateral_deg,
-            n=found.n,
+            n=slope.n,
         ),
         fontsize=FONT_PT + 1,
         color=INK,
         va="top",
     )
     _legend(figure, panels)
-    return made
+    return axes_list
 
 
-def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[_Panel]:
+def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[_Panel]:
     rows = table.is_plane
     normals = slopes.in_face_frame(
         face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
@@ -115,7 +122,7 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
         _Panel(
             tr("Planar sliding"),
             planes,
-            found.planar,
+            slope.planar,
             0.0 - normals,
             slopes.planar_sliding(face, normals),
             lambda v: slopes.planar_margins(face, 0.0 - v),
@@ -124,7 +131,7 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
         _Panel(
             tr("Wedge sliding"),
             meets,
-            found.wedge,
+            slope.wedge,
             lines,
             slopes.wedge_sliding(face, lines),
             lambda v: slopes.wedge_margins(face, v),
@@ -133,7 +140,7 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
         _Panel(
             tr("Flexural toppling"),
             planes,
-            found.flexural_toppling,
+            slope.flexural_toppling,
             0.0 - normals,
             slopes.flexural_toppling(face, normals),
             lambda v: slopes.flexural_margins(face, 0.0 - v),
@@ -142,7 +149,7 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
         _Panel(
             tr("Direct toppling"),
             meets,
-            found.direct_toppling,
+            slope.direct_toppling,
             lines,
             slopes.direct_toppling(face, lines),
             lambda v: slopes.direct_margins(face, v),
@@ -152,17 +159,21 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
 
 
 def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArray:
-    """Return downward unit vectors (m, 3) of at most `MOST_LINES` pairs, spread evenly over all,
-    without pairs of one set."""
+    """Return intersections (m, 3), downward unit vectors, of an even sample of pairs.
+
+    Pairs of one set are excluded.
+    """
     n = len(normals)
     pairs = n * (n - 1) // 2
-    chosen = np.unique(np.linspace(0, max(pairs - 1, 0), min(pairs, MOST_LINES)).astype(np.int64))
+    pair_ids = np.unique(
+        np.linspace(0, max(pairs - 1, 0), min(pairs, MAX_INTERSECTIONS)).astype(np.int64)
+    )
     if not pairs:
         return np.zeros((0, 3))
-    # Row of the triangle of pairs, from how many come before it.
+    # Row of the triangle of pairs, from the number of preceding pairs.
     starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
-    first = np.searchsorted(starts, chosen, side="right") - 1
-    second = chosen - starts[first] + first + 1
+    first = np.searchsorted(starts, pair_ids, side="right") - 1
+    second = pair_ids - starts[first] + first + 1
     if sets is not None:
         different = (sets[first] != sets[second]) | (sets[first] < 0)
         first, second = first[different], second[different]
@@ -189,14 +200,14 @@ def _draw(ax: Axes, face: SlopeFace, panel: _Panel) -> None:
     ax.plot(*at[~critical].T, markersize=size, color=_CALM, **calm)
     ax.plot(*at[critical].T, markersize=1.25 * size, color=_CRITICAL, **calm)
     ax.text(-1.13, 1.15, panel.title, fontsize=FONT_PT + 1, fontweight="bold", va="top", color=INK)
-    ax.text(-1.13, -1.12, _said(panel), fontsize=FONT_PT, va="top", color=INK)
+    ax.text(-1.13, -1.12, _count_text(panel), fontsize=FONT_PT, va="top", color=INK)
 
 
-def _said(panel: _Panel) -> str:
+def _count_text(panel: _Panel) -> str:
     mode = panel.mode
     if mode.share is None:
         return tr("no intersections")
-    said = tr(
+    text = tr(
         "{critical:,} of {of:,} {what}: {share:.1f} %",
         critical=mode.critical,
         of=mode.of,
@@ -204,17 +215,17 @@ def _said(panel: _Panel) -> str:
         share=100.0 * mode.share,
     )
     if mode.probability is None:
-        return said
+        return text
     expected = tr("with their errors {share:.1f} %", share=100.0 * mode.probability)
-    return f"{said}\n{expected}"
+    return f"{text}\n{expected}"
 
 
 def _shade(ax: Axes, face: SlopeFace, panel: _Panel, rim: Any) -> None:
-    """The critical zone: where its margins are positive on a fine grid of the net."""
+    """Shade the critical zone: positive margins on a fine grid of the net."""
     side = np.linspace(-1.0, 1.0, _GRID)
     x, y = np.meshgrid(side, side)
     radius = np.maximum(np.hypot(x, y), 1.0)
-    # Beyond the rim what is on it goes on, so that zones reach it.
+    # Values at the rim continue beyond it, so that zones extend to it.
     points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2)
     vectors = nets.unproject(points * (1.0 - 1e-9)) @ face.axes().T
     margins = panel.margins(vectors)
@@ -254,8 +265,8 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
         columnspacing=1.4,
     )
     foot = tr("Equal area, lower hemisphere")
-    if any(mode.mode.of > MOST_LINES for mode in panels):
-        foot += tr("; {count:,} intersections drawn, all counted", count=MOST_LINES)
+    if any(mode.mode.of > MAX_INTERSECTIONS for mode in panels):
+        foot += tr("; {count:,} intersections drawn, all counted", count=MAX_INTERSECTIONS)
     figure.text(0.03, 0.012, foot, fontsize=FONT_PT, color=SOFT)
 
 
@@ -263,40 +274,41 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
 
 
 def _cone(angle_deg: float) -> FloatArray:
-    """The small circle about vertical, pointing down."""
+    """Return the small circle about vertical, pointing down."""
     t = np.linspace(0.0, 2.0 * np.pi, 181)
     sine, cosine = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))
     return np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, -cosine)], axis=1)
 
 
 def _great_circle(dip_deg: float) -> FloatArray:
-    """Of a plane that dips as the face does, but for its angle."""
+    """Return the great circle of a plane that dips like the face, with another angle."""
     t = np.linspace(-np.pi / 2, np.pi / 2, 91)
     dip = np.radians(dip_deg)
     return np.stack([np.cos(t) * np.cos(dip), np.sin(t), -np.cos(t) * np.sin(dip)], axis=1)
 
 
 def _daylight_envelope(dip_deg: float) -> FloatArray:
-    """Poles of the planes whose line of dip lies in the face: tan p = tan d cos a, where it plunges
-    by p, a from the face's own.
+    """Return the poles of planes whose line of dip lies in the face.
 
-    Evenly by both angles: of a steep face p hardly falls until a is near a right angle.
+    tan p = tan d cos a, with the plunge p and the azimuth a relative to the face's. Samples are
+    even in both angles: for a steep face p decreases only near a right angle.
     """
     dip = np.radians(min(dip_deg, 90.0 - 1e-9))
-    aside = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]
+    azimuth = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]
     plunge = np.linspace(dip, 0.0, 91)
-    plunge = np.concatenate([np.arctan(np.tan(dip) * np.cos(aside)), plunge])
-    aside = np.append(aside, np.arccos(np.clip(np.tan(plunge[90:]) / np.tan(dip), -1.0, 1.0)))
-    order = np.lexsort((-plunge, aside))
-    aside, plunge = aside[order], plunge[order]
+    plunge = np.concatenate([np.arctan(np.tan(dip) * np.cos(azimuth)), plunge])
+    azimuth = np.append(azimuth, np.arccos(np.clip(np.tan(plunge[90:]) / np.tan(dip), -1.0, 1.0)))
+    order = np.lexsort((-plunge, azimuth))
+    azimuth, plunge = azimuth[order], plunge[order]
     half = np.stack(
-        [-np.cos(aside) * np.sin(plunge), -np.sin(aside) * np.sin(plunge), -np.cos(plunge)], axis=1
+        [-np.cos(azimuth) * np.sin(plunge), -np.sin(azimuth) * np.sin(plunge), -np.cos(plunge)],
+        axis=1,
     )
     return np.vstack([half[::-1] * [1.0, -1.0, 1.0], half])
 
 
 def _lateral_lines(face: SlopeFace) -> tuple[FloatArray, ...]:
-    """Both lateral limits across the net: small circles about the strike, or planes."""
+    """Return both lateral limits across the net: small circles about the strike, or planes."""
     if face.options.lateral_deg >= 90.0:
         return ()
     t = np.linspace(0.0, np.pi, 91)

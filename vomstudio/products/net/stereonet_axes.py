@@ -1,4 +1,4 @@
-"""The net on axes of mplstereonet, for scripts that go on drawing there."""
+"""Net on axes of mplstereonet, for scripts that continue drawing on it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vomstudio.products.net.contents import (
     NetCircle,
     NetContents,
     NetSet,
-    circles_shown,
     fold_ellipse,
+    shows_all_circles,
 )
 from vomstudio.products.net.contours import (
-    SEE_THROUGH,
+    OPACITY,
     contour_colors,
+    contour_groups,
     contour_levels,
-    contoured_groups,
     dash,
 )
 from vomstudio.products.net.figure_style import FigureStyle
@@ -35,12 +35,12 @@ _GRID = 101
 _LINE = 0.15
 """Height of a line of text, inches."""
 _SIZE = (8.0, 5.0)
-"""Of a new figure, in inches."""
+"""Size of a new figure, inches."""
 
 
 def _library() -> Any:
     with warnings.catch_warnings():
-        # It was written for an older matplotlib.
+        # The library was written for an older matplotlib.
         warnings.simplefilter("ignore")
         import mplstereonet
 
@@ -48,14 +48,14 @@ def _library() -> Any:
 
 
 def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines: int = 0) -> Any:
-    """Axes in a new figure of pyplot; projection : "area" or "angle"; lines : of text below."""
+    """Create axes in a new figure of pyplot, with space for lines of text below."""
     import matplotlib.pyplot as plt
 
     _library()
     figure = plt.figure(
         figsize=_SIZE if size_mm is None else (size_mm[0] / 25.4, size_mm[1] / 25.4)
     )
-    # Room for the legend beside the net.
+    # Leave space for the legend beside the net.
     figure.subplots_adjust(
         left=0.04, right=0.66, bottom=0.11 + lines * _LINE / figure.get_figheight()
     )
@@ -64,21 +64,23 @@ def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines:
     return ax
 
 
-def are_axes(ax: Any) -> bool:
+def is_stereonet_axes(ax: Any) -> bool:
     return isinstance(ax, _library().StereonetAxes)
 
 
 def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> None:
-    """Density, great circles, poles and lines, means, and what else was asked for, with a legend.
-    style : its size is that of the axes' figure"""
-    given = style or FigureStyle()
-    paper = given.of_net()
-    symbol, thin = given.symbol_pt or 5.0, given.line_pt or 0.7
+    """Draw density, great circles, poles, lines, means and additions, with a legend.
+
+    The size of `style` is not used: it is that of the axes' figure.
+    """
+    figure_style = style or FigureStyle()
+    paper = figure_style.net_style()
+    symbol, thin = figure_style.symbol_pt or 5.0, figure_style.line_pt or 0.7
     if net.contour is not None:
         _draw_density(ax, net, net.contour, paper)
     for s in net.sets:
-        if s.kind == "plane" and circles_shown(net):
-            # Copies: the library writes into what it is given.
+        if s.kind == "plane" and shows_all_circles(net):
+            # Copies, because the library writes into its arguments.
             ax.plane(
                 _strikes(s),
                 s.angle_deg.copy(),
@@ -101,18 +103,23 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
         label = tr("Mean {orientation}", orientation=mean.orientation)
         _plot_star(ax, mean.line, paper.color(mean.color), label, paper, symbol)
     _draw_additions(ax, net, paper, symbol, thin)
-    letters: dict[str, Any] = {"size": given.font_pt or "small"}
-    if given.font:
-        letters["family"] = given.font
+    letters: dict[str, Any] = {"size": figure_style.font_pt or "small"}
+    if figure_style.font:
+        letters["family"] = figure_style.font
     ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=letters)
-    said = lines_below(net)
-    if said:
+    text_lines = text_below(net)
+    if text_lines:
         ax.text(
-            0.0, -0.09, chr(10).join(said), transform=ax.transAxes, va="top", fontproperties=letters
+            0.0,
+            -0.09,
+            chr(10).join(text_lines),
+            transform=ax.transAxes,
+            va="top",
+            fontproperties=letters,
         )
 
 
-def lines_below(net: NetContents) -> list[str]:
+def text_below(net: NetContents) -> list[str]:
     return [*net.averages, *net.notes]
 
 
@@ -129,7 +136,7 @@ def _draw_fold(
         for place, part in enumerate(parts):
             label = first if place == 0 else "_nolegend_"
             ax.plot(
-                *_of_axes(part, net.projection),
+                *_to_axes(part, net.projection),
                 color=paper.ink,
                 linestyle=line,
                 linewidth=1.5 * thin,
@@ -159,7 +166,7 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
         for place, part in enumerate(circle.outline(net.projection)):
             label = circle.label if place == 0 else "_nolegend_"
             ax.plot(
-                *_of_axes(part, net.projection),
+                *_to_axes(part, net.projection),
                 color=color,
                 linestyle=circle.dash,
                 linewidth=1.5 * thin,
@@ -167,7 +174,7 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
             )
     for ellipse in net.errors:
         for part in ellipse.outline(net.projection):
-            ax.plot(*_of_axes(part, net.projection), color=paper.soft, linewidth=thin)
+            ax.plot(*_to_axes(part, net.projection), color=paper.soft, linewidth=thin)
     for mark in net.marks:
         color = paper.ink if mark.color is None else paper.color(mark.color)
         _plot_lines(
@@ -183,9 +190,9 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
         )
 
 
-def _of_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]:
-    """Longitude and latitude in the library's axes of positions (k, 2) on our net."""
-    # A hair inward: on the primitive circle an end would be shown by its other end.
+def _to_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]:
+    """Convert positions (k, 2) on our net to longitude and latitude of the library's axes."""
+    # Slightly inward: on the primitive circle a point would be shown by its other end.
     vectors = nets.unproject(part * (1.0 - 1e-7), projection)
     trend, plunge = vectors_to_lines(vectors)[:2]
     longitude, latitude = _library().line(plunge, trend)
@@ -193,7 +200,7 @@ def _of_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]
 
 
 def _plot_lines(ax: Any, trend_deg: Any, plunge_deg: Any, **style: Any) -> None:
-    """As one artist with one entry in the legend; the library's own `line` makes one of each."""
+    """Plot lines as one artist with one legend entry; the library's `line` makes one per line."""
     ax.plot(*_library().line(plunge_deg.copy(), trend_deg.copy()), linestyle="None", **style)
 
 
@@ -208,13 +215,13 @@ def _label(s: NetSet) -> str:
 
 
 def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> None:
-    """By our own kernels, at the places of the library's axes; with a bar beside the net."""
+    """Draw density by our own kernels at the places of the library's axes, with a bar."""
     across = np.linspace(-np.pi / 2, np.pi / 2, _GRID)
     longitude, latitude = np.meshgrid(across, across)
     plunge, bearing = _library().geographic2plunge_bearing(longitude.ravel(), latitude.ravel())
     at = lines_to_vectors(bearing, plunge)
     look, counted = net.contouring, []
-    for of, vectors in contoured_groups(net):
+    for of, vectors in contour_groups(net):
         counted.append((of, density(vectors, at, method, look.sigma).reshape(longitude.shape)))
     levels = contour_levels(net, max((float(v.max()) for _, v in counted), default=0.0))
     drawn = []
@@ -224,7 +231,7 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
             continue
         colors = contour_colors(of, len(levels), look.is_filled, paper)
         if look.is_filled:
-            # Up to a level above all, so that one level is enough.
+            # Add an upper limit, so that a single level is sufficient.
             drawn.append(
                 ax.contourf(
                     longitude,
@@ -232,7 +239,7 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
                     values,
                     [*levels, levels[-1] + top],
                     colors=colors,
-                    alpha=0.8 if of is None else SEE_THROUGH,
+                    alpha=0.8 if of is None else OPACITY,
                     zorder=0,
                 )
             )
@@ -254,8 +261,7 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
 
 
 def _draw_bar(ax: Any, drawn: Any, levels: tuple[float, ...], unit: str) -> None:
-    """Under the legend, in the room that is left free for it. Of sets the first one's shades: the
-    levels are the same for all."""
+    """Draw the bar under the legend, in the shades of the first set."""
     inset = ax.inset_axes((1.13, 0.02, 0.04, min(0.06 * len(levels), 0.42)), projection=None)
     bar = ax.figure.colorbar(drawn, cax=inset, spacing="uniform", ticks=list(levels))
     bar.ax.tick_params(labelsize="small", length=0)

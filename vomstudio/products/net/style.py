@@ -1,4 +1,4 @@
-"""How a net looks: colours, symbols and sizes."""
+"""Style of a net: colours, symbols and sizes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.products.net.contents import NetSet
 
 SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
-"""Symbols of the same size do not look so: by how much each is drawn larger."""
+"""Factors by which symbols are enlarged, because equal sizes look different."""
 
 LAYERS = (
     "ground",
@@ -31,13 +31,27 @@ LAYERS = (
     "legend",
     "words",
 )
-"""What lies over what on a net, from below."""
+"""Drawing order on a net, from below."""
 
 
 @dataclass(frozen=True)
 class NetStyle:
-    """Colours and sizes; sizes in points (1/72 inch of the figure). swaps: colours that others are
-    drawn in; grey: no colours at all; family: of the letters, empty for DejaVu Sans."""
+    """Colours and sizes of a net.
+
+    Parameters
+    ----------
+    ink, soft, paper, net : str
+        Colours of text, of secondary lines, of the page and of the net.
+    font_pt, marker_pt, line_pt : float
+        Points (1/72 inch of the figure).
+    swaps : mapping of str to str
+        Replacements of colours.
+    contour_map : {"light", "dark"}
+    grey : bool
+        Draw without colours.
+    family : str
+        Font; empty for DejaVu Sans.
+    """
 
     ink: str = "#1a1a1a"
     soft: str = "#7a7a7a"
@@ -53,7 +67,7 @@ class NetStyle:
 
     @classmethod
     def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
-        """Sizes in pixels of a screen, light or dark."""
+        """Return a style with sizes in pixels of a screen, light or dark."""
         px = 72.0 / dpi
         sizes = {"font_pt": font_px * px, "marker_pt": 6.0 * px, "line_pt": 1.1 * px}
         return replace(cls.dark() if dark else cls(), **sizes)  # type: ignore[arg-type]
@@ -65,7 +79,7 @@ class NetStyle:
             soft="#9a9a9a",
             paper="#202124",
             net="#2a2b2e",
-            # Black and the deepest blue vanish on a dark ground.
+            # Black and the deepest blue are invisible on a dark background.
             swaps={"#000000": "#ffffff", "#0072B2": "#3d9be0"},
             contour_map="dark",
         )
@@ -76,40 +90,40 @@ class NetStyle:
                 color = other
                 break
         if self.grey:
-            # Light ones would be lost on paper.
+            # Light greys would be invisible on paper.
             level = min(_lightness(color) ** (1.0 / 2.2), 0.65)
             return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
-        # A type's colour is made for a photograph: on a dark net a deep one is lifted.
+        # Colours of types are made for photographs: deep ones are lightened on a dark net.
         if _lightness(self.net) < 0.2:
             while _contrast(color, self.net) < 3.0:
-                color = mixed(color, self.ink, 0.15)
+                color = mix_colors(color, self.ink, 0.15)
         return color
 
     def symbol(self, s: NetSet) -> tuple[str, str, float]:
-        """Face and edge colour of a set's symbols, and the edge's width in points."""
+        """Return face and edge colour of a set's symbols, and the width of the edge, points."""
         color = self.color(s.color)
         if s.variant % 4 == 1:
             return self.net, self.outline(color), 1.5 * self.line_pt
         if s.variant % 4 == 2:
-            return mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
-        face = color if s.variant % 4 == 0 else mixed(color, self.ink)
+            return mix_colors(color, self.net), self.outline(color), 1.2 * self.line_pt
+        face = color if s.variant % 4 == 0 else mix_colors(color, self.ink)
         edge = self.outline(face)
         if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
             return face, face, 0.5 * self.line_pt
         return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
 
     def outline(self, color: str) -> str:
-        """A colour for thin lines: yellow would be lost on white paper."""
-        return mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
+        """Return a colour for thin lines: yellow would be invisible on white paper."""
+        return mix_colors(color, self.ink) if _contrast(color, self.net) < 1.8 else color
 
 
 def layer(name: str) -> int:
-    """Matplotlib's zorder of one of LAYERS."""
+    """Return matplotlib's zorder of one of `LAYERS`."""
     return LAYERS.index(name)
 
 
-def mixed(color: str, other: str, share: float = 0.5) -> str:
-    """Hex of a colour with a share, 0 to 1, of another."""
+def mix_colors(color: str, other: str, share: float = 0.5) -> str:
+    """Return a colour with a share, 0 to 1, of another, as hex."""
     from matplotlib.colors import to_hex, to_rgb
 
     pairs = zip(to_rgb(color), to_rgb(other), strict=True)
@@ -132,8 +146,8 @@ def _contrast(a: str, b: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-def crowding(n: int) -> float:
-    """How much smaller symbols get as they become many."""
+def symbol_scale(n: int) -> float:
+    """Return the factor by which symbols shrink with their number."""
     return float(np.interp(math.log10(max(n, 1)), [2.0, 3.0, 4.0], [1.0, 0.7, 0.4]))
 
 

@@ -1,4 +1,4 @@
-"""The orientations of a table as what a net shows."""
+"""Net of the orientations of a table."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from vomstudio.products.net.contents import (
     Contouring,
     NetContents,
     NetEllipse,
+    compute_means,
     make_sets,
-    means_of,
 )
 
 UNNAMED = "unassigned"
@@ -33,46 +33,59 @@ def net_of_table(
     contour: str | None = None,
     contouring: Contouring | None = None,
 ) -> NetContents:
-    """by : name or number of the column that tells the sets apart; None for `set`, else `kind`.
-    Raises UsageError for a column that is not there."""
+    """Build the net of a table.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    by : str or None
+        Name or number of the column of sets; default `set`, else `kind`.
+    projection, contour, contouring
+        As in `NetContents`.
+
+    Raises
+    ------
+    UsageError
+        If the column is missing.
+    """
     groups: dict[str, tuple[str, Any, Any]] = {}
     turns: dict[str, Turns] = {}
     for name, members in members_of(table, by).items():
-        for kind, wanted in (("plane", True), ("line", False)):
-            rows = [i for i in members if table.is_plane[i] == wanted]
+        for kind, is_plane in (("plane", True), ("line", False)):
+            rows = [i for i in members if table.is_plane[i] == is_plane]
             if not rows:
                 continue
             both = len(rows) < len(members)
             label = f"{name} ({kind}s)" if both else name
             azimuth, angle = (
                 (table.dip_direction_deg, table.dip_deg)
-                if wanted
+                if is_plane
                 else (table.trend_deg, table.plunge_deg)
             )
             groups[label] = (kind, azimuth[rows], angle[rows])
             if table.turns is not None:
                 turns[label] = table.turns.of(rows)
     sets = make_sets(groups, turns=turns)
-    # A mean of a girdle, or of a scatter, is a mark that means nothing.
+    # The mean of a girdle or a scattered set has no meaning and is not marked.
     clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(
         sets=sets,
         projection=projection,
         contour=contour,
         contouring=contouring or Contouring(),
-        means=means_of(clustered),
+        means=compute_means(clustered),
         notes=repeats_note(table.repeats),
     )
 
 
-def recoloured(net: NetContents, colors: Mapping[str, str]) -> NetContents:
-    """With colours (#rrggbb) for sets by their names, and for their means."""
+def replace_colors(net: NetContents, colors: Mapping[str, str]) -> NetContents:
+    """Replace the colours (#rrggbb) of sets by name, and of their means."""
     if not colors:
         return net
     sets = tuple(replace(s, color=colors.get(s.name, s.color)) for s in net.sets)
-    # Of more sets than there are colours two may have had the same one: means follow their sets.
-    of_set = {(s.color, s.marker): new.color for s, new in zip(net.sets, sets, strict=True)}
-    means = tuple(replace(m, color=of_set.get((m.color, m.marker), m.color)) for m in net.means)
+    # With more sets than colours two may share one; means follow their sets.
+    new_colors = {(s.color, s.marker): new.color for s, new in zip(net.sets, sets, strict=True)}
+    means = tuple(replace(m, color=new_colors.get((m.color, m.marker), m.color)) for m in net.means)
     return replace(net, sets=sets, means=means)
 
 
@@ -80,8 +93,13 @@ _ERROR_COLUMNS = ("max_confidence95_deg", "min_confidence95_deg", "error_rake_de
 
 
 def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
-    """The 95 % ellipse of each plane whose error the table tells. Raises UsageError where it tells
-    none."""
+    """Return the 95 % ellipse of each plane with an error in the table.
+
+    Raises
+    ------
+    UsageError
+        If the table has no errors.
+    """
     try:
         cells = [table.column(name) for name in _ERROR_COLUMNS]
     except UsageError:
@@ -90,21 +108,21 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
         totals = list(table.column("total95_deg"))
     except UsageError:
         totals = [""] * len(cells[0])
-    found = []
+    ellipses = []
     for row, (*words, total) in enumerate(zip(*cells, totals, strict=True)):
         largest, smallest, rake = (_number(word) for word in words)
         if table.is_plane[row] and math.isfinite(largest + smallest + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
             known = _number(total)
             known = known if math.isfinite(known) else largest
-            found.append(NetEllipse.with_total(plane, largest, smallest, rake, known))
-    if not found:
+            ellipses.append(NetEllipse.enlarge_to_total(plane, largest, smallest, rake, known))
+    if not ellipses:
         raise UsageError(
             Finding("net.no-errors", columns=_ERROR_COLUMNS),
             file=table.path,
             field="--errors",
         )
-    return tuple(found)
+    return tuple(ellipses)
 
 
 def _number(word: str) -> float:
@@ -115,7 +133,7 @@ def _number(word: str) -> float:
 
 
 def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
-    """Rows by the column asked for, else by set, else by kind, else all together."""
+    """Group rows by the requested column, else by set, else by kind, else all together."""
     if column is not None:
         names = table.column(column)
     elif table.sets is not None and any(table.sets):

@@ -1,1 +1,1 @@
-"""Scale-true pictures along a direction."""
+"""Orthophotos: scale-true pictures along a direction."""

@@ -1,4 +1,4 @@
-"""Compiled parts of pictures of meshes."""
+"""Compiled loops for pictures of meshes."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 EDGE_PIXELS = 3.0
-"""Depths that differ from what both surfaces lead to expect by more than this many pixels are an
-edge."""
+"""Minimum step of an edge: deviation of the depth from both neighbouring planes, in pixels."""
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
-    """Which faces may be seen in which tile (columns x rows, each `side` metres wide).
+    """Assign faces to tiles (columns x rows, each `side` metres wide).
 
-    Called twice: with `members` empty, starts[t + 1] counts the faces of tile t; then with starts
-    summed up, `members` is filled and starts[t] moved to the end of tile t.
+    Called twice: with `members` empty, starts[t + 1] counts the faces of tile t. With starts
+    summed up, `members` is filled and starts[t] moves to the end of tile t.
     """
     fill = len(members) > 0
     for f in range(len(faces)):
@@ -41,10 +40,10 @@ def bin_faces(view, faces, left, top, side, margin, columns, rows, starts, membe
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[:,::1], f8[:,::1], f8, b1[:,::1])")
 def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-def]
-    """Mark pixels beside a jump in depth, or beside nothing.
+    """Mark pixels beside a jump in depth, or beside empty pixels.
 
-    A slope is no edge: what counts is by how much a pixel lies off the planes of its neighbour's
-    triangle and of its own.
+    A slope is not an edge: the deviation of a pixel from the planes of its neighbour's triangle
+    and its own counts.
     """
     h, w = face.shape
     for j in range(h):
@@ -82,7 +81,7 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
 
 @kernel("void(i8[::1], i4[::1], f8[:,::1], i4[:,::1], u1[:,::1], u1[:,::1])")
 def blend_corners(rows, face, weights, faces, colors, rgb):  # type: ignore[no-untyped-def]
-    """Colours of the pixels `rows` between those of the corners, colors (n, 3)."""
+    """Interpolate the colours of the pixels `rows` between those of the corners, colors (n, 3)."""
     for at in range(len(rows)):
         k = rows[at]
         f = face[k]

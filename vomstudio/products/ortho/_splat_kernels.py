@@ -7,19 +7,18 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 NEAR_SPACINGS = 3.0
-"""Points within so many radii behind the nearest one are of the same surface."""
+"""Maximum depth, in radii, of a point behind the nearest one on the same surface."""
 
-STEEPEST = 12.0
-"""Depth by width: a surface that falls away faster (85 degrees) is seen as one that does so."""
+MAX_SLOPE = 12.0
+"""Maximum slope (85 degrees), depth by width; steeper surfaces are treated like this slope."""
 
 
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
-def bin_points(view, reach, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
-    """Which points may be seen in which tile; as `bin_faces`, with the reach of each point and
-    `margin` (metres) more."""
+def bin_points(view, radius, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
+    """Assign points to tiles, as `bin_faces`, with the radius of each point and a margin, m."""
     fill = len(members) > 0
     for p in range(len(view)):
-        r = reach[p] + margin
+        r = radius[p] + margin
         i0 = max(math.floor((view[p, 0] - r - left) / side), 0)
         i1 = min(math.floor((view[p, 0] + r - left) / side), columns - 1)
         j0 = max(math.floor((view[p, 1] - r - top) / side), 0)
@@ -39,17 +38,17 @@ def bin_points(view, reach, left, top, side, margin, columns, rows, starts, memb
     " f4[:,::1], f8[:,::1])"
 )
 def splat(  # type: ignore[no-untyped-def]
-    chosen, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth
+    members, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth
 ):
-    """Discs that face the viewer, twice over: first how near the surface is in each pixel, then
-    the mean of the points at that depth, weighted by their distance from the pixel's centre.
+    """Draw discs that face the viewer, in two passes.
 
-    A nearest disc that covered the others would shift everything on a slope toward its near side;
-    a weighted mean does not, if all points of the surface within reach take part in it: on a
-    steep one these lie deeper behind the nearest than on one that faces the viewer. How steep it
-    is, is told by the nearest points of the pixels around, by the smaller difference to both sides,
-    since the edge of a surface is no slope. nearest comes full of infinity, limit, color, weight
-    and depth of zero.
+    First the depth of the surface in each pixel is found, then the mean of the points at that
+    depth, weighted by their distance from the pixel's centre. Drawing only the nearest disc would
+    shift a slope towards its near side; a weighted mean of all points of the surface does not. On
+    a steep surface these are deeper behind the nearest one. The slope follows from the nearest
+    points of the pixels around, by the smaller difference to both sides, because the edge of a
+    surface is not a slope. `nearest` must be infinite, and limit, color, weight and depth zero on
+    entry.
     """
     h, w = nearest.shape
     for turn in range(2):
@@ -66,10 +65,10 @@ def splat(  # type: ignore[no-untyped-def]
                     if 0 < j < h - 1:
                         one = abs(nearest[j, i] - nearest[j - 1, i])
                         down = min(one, abs(nearest[j + 1, i] - nearest[j, i]))
-                    steep = min(math.sqrt(across * across + down * down) / gsd, STEEPEST)
+                    steep = min(math.sqrt(across * across + down * down) / gsd, MAX_SLOPE)
                     limit[j, i] = max(NEAR_SPACINGS, 2.0 * steep)
-        for at in range(len(chosen)):
-            p = chosen[at]
+        for at in range(len(members)):
+            p = members[at]
             x = (view[p, 0] - left) / gsd
             y = (view[p, 1] - top) / gsd
             z = view[p, 2]

@@ -9,17 +9,19 @@ from vomstudio.geometry.kernels.jit import kernel, step
 MAX_SAMPLES = 16
 
 _ROUNDING = 1e-3
-"""By which a footprint is longer than wide where it is a square."""
+"""Length over width, minus one, of a footprint that counts as a square."""
 
 _OUTSIDE_TEXELS = 2.0
-"""Texture coordinates this little beyond the picture are rounding of whoever wrote them."""
+"""Tolerance of texture coordinates outside the picture, for rounding by the writer."""
 
 
 @step
 def _footprint(f, view, faces, uv, width, height, gsd):  # type: ignore[no-untyped-def]
-    """What is the same all over a triangle, in texels of the finest level, y down: its first corner
-    on the texture (x0, y0), the sides from there (ax, ay) and (bx, by); lengths of the long and of
-    the short side of a pixel's footprint, and the direction of the long one."""
+    """Return the constants of a triangle, in texels of the finest level, y down.
+
+    These are its first corner on the texture (x0, y0), the sides (ax, ay) and (bx, by), lengths of
+    the long and the short side of a pixel's footprint, and the direction of the long one.
+    """
     p0, p1, p2 = faces[f, 0], faces[f, 1], faces[f, 2]
     x0, y0 = uv[p0, 0] * width, (1.0 - uv[p0, 1]) * height
     ax, ay = uv[p1, 0] * width - x0, (1.0 - uv[p1, 1]) * height - y0
@@ -53,18 +55,32 @@ def _footprint(f, view, faces, uv, width, height, gsd):  # type: ignore[no-untyp
     " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1])",
     fastmath=True,
 )
-def sample(  # type: ignore[no-untyped-def]
+def sample_texture(  # type: ignore[no-untyped-def]
     texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb
 ):
-    """Colours of the pixels `rows`, averaged over the texels that each pixel covers.
+    """Average the texels that each pixel covers.
 
-    A pixel's footprint on the texture is a parallelogram, the same all over a triangle. Its short
-    side chooses the level of the pyramid, between two of which is interpolated; along its long side
-    up to MAX_SAMPLES samples are averaged, so that steep faces stay sharp across their slope.
+    The footprint of a pixel on the texture is a parallelogram, the same within a triangle. Its
+    short side selects two levels of the pyramid, between which is interpolated. Up to MAX_SAMPLES
+    samples along its long side are averaged, so that steep faces remain sharp across their slope.
 
-    texels, offsets, sizes : the pyramid, row by row, RGB; level k has sizes[k] = (w, h) texels of
-    2**k by 2**k of the finest, which is width x height
-    view : (n, 3) vertices, x right, y down in metres. uv : (n, 2), origin lower left
+    Parameters
+    ----------
+    texels, offsets, sizes
+        Pyramid, row by row, RGB; level k has sizes[k] = (w, h) texels of 2**k by 2**k of the
+        finest.
+    width, height
+        Size of the finest level.
+    rows, face, weights
+        Pixels with their triangles and barycentric weights.
+    view : (n, 3) array
+        Vertices, x right, y down, m.
+    faces : (m, 3) array
+    uv : (n, 2) array
+        Origin at the lower left.
+    gsd : float
+    rgb : array
+        Receives the colours.
     """
     levels = len(offsets)
     before = -1
@@ -75,7 +91,7 @@ def sample(  # type: ignore[no-untyped-def]
         k = rows[at]
         f = face[k]
         if f != before:
-            # Pixels beside each other are mostly of one triangle.
+            # Adjacent pixels usually have the same triangle.
             before = f
             x0, y0, ax, ay, bx, by, major, minor, sx, sy = _footprint(
                 f, view, faces, uv, width, height, gsd
@@ -85,7 +101,7 @@ def sample(  # type: ignore[no-untyped-def]
             level = min(math.log2(max(minor, major / n, 1.0)), levels - 1.0)
             fine = int(level)
             blend = level - fine
-            # A triangle that reaches beyond the picture repeats it.
+            # A triangle that extends beyond the picture repeats it.
             repeat = False
             for corner in range(3):
                 for axis in range(2):
@@ -109,7 +125,7 @@ def sample(  # type: ignore[no-untyped-def]
                 if repeat:
                     tx -= width * math.floor(tx / width)
                     ty -= height * math.floor(ty / height)
-                # Texels of this level, (0, 0) the outer corner.
+                # Texels of this level; (0, 0) is the outer corner.
                 tx = min(max(tx * smaller - 0.5, 0.0), w - 1.0)
                 ty = min(max(ty * smaller - 0.5, 0.0), h - 1.0)
                 left, top = int(tx), int(ty)

@@ -1,4 +1,4 @@
-"""Lines drawn on an orthophoto in another program, brought back to the surface by its sidecar."""
+"""Back-projection of lines, drawn on an orthophoto in another program, onto the surface."""
 
 from __future__ import annotations
 
@@ -27,26 +27,40 @@ from vomstudio.io.gis.line_reading import (
     read_gis_lines,
 )
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
-from vomstudio.products.ortho.drawn_features import mark_of, picture_id
-from vomstudio.products.ortho.visible_depth import shown_depths
+from vomstudio.products.ortho.drawn_features import picture_comment, picture_id
+from vomstudio.products.ortho.visible_depth import visible_depths
 
-LIKE_PICTURE = 0.01
-"""A page or picture in a drawing is of the orthophoto where its sides have the same ratio within
-this."""
-LEAST_INSIDE = 0.5
-"""Of the vertices of a drawing, those within its picture."""
+ASPECT_TOLERANCE = 0.01
+"""Tolerance of the aspect ratio of a page or picture that is the orthophoto."""
+MIN_INSIDE_SHARE = 0.5
+"""Minimum share of a drawing's vertices inside its picture."""
 OWN_LAYERS = ("traces", "patches", "planes", "lines", "frame")
-"""Of the drawings that are written over a picture: what lies on them has another name."""
-SAME_PLACE = 1e-3
-"""Of the size of a picture: two that lie no farther apart are the same."""
-_MOST_PIXELS = 1 << 31
+"""Layers of our own drawings over a picture; layers of interpretations have other names."""
+PLACE_TOLERANCE = 1e-3
+"""Maximum distance of identical pictures, relative to their size."""
+_MAX_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
 
 @dataclass(frozen=True, eq=False)
 class Sidecar:
-    """What the pixels of an orthophoto mean. matrix : (4, 4) pixel_to_world; transform : from
-    pixels to the coordinates in which the GeoTIFF lies; crs : of these, None on a slanting plane"""
+    """Geometry of an orthophoto.
+
+    Parameters
+    ----------
+    path : Path
+    width, height : int
+    matrix : (4, 4) array
+        From (column, row, depth, 1) to World.
+    transform : (3, 3) array
+        From pixels to the coordinates of the GeoTIFF.
+    crs : str or None
+        CRS of these; None on an oblique plane.
+    oblique : bool
+    id : str
+    content_hash : str or None
+    image : str
+    """
 
     path: Path
     width: int
@@ -87,14 +101,15 @@ class BackLine:
 
 
 @dataclass(frozen=True, eq=False)
-class Brought:
-    """Lines of a drawing on the surface. skipped : those with fewer than two points on it"""
+class ProjectedLines:
+    """Lines of a drawing on the surface; `skipped` have fewer than two points on it."""
 
     lines: tuple[BackLine, ...]
     skipped: tuple[BackLine, ...]
 
     @property
     def points(self) -> int:
+        """Total number of points."""
         return sum(len(line.points) for line in self.lines)
 
     @property
@@ -104,6 +119,7 @@ class Brought:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
+        """Findings about points off the surface."""
         return off_surface_findings(self.off_surface, len(self.skipped))
 
 
@@ -118,7 +134,13 @@ def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
 
 
 def read_sidecar(path: str | Path) -> Sidecar:
-    """Raises InputError where the file is no sidecar of an orthophoto."""
+    """Read the sidecar of an orthophoto.
+
+    Raises
+    ------
+    InputError
+        If the file is not a sidecar.
+    """
     path = Path(path)
     try:
         facts = read_json(path, SIDECAR_BYTES)
@@ -138,7 +160,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         raise InputError(Finding("sidecar.no-place"), file=path)
     with np.errstate(all="ignore"):
         flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
-    if flat or max(width, height) > _MOST_PIXELS:
+    if flat or max(width, height) > _MAX_PIXELS:
         raise InputError(Finding("sidecar.no-place"), file=path)
     return Sidecar(
         path,
@@ -158,8 +180,13 @@ def read_sidecar(path: str | Path) -> Sidecar:
 def read_drawing(
     path: str | Path, sidecar: Sidecar, progress: Progress | None = None
 ) -> tuple[tuple[ReadLine, ...], tuple[Finding, ...]]:
-    """The lines of a drawing in pixels (column, row) of the picture, and what must be said. Raises
-    InputError where the file cannot be read, holds no line, or was drawn on another picture."""
+    """Read the lines of a drawing in pixels (column, row) of the picture, with warnings.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no line, or belongs to another picture.
+    """
     path = Path(path)
     warnings: list[Finding] = []
     if path.suffix.lower() in (".svg", ".svgz"):
@@ -168,58 +195,73 @@ def read_drawing(
         to_pixels = _page_to_pixels(drawing, sidecar, path)
         lines = [_through(line, to_pixels) for line in drawing.lines]
     else:
-        lines, said = _gis_lines(path, sidecar, progress)
-        warnings += said
+        lines, findings = _gis_lines(path, sidecar, progress)
+        warnings += findings
         if path.suffix.lower() == ".dxf":
-            # CAD has no names of lines: what a line is is said by its layer.
-            lines = [replace(line, name=line.name or _said_by(line.layer)) for line in lines]
+            # Lines have no names in CAD; the layer is used instead.
+            lines = [replace(line, name=line.name or _layer_name(line.layer)) for line in lines]
     if not lines:
         raise InputError(Finding("drawing.no-traces"), file=path)
     if not all(np.isfinite(line.points).all() for line in lines):
         raise InputError(Finding("drawing.not-finite"), file=path)
-    if _inside_share(lines, sidecar) < LEAST_INSIDE:
+    if _inside_share(lines, sidecar) < MIN_INSIDE_SHARE:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     return tuple(lines), tuple(warnings)
 
 
-def fitting_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
-    """Of the pictures in the folder of a drawing those on which it can have been drawn: the one
-    whose name the drawing's begins with, alone, where it is among them."""
+def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
+    """Find the pictures in the folder of a drawing on which it may have been drawn.
+
+    If the drawing's name begins with that of one of these, only this one is returned.
+    """
     progress = progress or Silent()
-    found = []
-    there = sorted(drawing.parent.glob("*.json"))
-    for done, path in enumerate(there):
-        progress.stage(tr("Finding the orthophoto of the drawing"), len(there))
+    matches = []
+    candidates = sorted(drawing.parent.glob("*.json"))
+    for done, path in enumerate(candidates):
+        progress.stage(tr("Finding the orthophoto of the drawing"), len(candidates))
         progress.step(done)
         try:
             read_drawing(drawing, read_sidecar(path), progress)
         except InputError:
             continue
-        found.append(path)
-    named = [path for path in found if drawing.stem.startswith(path.stem)]
-    return [max(named, key=lambda path: len(path.stem))] if named else found
+        matches.append(path)
+    same_name = [path for path in matches if drawing.stem.startswith(path.stem)]
+    return [max(same_name, key=lambda path: len(path.stem))] if same_name else matches
 
 
-def in_frame(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
-    """The picture in the frame of a model's file, whose matrix to World this is: what is looked at
-    need not be moved."""
+def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
+    """Transform a sidecar to the frame of a model's file, given its matrix to World.
+
+    The model then need not be transformed.
+    """
     to_file = np.asarray(np.linalg.inv(np.array(to_world, np.float64).reshape(4, 4)), np.float64)
     matrix = to_file @ sidecar.matrix
     matrix[:3, 2] /= np.linalg.norm(matrix[:3, 2])
     return replace(sidecar, matrix=matrix)
 
 
-def bring_back(
+def project_lines(
     lines: Sequence[ReadLine], sidecar: Sidecar, data: Mesh | PointCloud, step: float | None = None
-) -> Brought:
+) -> ProjectedLines:
     """Project the vertices of lines (pixels) onto the surface that the picture shows.
 
-    data : in World; step : maximum distance of further points between the vertices, metres
+    Parameters
+    ----------
+    lines : sequence of ReadLine
+    sidecar : Sidecar
+    data : Mesh or PointCloud
+        World, m.
+    step : float, optional
+        Maximum distance of additional points between the vertices, m.
+
+    Returns
+    -------
+    Brought
     """
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
     pixels = [line.points if step is None else _denser(line.points, step / gsd) for line in lines]
     size = (sidecar.width, sidecar.height)
-    depths = shown_depths(data, sidecar.matrix, size, np.concatenate(pixels))
+    depths = visible_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
     brought: list[BackLine] = []
     skipped: list[BackLine] = []
@@ -232,12 +274,15 @@ def bring_back(
         (brought if len(points) > 1 else skipped).append(one)
     if not brought:
         raise InputError(Finding("drawing.off-surface"))
-    return Brought(tuple(brought), tuple(skipped))
+    return ProjectedLines(tuple(brought), tuple(skipped))
 
 
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
-    """(3, 3) from the drawing's units to pixels: by the picture in it that has the orthophoto's
-    name, else by that of its shape, else, where there is no picture at all, by the page."""
+    """Return the matrix (3, 3) from the drawing's units to pixels.
+
+    It follows from the picture with the orthophoto's name, else from one of its shape, else,
+    without any picture, from the page.
+    """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
     shown = [(image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images]
@@ -251,7 +296,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     first = places[0]
     size = float(np.ptp(first, axis=0).max())
-    if any(np.abs(box - first).max() > SAME_PLACE * size for box in places[1:]):
+    if any(np.abs(box - first).max() > PLACE_TOLERANCE * size for box in places[1:]):
         raise InputError(
             Finding("drawing.several-pictures", count=len(places), name=sidecar.image),
             file=path,
@@ -266,9 +311,9 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
 
 
 def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
-    """Whether a picture or page (4, 2) has the shape of the orthophoto."""
+    """Check whether a picture or page (4, 2) has the shape of the orthophoto."""
     across, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
-    limit = LIKE_PICTURE + 1 / min(sidecar.width, sidecar.height)
+    limit = ASPECT_TOLERANCE + 1 / min(sidecar.width, sidecar.height)
     ratio = sidecar.width / sidecar.height
     return down > 0 and abs(across / down / ratio - 1) <= limit
 
@@ -276,61 +321,71 @@ def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
 def _gis_lines(
     path: Path, sidecar: Sidecar, progress: Progress | None
 ) -> tuple[list[ReadLine], list[Finding]]:
-    """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
+    """Read the lines of a GIS layer or a CAD drawing in pixels, with warnings."""
     read = read_gis_lines(path, progress)
     warnings: list[Finding] = list(read.warnings)
     _check_marks((_head_of(path),), sidecar, path)
-    lines, said = _in_picture(read, sidecar, path)
-    warnings += said
+    lines, findings = _transform_layers(read, sidecar, path)
+    warnings += findings
     inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
     pixels = [_through(line, inverse) for line in lines]
-    if not pixels or _inside_share(pixels, sidecar) >= LEAST_INSIDE:
+    if not pixels or _inside_share(pixels, sidecar) >= MIN_INSIDE_SHARE:
         return pixels, warnings
     unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     if unit not in (None, 1.0):
         scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
-        if _inside_share(scaled, sidecar) >= LEAST_INSIDE:
+        if _inside_share(scaled, sidecar) >= MIN_INSIDE_SHARE:
             warnings.append(Finding("drawing.unit-converted", unit_m=unit))
             return scaled, warnings
     return pixels, warnings
 
 
 def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
-    """Of the vertices, those within the picture."""
+    """Return the share of vertices within the picture."""
     pixels = np.concatenate([line.points for line in lines])
     size = np.array([sidecar.width, sidecar.height])
     return float(((pixels >= -1) & (pixels <= size + 1)).all(axis=1).mean())
 
 
-def _in_picture(
+def _transform_layers(
     read: ReadLines, sidecar: Sidecar, path: Path
 ) -> tuple[list[ReadLine], list[Finding]]:
-    """Lines in the coordinates of the GeoTIFF, each layer from its own, and what was left out.
-    Raises InputError where nothing is left of a drawing that has lines."""
+    """Transform lines to the coordinates of the GeoTIFF; report omitted layers.
+
+    Raises
+    ------
+    InputError
+        If no line remains.
+    """
     geojson = path.suffix.lower() in (".geojson", ".json")
     systems = dict.fromkeys((line.layer, line.crs) for line in read.lines)
-    kept: list[ReadLine] = []
+    used: list[ReadLine] = []
     others: list[str] = []
     reasons: list[InputError] = []
     for layer, crs in systems:
         lines = [line for line in read.lines if (line.layer, line.crs) == (layer, crs)]
         try:
             _check_marks((read.described.get(layer, ""), crs or ""), sidecar, path)
-            kept += _of_system(lines, crs, geojson, sidecar, path)
+            used += _transform_layer(lines, crs, geojson, sidecar, path)
         except InputError as error:
             others.append(layer)
             reasons.append(error)
-    if reasons and not kept:
+    if reasons and not used:
         raise reasons[0]
     if not others:
-        return kept, []
-    return kept, [Finding("drawing.layers-left-out", count=len(others), names=others)]
+        return used, []
+    return used, [Finding("drawing.layers-left-out", count=len(others), names=others)]
 
 
-def _of_system(
+def _transform_layer(
     lines: list[ReadLine], crs: str | None, geojson: bool, sidecar: Sidecar, path: Path
 ) -> list[ReadLine]:
-    """Lines of one layer in the coordinates of the GeoTIFF. Raises InputError."""
+    """Transform the lines of one layer to the coordinates of the GeoTIFF.
+
+    Raises
+    ------
+    InputError
+    """
     if crs is None:
         return lines
     from pyproj import CRS, Transformer
@@ -343,7 +398,7 @@ def _of_system(
         return lines
     if not (theirs.is_projected or theirs.is_geographic):
         return lines
-    # A GeoJSON that names no CRS counts as degrees; in a plane of its own it is metres.
+    # GeoJSON without a CRS is in degrees by its standard; in a plane of its own it is in metres.
     unnamed = geojson and theirs.is_geographic
     if sidecar.oblique or ours is None:
         if unnamed:
@@ -360,11 +415,11 @@ def _of_system(
     return [replace(line, points=np.stack(turn.transform(*line.points.T), 1)) for line in lines]
 
 
-def _check_marks(said: Sequence[str], sidecar: Sidecar, path: Path) -> None:
-    found = {mark for text in said for mark in _MARK.findall(text)}
-    if found and sidecar.id not in found:
+def _check_marks(texts: Sequence[str], sidecar: Sidecar, path: Path) -> None:
+    ids = {mark for text in texts for mark in _MARK.findall(text)}
+    if ids and sidecar.id not in ids:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
-    assert _MARK.search(mark_of(sidecar.id)) or not found
+    assert _MARK.search(picture_comment(sidecar.id)) or not ids
 
 
 def _text(value: object) -> str | None:
@@ -372,7 +427,7 @@ def _text(value: object) -> str | None:
 
 
 def _head_of(path: Path) -> str:
-    """The first words of a DXF, whose comment names its picture; GDAL passes it over."""
+    """Return the beginning of a DXF, whose comment names its picture; GDAL ignores it."""
     if path.suffix.lower() != ".dxf":
         return ""
     with open_regular(path) as file:
@@ -385,7 +440,7 @@ def _through(line: ReadLine, matrix: FloatArray) -> ReadLine:
 
 
 def _denser(points: FloatArray, step: float) -> FloatArray:
-    """Points of a line and between them, no farther apart than `step`."""
+    """Insert points so that the distance is at most `step`."""
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts = [
@@ -395,15 +450,15 @@ def _denser(points: FloatArray, step: float) -> FloatArray:
     return np.concatenate([*parts, points[-1:]])
 
 
-def _said_by(layer: str) -> str:
-    said = layer.strip()
-    return "" if said.casefold() in (*DEFAULT_LAYERS, *OWN_LAYERS) else said
+def _layer_name(layer: str) -> str:
+    name = layer.strip()
+    return "" if name.casefold() in (*DEFAULT_LAYERS, *OWN_LAYERS) else name
 
 
 def _unique(names: Sequence[str]) -> list[str]:
-    """A name for each, none twice; the number of the line where it has none."""
+    """Make names unique; the number of the line replaces a missing name."""
     used: set[str] = set()
-    found = []
+    labels = []
     for k, name in enumerate(names):
         label = base = name.strip() or str(k + 1)
         number = 1
@@ -411,12 +466,12 @@ def _unique(names: Sequence[str]) -> list[str]:
             number += 1
             label = f"{base}-{number}"
         used.add(label)
-        found.append(label)
-    return found
+        labels.append(label)
+    return labels
 
 
-def facts_of(brought: Brought, table: str) -> Mapping[str, Any]:
-    """What the command prints."""
+def facts_of(brought: ProjectedLines, table: str) -> Mapping[str, Any]:
+    """Return the output of the command."""
     return {
         "lines": len(brought.lines),
         "points": brought.points,

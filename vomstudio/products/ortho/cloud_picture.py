@@ -1,4 +1,4 @@
-"""A point cloud as parallel rays would see the surface it was taken from."""
+"""Picture of a point cloud, as parallel rays would see the scanned surface."""
 
 from __future__ import annotations
 
@@ -10,32 +10,31 @@ from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
+from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
 HOLE_SPACINGS = 4.0
-"""Holes up to this many times the cloud's spacing across are closed."""
+"""Maximum width of holes that are closed, in spacings of the cloud."""
 
 MIN_REACH_PIXELS = 0.8
-"""Smaller discs could fall between the centres of pixels."""
+"""Minimum radius of discs in pixels; smaller discs could miss all pixel centres."""
 
-_GAP_CHANGES = 2.0
-"""What is seen through a hole lies so many times deeper than the surface changes around it."""
+_MIN_GAP_CHANGES = 2.0
+"""Minimum depth behind a hole, in changes of the surface around it."""
 
 _CELL_SPACINGS = 6.0
 
-_TREE_POINTS = 2_000_000
-"""Of a larger cloud neighbours are sought among so many points, evenly thinned."""
+_MAX_TREE_POINTS = 2_000_000
+"""Maximum number of points for a neighbour search; larger clouds are thinned evenly."""
 
 
 class CloudSource:
-    """Draws tiles of a cloud as discs of the local spacing, holes closed up to `hole_m` across.
+    """Source of tiles of a cloud: discs of the local spacing, with holes closed up to `hole_m`.
 
-    Colour: that of the points; else their intensity as grey; else grey by depth.
+    Colours are those of the points, else their intensity, else their depth as grey.
     """
 
     def __init__(self, cloud: PointCloud, view: FloatArray, grid: Grid, spacing: float) -> None:
-        """view : (n, 3) the points as `ViewFrame.to_view` gives them. spacing : mean distance of
-        a point from its nearest neighbour, metres."""
+        """Store the points `view` (n, 3) of `ViewFrame.to_view`, and their mean spacing, m."""
         from vomstudio.products.ortho._splat_kernels import bin_points
 
         self._view = np.ascontiguousarray(view)
@@ -45,16 +44,16 @@ class CloudSource:
         self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * g)
         self.hole_m = max(HOLE_SPACINGS * spacing, 2 * g)
         self._close = max(1, math.ceil(self.hole_m / g / 2))
-        # What closes a hole lies so far from it, and what keeps it open as far from that.
+        # Distance of pixels that close a hole, plus that of pixels that keep it open.
         self._halo = 2 * self._close
         self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * g)
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._splat_kernels import splat
 
-        chosen = self._members.in_tile(tile)
-        if not len(chosen):
-            return empty(tile)
+        members = self._members.members_of(tile)
+        if not len(members):
+            return empty_picture(tile)
         g, halo = self._grid.gsd, self._halo
         h, w = tile.height + 2 * halo, tile.width + 2 * halo
         nearest = np.full((h, w), np.inf, np.float32)
@@ -62,14 +61,14 @@ class CloudSource:
         color = np.zeros((h, w, 3), np.float32)
         weight = np.zeros((h, w), np.float32)
         depth = np.zeros((h, w))
-        left = self._grid.left + (tile.column - halo) * g
+        x_left = self._grid.left + (tile.column - halo) * g
         top = self._grid.top + (tile.row - halo) * g
         splat(
-            chosen,
+            members,
             self._view,
             self._reach,
             self._colors,
-            left,
+            x_left,
             top,
             g,
             nearest,
@@ -78,14 +77,14 @@ class CloudSource:
             weight,
             depth,
         )
-        seen = weight > 0
-        some = np.where(seen, weight, 1.0)
-        rgb = np.clip(color / some[..., None] + 0.5, 0, 255).astype(np.uint8)
-        z = np.where(seen, depth / some, np.nan).astype(np.float32)
-        seen &= ~self._seen_through(seen, z)
-        filled = self._close_holes(seen, rgb, z)
+        is_visible = weight > 0
+        divisor = np.where(is_visible, weight, 1.0)
+        rgb = np.clip(color / divisor[..., None] + 0.5, 0, 255).astype(np.uint8)
+        z = np.where(is_visible, depth / divisor, np.nan).astype(np.float32)
+        is_visible &= ~self._seen_through(is_visible, z)
+        filled = self._close_holes(is_visible, rgb, z)
         inner = (slice(halo, -halo), slice(halo, -halo))
-        alpha = np.where(seen | filled, 255, 0).astype(np.uint8)
+        alpha = np.where(is_visible | filled, 255, 0).astype(np.uint8)
         rgba = np.concatenate([rgb, alpha[..., None]], axis=2)[inner]
         rgba[rgba[..., 3] == 0] = 0
         return TilePicture(
@@ -95,50 +94,52 @@ class CloudSource:
     def warnings(self) -> list[Finding]:
         return []
 
-    def _seen_through(self, seen: BoolArray, z: Float32Array) -> BoolArray:
-        """Pixels that show what lies behind a surface, in a hole of it that is to be closed.
+    def _seen_through(self, is_visible: BoolArray, z: Float32Array) -> BoolArray:
+        """Find pixels that show a surface behind another one, through a hole to be closed.
 
-        Morphological opening of the depth takes away what is deeper and no wider than such a hole.
-        What it takes must be deeper by more than the hole is wide, and by more than the surface
-        itself changes around it: on a slope that is seen at a small angle nothing is a hole.
+        Morphological opening of the depth removes what is deeper and not wider than such a hole.
+        Removed pixels must be deeper by more than the hole's width, and by more than the change of
+        the surface around it: an oblique slope has no holes.
         """
         from scipy.ndimage import maximum_filter, minimum_filter
 
-        if not seen.any():
-            return np.zeros_like(seen)
+        if not is_visible.any():
+            return np.zeros_like(is_visible)
         size = 2 * self._close + 1
-        deep = np.where(seen, z, np.float32(np.inf))
+        deep = np.where(is_visible, z, np.float32(np.inf))
         surface = maximum_filter(minimum_filter(deep, size), size)
         with np.errstate(invalid="ignore"):
             gap = deep - surface
             if not (gap > self.hole_m).any():
-                return np.zeros_like(seen)
+                return np.zeros_like(is_visible)
             change = maximum_filter(surface, size) - minimum_filter(surface, size)
-            return np.asarray(seen & (gap > self.hole_m) & (gap > _GAP_CHANGES * change))
+            return np.asarray(is_visible & (gap > self.hole_m) & (gap > _MIN_GAP_CHANGES * change))
 
-    def _close_holes(self, seen: BoolArray, rgb: ByteArray, z: Float32Array) -> BoolArray:
-        """Give pixels in holes the colour and depth of the nearest one that is seen; returns which.
+    def _close_holes(self, is_visible: BoolArray, rgb: ByteArray, z: Float32Array) -> BoolArray:
+        """Fill pixels in holes with colour and depth of the nearest visible one; return which.
 
-        Morphological closing: what lies within `_close` pixels of something, all round.
+        Morphological closing: pixels enclosed within `_close` pixels.
         """
         from scipy.ndimage import distance_transform_edt
 
-        if seen.all() or not seen.any():
-            return np.zeros_like(seen)
-        away, nearest = distance_transform_edt(~seen, return_indices=True)
-        grown = away <= self._close
-        # Beyond the border nothing is known to be empty.
+        if is_visible.all() or not is_visible.any():
+            return np.zeros_like(is_visible)
+        distance, nearest = distance_transform_edt(~is_visible, return_indices=True)
+        grown = distance <= self._close
+        # Pixels beyond the border are not known to be empty.
         closed = grown if grown.all() else distance_transform_edt(grown) > self._close
-        filled: BoolArray = closed & ~seen
-        from_row, from_column = nearest[0][filled], nearest[1][filled]
-        rgb[filled] = rgb[from_row, from_column]
-        z[filled] = z[from_row, from_column]
+        filled: BoolArray = closed & ~is_visible
+        source_row, source_column = nearest[0][filled], nearest[1][filled]
+        rgb[filled] = rgb[source_row, source_column]
+        z[filled] = z[source_row, source_column]
         return filled
 
 
 def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
-    """(n,) the side of the square that each point has to itself, from how many share its cell of
-    some 6 x 6 spacings; within half and twice the typical one."""
+    """Return the side (n,) of the square per point, from the number of points in its cell.
+
+    Cells are about 6 x 6 spacings; values are within half and twice the typical one.
+    """
     side = _CELL_SPACINGS * spacing
     low = points.min(axis=0)
     cells = np.floor((points - low) / side).astype(np.int64)
@@ -148,10 +149,10 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     ordered = key[order]
     first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
     counts = np.diff(np.append(first, len(ordered)))
-    found = np.empty(len(points))
-    found[order] = np.repeat(side / np.sqrt(counts), counts)
-    typical = float(np.median(found))
-    return np.clip(found, 0.5 * typical, 2.0 * typical)
+    spacings = np.empty(len(points))
+    spacings[order] = np.repeat(side / np.sqrt(counts), counts)
+    typical = float(np.median(spacings))
+    return np.clip(spacings, 0.5 * typical, 2.0 * typical)
 
 
 def share_facing_away(
@@ -161,11 +162,24 @@ def share_facing_away(
     up: FloatArray,
     samples: int = 3000,
 ) -> tuple[float, bool]:
-    """Of the points that are seen first along +z, the share whose surface turns its back to the
-    viewer, and whether that had to be guessed.
+    """Return the share of visible points whose surface faces away from the viewer.
 
-    normals : (n, 3) in the view's axes, or None; then planes through the nearest neighbours stand
-    in, taken to face `up` (3,), World's, in the view's axes.
+    Parameters
+    ----------
+    cloud : PointCloud
+    view : (n, 3) array
+        Points in the view's axes, visible along +z.
+    normals : (n, 3) array or None
+        In the view's axes. Without normals, planes through neighbours are used, assumed to face
+        `up`.
+    up : (3,) array
+        World's up in the view's axes.
+    samples : int
+
+    Returns
+    -------
+    share : float
+    is_guessed : bool
     """
     low, high = view.min(axis=0), view.max(axis=0)
     cell = max(float((high - low)[:2].max()), 1e-12) / 256
@@ -180,7 +194,7 @@ def share_facing_away(
         return float((z[np.isfinite(z) & (z != 0)] > 0).mean()), False
     from scipy.spatial import cKDTree
 
-    thin = view[:: max(1, len(view) // _TREE_POINTS)]
+    thin = view[:: max(1, len(view) // _MAX_TREE_POINTS)]
     if len(thin) < 3:
         return float("nan"), True
     _, near = cKDTree(thin).query(view[first], k=min(12, len(thin)))

@@ -1,4 +1,4 @@
-"""The axis of each domain of an interpretation: along which it is projected, and looked at."""
+"""Axis of each domain of an interpretation, for projection and viewing."""
 
 from __future__ import annotations
 
@@ -19,54 +19,59 @@ from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.view_directions import cost_of_deviation
 
 BEDS, FAULTS = "bedding", "fault"
-"""Types of feature whose planes tell the axes."""
-_NEAR_DEG = 1.0
+"""Types of features whose planes define the axes."""
+_MIN_DEVIATION_DEG = 1.0
 
 
 def domains_of(items: Iterable[Item]) -> list[str]:
     return sorted({item.domain for item in items if item.domain})
 
 
-def no_domains(field: str) -> UsageError:
+def no_domains_error(field: str) -> UsageError:
     return UsageError(Finding("domain.none"), field=field)
 
 
 def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
-    """By the planes of bedding of each domain, and of all faults. field : of whoever asks. Raises
-    UsageError where no feature is in a domain."""
+    """Compute the axes from the planes of bedding of each domain, and of all faults.
+
+    Raises
+    ------
+    UsageError
+        If no feature is in a domain; `field` is the option.
+    """
     planes = [item for item in items if item.normal is not None and item.dip_deg is not None]
     beds: dict[str, list[Item]] = {name: [] for name in domains_of(planes)}
     if not beds:
-        raise no_domains(field)
+        raise no_domains_error(field)
     for item in planes:
         if item.domain and item.kind.casefold() in (BEDS, ""):
             beds[item.domain].append(item)
     faults = [item for item in planes if item.kind.casefold() == FAULTS]
-    chosen = {name: _chosen(own) for name, own in beds.items() if own}
-    found = projection_axes(
-        {name: _angles(own) for name, (own, _) in chosen.items()},
+    selected = {name: _select_planes(beds_of) for name, beds_of in beds.items() if beds_of}
+    axes = projection_axes(
+        {name: _angles(used) for name, (used, _) in selected.items()},
         _angles(faults) if faults else None,
     )
-    for name, (own, not_good) in chosen.items():
+    for name, (used, not_good) in selected.items():
         if not_good:
-            said = tr(
+            text = tr(
                 "{axis}; {not_good} of {n} planes not good",
-                axis=found[name].description,
+                axis=axes[name].description,
                 not_good=not_good,
-                n=len(own),
+                n=len(used),
             )
-            found[name] = replace(found[name], description=said)
-    none = tr("no plane of bedding is in it")
-    return {name: found.get(name, ProjectionAxis(None, None, none)) for name in beds}
+            axes[name] = replace(axes[name], description=text)
+    reason = tr("no plane of bedding is in it")
+    return {name: axes.get(name, ProjectionAxis(None, None, reason)) for name in beds}
 
 
-def _chosen(items: list[Item]) -> tuple[list[Item], int | None]:
-    """The planes that a fold axis is computed from, and how many of them are not good."""
-    chosen = choose_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
-    return [item for item, use in zip(items, chosen.use, strict=True) if use], chosen.not_good
+def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
+    """Return the planes for the fold axis, and the number of those that are not good."""
+    selection = choose_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
+    return [item for item, use in zip(items, selection.use, strict=True) if use], selection.not_good
 
 
-def off_axis(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
+def off_axis_findings(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
     """Return findings if a view is off the axis of a domain by more than its error and a degree."""
     try:
         axis = axes_of_domains(items, "")[name]
@@ -75,7 +80,7 @@ def off_axis(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...
     if axis.line is None:
         return ()
     off = angle_between_lines(axis.line, Line.from_vector(plan.frame.direction))
-    if off <= max(axis.error95_deg or 0.0, _NEAR_DEG):
+    if off <= max(axis.error95_deg or 0.0, _MIN_DEVIATION_DEG):
         return ()
     depth_m = float(np.ptp(plan.points[:, 2]))
     return (

@@ -1,9 +1,9 @@
-"""One domain of an outcrop in a picture, the rest of it grey (textbook 4.2, fig. 31c).
+"""Mask of a picture that shows one domain, with the rest in grey (textbook 4.2, fig. 31c).
 
-A picture looks along one direction, which is right for one domain only where each has an axis of
-its own. What of the surface is of the domain is told by the features that were put into domains: a
-fault whose plane has all features of the domain on one side and all of another one on the other
-parts them, and where none does, the nearest feature decides.
+If each domain has its own axis, a picture along one direction is valid for one domain only. The
+extent of a domain follows from its features: a fault separates two domains if all features of one
+are on one side and all of the other on the other side. Without such a fault, the nearest feature
+decides.
 """
 
 from __future__ import annotations
@@ -19,25 +19,31 @@ from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, no_domains, off_axis
+from vomstudio.products.ortho.domain_axes import (
+    FAULTS,
+    domains_of,
+    no_domains_error,
+    off_axis_findings,
+)
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
 
-_SIDE_SHARE = 0.98
-"""Of the points of a domain those that lie on its side of a fault which parts it: the traces of
-beds that are dragged along the fault reach a little beyond its mean plane."""
-_CELL = 8
-"""Pixels of the cells for whose middles the nearest feature is looked for."""
-_MOST_POINTS = 20_000
-_LUMA = np.array([0.299, 0.587, 0.114], np.float32)
-_GREY, _KEPT = 205.0, 0.25
-"""To what the rest is faded, and how much of its lightness is left."""
+_MIN_SIDE_SHARE = 0.98
+"""Minimum share of a domain's points on its side of a fault.
+
+Traces of beds dragged along the fault extend slightly beyond its mean plane."""
+_CELL_PX = 8
+"""Side of the cells for which the nearest feature is searched, pixels."""
+_MAX_POINTS = 20_000
+_LUMA_WEIGHTS = np.array([0.299, 0.587, 0.114], np.float32)
+_FADED_LEVEL, _FADED_CONTRAST = 205.0, 0.25
+"""Grey level of the rest, and the share of its contrast that remains."""
 
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """A plane x . normal = offset; the domain lies where x . normal is larger."""
+    """Plane x . normal = offset; the domain is where x . normal is larger."""
 
     name: str
     normal: FloatArray
@@ -46,8 +52,19 @@ class Wall:
 
 @dataclass(frozen=True, eq=False)
 class Territory:
-    """Where one domain is. walls : faults that part it from others; points, own : (n, 3) of the
-    features that decide where no wall does, and which are of the domain; empty where walls do"""
+    """Extent of one domain.
+
+    Parameters
+    ----------
+    name : str
+    walls : tuple of Wall
+        Faults that separate it from others.
+    points : (n, 3) array
+        Points of features that decide where no wall does; empty if walls are sufficient.
+    own : (n,) bool array
+        Which of these belong to the domain.
+    notes : tuple of Finding
+    """
 
     name: str
     walls: tuple[Wall, ...]
@@ -56,90 +73,99 @@ class Territory:
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
-        """Those of the domain, and of no domain: of others the picture shows no true angles."""
+        """Return the features of the domain and of none; angles of others are distorted."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
     def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
         """Return the territory with findings if the view is not along the domain's axis."""
-        return replace(self, notes=(*self.notes, *off_axis(items, self.name, plan)))
+        return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
     @property
     def facts(self) -> dict[str, Any]:
-        """For the sidecar of its picture."""
+        """Facts for the sidecar of its picture."""
         return {"name": self.name, "ends_at": [wall.name for wall in self.walls]}
 
     @cached_property
     def tree(self) -> Any:
+        """Search tree of the points."""
         from scipy.spatial import KDTree
 
         return KDTree(self.points)
 
 
 def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Territory:
-    """Of the domain `name`. Raises UsageError where no feature is in it."""
+    """Find the extent of a domain.
+
+    Raises
+    ------
+    UsageError
+        If no feature is in the domain.
+    """
     known = domains_of(items)
     if not known:
-        raise no_domains(field)
+        raise no_domains_error(field)
     if name not in known:
         raise UsageError(Finding("domain.unknown", domain=name, domains=known), field=field)
     others = [each for each in known if each != name]
-    by_domain = {each: _points(items, each) for each in known}
+    points_of = {each: _points(items, each) for each in known}
     walls: list[Wall] = []
-    left = list(others)
+    remaining = list(others)
     for wall in _faults(items):
-        own = by_domain[name] @ wall.normal > wall.offset
-        sign = 1.0 if own.mean() >= 0.5 else -1.0
+        is_positive = points_of[name] @ wall.normal > wall.offset
+        sign = 1.0 if is_positive.mean() >= 0.5 else -1.0
         turned = Wall(wall.name, sign * wall.normal, sign * wall.offset)
-        if _share(by_domain[name], turned) < _SIDE_SHARE:
+        if _share(points_of[name], turned) < _MIN_SIDE_SHARE:
             continue
-        parted = [each for each in others if 1.0 - _share(by_domain[each], turned) >= _SIDE_SHARE]
-        if parted:
+        separated = [
+            each for each in others if 1.0 - _share(points_of[each], turned) >= _MIN_SIDE_SHARE
+        ]
+        if separated:
             walls.append(turned)
-            left = [each for each in left if each not in parted]
+            remaining = [each for each in remaining if each not in separated]
     notes = []
     if walls:
         faults = tuple(dict.fromkeys(wall.name for wall in walls))
         notes.append(Finding("domain.ends-at-faults", domain=name, faults=faults))
-    if not left:
+    if not remaining:
         return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
     if others:
-        notes.append(Finding("domain.no-fault-between", domain=name, others=left))
-    points = [by_domain[name], *(by_domain[each] for each in left)]
-    own = np.repeat([True, *[False] * len(left)], [len(part) for part in points])
-    return Territory(name, tuple(walls), np.concatenate(points), own, tuple(notes))
+        notes.append(Finding("domain.no-fault-between", domain=name, others=remaining))
+    points = [points_of[name], *(points_of[each] for each in remaining)]
+    is_positive = np.repeat([True, *[False] * len(remaining)], [len(part) for part in points])
+    return Territory(name, tuple(walls), np.concatenate(points), is_positive, tuple(notes))
 
 
 def _points(items: Sequence[Item], name: str) -> FloatArray:
     every = np.concatenate([item.points for item in items if item.domain == name])
     every = every[np.isfinite(every).all(axis=1)]
-    return np.asarray(every[:: max(1, len(every) // _MOST_POINTS)])
+    return np.asarray(every[:: max(1, len(every) // _MAX_POINTS)])
 
 
 def _share(points: FloatArray, wall: Wall) -> float:
-    """Of points those on the domain's side."""
+    """Return the share of points on the domain's side."""
     return float((points @ wall.normal > wall.offset).mean())
 
 
 def _faults(items: Sequence[Item]) -> list[Wall]:
-    """A plane for each fault: the mean of those of one set, else each by itself."""
+    """Return a plane for each set of faults (their mean), and for each other fault."""
     sets: dict[str, list[Item]] = {}
     for item in items:
         if item.normal is not None and item.kind.casefold() == FAULTS:
             sets.setdefault(item.set or item.id, []).append(item)
-    found = []
-    for own in sets.values():
-        normals = np.array([item.normal for item in own], np.float64)
+    walls = []
+    for set_items in sets.values():
+        normals = np.array([item.normal for item in set_items], np.float64)
         mean = flip_to(normals, orientation_tensor(normals)[1][0]).mean(axis=0)
         mean /= np.linalg.norm(mean)
-        middle = np.mean([item.points.mean(axis=0) for item in own], axis=0)
-        name = own[0].set if len(own) > 1 else own[0].name
-        found.append(Wall(name, mean, float(middle @ mean)))
-    return found
+        middle = np.mean([item.points.mean(axis=0) for item in set_items], axis=0)
+        name = set_items[0].set if len(set_items) > 1 else set_items[0].name
+        walls.append(Wall(name, mean, float(middle @ mean)))
+    return walls
 
 
 @dataclass(frozen=True, eq=False)
 class OneDomain:
-    """Draws the tiles of another source with all but one domain in grey."""
+    """Source of tiles with all but one domain in grey."""
 
     source: Source
     plan: Plan
@@ -154,50 +180,52 @@ class OneDomain:
 
     def draw(self, tile: Tile) -> TilePicture:
         picture = self.source.draw(tile)
-        seen = np.isfinite(picture.depth)
-        if not seen.any():
+        is_visible = np.isfinite(picture.depth)
+        if not is_visible.any():
             return picture
-        rest = seen & ~self._own(tile, picture.depth)
+        is_faded = is_visible & ~self._domain_pixels(tile, picture.depth)
         rgba = picture.rgba.copy()
-        shade = rgba[rest, :3] @ _LUMA
-        rgba[rest, :3] = np.rint(_GREY + _KEPT * (shade - 128.0)).clip(0, 255)[:, None]
+        shade = rgba[is_faded, :3] @ _LUMA_WEIGHTS
+        rgba[is_faded, :3] = np.rint(_FADED_LEVEL + _FADED_CONTRAST * (shade - 128.0)).clip(0, 255)[
+            :, None
+        ]
         return replace(picture, rgba=rgba)
 
-    def _own(self, tile: Tile, depth: Float32Array) -> BoolArray:
-        """(h, w) which pixels show the domain; of those that show nothing, anything."""
-        own = np.ones(depth.shape, np.bool_)
+    def _domain_pixels(self, tile: Tile, depth: Float32Array) -> BoolArray:
+        """Return which pixels (h, w) show the domain; arbitrary for empty pixels."""
+        is_domain = np.ones(depth.shape, np.bool_)
         right = np.arange(tile.width) + tile.column + 0.5
         down = np.arange(tile.height)[:, None] + tile.row + 0.5
         matrix = self.plan.pixel_to_world
         for wall in self.territory.walls:
             a, b, c, d = (wall.normal @ matrix[:3]).tolist()
-            own &= a * right + b * down + c * depth + d > wall.offset
+            is_domain &= a * right + b * down + c * depth + d > wall.offset
         if len(self.territory.points):
-            own &= self._nearest(tile, depth, matrix)
-        return own
+            is_domain &= self._nearest(tile, depth, matrix)
+        return is_domain
 
     def _nearest(self, tile: Tile, depth: Float32Array, matrix: FloatArray) -> BoolArray:
-        """Whether a feature of the domain is the nearest, for cells of some pixels."""
-        rows, columns = (np.arange(0, size, _CELL) for size in depth.shape)
-        tall, wide = -(-depth.shape[0] // _CELL), -(-depth.shape[1] // _CELL)
-        padded = np.full((tall * _CELL, wide * _CELL), np.nan, np.float32)
+        """Check for cells of some pixels whether the nearest feature is of the domain."""
+        rows, columns = (np.arange(0, size, _CELL_PX) for size in depth.shape)
+        tall, wide = -(-depth.shape[0] // _CELL_PX), -(-depth.shape[1] // _CELL_PX)
+        padded = np.full((tall * _CELL_PX, wide * _CELL_PX), np.nan, np.float32)
         padded[: depth.shape[0], : depth.shape[1]] = depth
-        cells = padded.reshape(tall, _CELL, wide, _CELL)
+        cells = padded.reshape(tall, _CELL_PX, wide, _CELL_PX)
         count = np.isfinite(cells).sum(axis=(1, 3))
         middle = np.nansum(cells, axis=(1, 3)) / np.maximum(count, 1)
-        own = np.ones((tall, wide), np.bool_)
+        is_domain = np.ones((tall, wide), np.bool_)
         j, i = np.nonzero(count)
         places = (
             np.column_stack(
                 [
-                    columns[i] + tile.column + _CELL / 2,
-                    rows[j] + tile.row + _CELL / 2,
+                    columns[i] + tile.column + _CELL_PX / 2,
+                    rows[j] + tile.row + _CELL_PX / 2,
                     middle[j, i],
                     np.ones(len(i)),
                 ]
             )
             @ matrix[:3].T
         )
-        own[j, i] = self.territory.own[self.territory.tree.query(places)[1]]
-        spread = own.repeat(_CELL, axis=0).repeat(_CELL, axis=1)
+        is_domain[j, i] = self.territory.own[self.territory.tree.query(places)[1]]
+        spread = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
         return spread[: depth.shape[0], : depth.shape[1]]

@@ -1,4 +1,4 @@
-"""A picture drawn into memory, with what each pixel means."""
+"""Picture drawn into memory, with the geometry of its pixels."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.drawn_tiles import drawn_tiles
-from vomstudio.products.ortho.orthophoto import picture_facts, source_of
+from vomstudio.products.ortho.drawn_tiles import draw_tiles
+from vomstudio.products.ortho.orthophoto import create_source, picture_facts
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture
@@ -21,11 +21,18 @@ from vomstudio.products.ortho.tiles import Tile, TilePicture
 
 @dataclass(frozen=True, eq=False)
 class DrawnPicture:
-    """A whole picture; the source of its own tiles, so that it can be written without being drawn
-    again.
+    """Drawn picture; also the source of its own tiles, so that it can be written without redrawing.
 
-    rgba : (h, w, 4) uint8; depth : (h, w) float32, NaN where nothing is seen
-    hole_m : up to which size holes of a cloud were closed, None for a mesh
+    Parameters
+    ----------
+    rgba : (h, w, 4) uint8 array
+    depth : (h, w) float32 array
+        NaN for empty pixels.
+    filled : int
+        Number of filled pixels in holes.
+    hole_m : float or None
+        Maximum width of holes of a cloud that were closed; None for a mesh.
+    said : tuple of Finding
     """
 
     rgba: ByteArray
@@ -36,7 +43,7 @@ class DrawnPicture:
 
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
-        # Counted once, for the picture as a whole.
+        # Filled pixels are counted once, for the whole picture.
         filled = self.filled if tile.number == 0 else 0
         return TilePicture(self.rgba[part], self.depth[part], filled)
 
@@ -47,15 +54,20 @@ class DrawnPicture:
 def draw_picture(
     data: Mesh | PointCloud, plan: Plan, progress: Progress | None = None
 ) -> DrawnPicture:
-    """Draw a planned picture. Raises Cancelled."""
+    """Draw a planned picture.
+
+    Raises
+    ------
+    Cancelled
+    """
     progress = progress or Silent()
     progress.stage(tr("Preparing the model"))
     grid = plan.grid
-    source = source_of(data, plan)
+    source = create_source(data, plan)
     rgba = np.zeros((grid.height, grid.width, 4), np.uint8)
     depth = np.full((grid.height, grid.width), np.nan, np.float32)
     filled = 0
-    for tile, picture in drawn_tiles(source, grid, progress, None):
+    for tile, picture in draw_tiles(source, grid, progress, None):
         rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
         rgba[rows, columns][:, : tile.width] = picture.rgba
         depth[rows, columns][:, : tile.width] = picture.depth
@@ -65,7 +77,7 @@ def draw_picture(
 
 
 def drawn_figures(drawn: DrawnPicture, plan: Plan, crs: str | None) -> OrthophotoFigures:
-    """crs : of World, "EPSG:n" or WKT"""
+    """Return the figures of a drawn picture; `crs` is that of World, "EPSG:n" or WKT."""
     facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
     facts |= {
         "coverage": float(np.isfinite(drawn.depth).mean()),

@@ -1,4 +1,4 @@
-"""Tiles drawn by several threads."""
+"""Drawing of tiles by several threads."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ MAX_THREADS = 8
 Drawn = TypeVar("Drawn")
 
 
-def drawn_tiles(
+def draw_tiles(
     source: Drawer[Drawn], grid: Grid, progress: Progress, threads: int | None
 ) -> Iterator[tuple[Tile, Drawn]]:
-    """Yield (tile, drawing) as they are ready, a few at a time: memory stays bounded."""
+    """Yield (tile, drawing) as soon as they are ready; few at a time, so that memory is bounded."""
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))
     workers = min(threads or PROCESSORS, MAX_THREADS, len(tiles))

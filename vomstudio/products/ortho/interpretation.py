@@ -1,4 +1,4 @@
-"""A project's features as they look on a plane: their lines, and the apparent dips of planes."""
+"""Features of a project projected onto a plane: their lines, and apparent dips of planes."""
 
 from __future__ import annotations
 
@@ -30,25 +30,44 @@ Form = Literal["point", "line", "ring"]
 
 LEGEND = "legend"
 PARTS = ("traces", "patches", "symbols", LEGEND)
-"""What of an interpretation can be drawn: all that is a line, an area or a place; and what the
-colours and symbols mean, on a sheet."""
+"""Parts of an interpretation: lines, areas, places, and the legend of a sheet."""
 _PART: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
 
 NO_COLOR = "#404040"
 EDGE_ON_DEG = 1.0
-"""A plane that is parallel to the picture within this has no trace on it: the direction of a trace
-would be that of the plane's error."""
+"""Maximum angle between a plane and the picture at which its trace is undefined.
+
+The direction of the trace would depend only on the plane's error."""
 MAP_DEG = 10.0
-"""A picture that is seen within this of the vertical is a map: it shows strike and dip, since the
-trace of a plane on it is near the strike, whatever the dip."""
+"""Maximum angle between the view and the vertical for a map, which shows strike and dip.
+
+The trace of a plane on a map is close to its strike, whatever its dip."""
 
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
-    everything else; said : what is written beside it in place of its name; filled : the color is
-    that of its area; overturned : of a bed, its younger side is below; domain : part of the
-    structure; quality : verdict on a plane; each "" for none"""
+    """Feature in World.
+
+    Parameters
+    ----------
+    layer : str
+    form : {"point", "line", "ring"}
+    points : (n, 3) array
+    id, name, kind, set, color : str
+    normal : (3,) array or None
+        Upward normal of a plane.
+    dip_direction_deg, dip_deg : float or None
+    said : str
+        Label in place of the name.
+    filled : bool
+        The colour is that of the area.
+    overturned : bool
+        The younger side of a bed is below.
+    domain : str
+        Part of the structure, "" for none.
+    quality : str
+        Verdict on a plane, "" for none.
+    """
 
     layer: str
     form: Form
@@ -69,12 +88,22 @@ class Item:
 
 
 @dataclass(frozen=True, eq=False)
-class Flat:
-    """An item on a plane. points : (n, 2) metres right and up; away : (n,) metres from the plane
-    toward the viewer; apparent_dip_deg : of a plane, -90 to 90 from the horizontal of the picture,
-    positive where it goes down to the right, None where the plane is parallel to it and on a map;
-    symbol : of a plane on a map, polylines (k, 2) about its place, right and up, 1 being half the
-    length of the bar"""
+class ProjectedItem:
+    """Item on a plane.
+
+    Parameters
+    ----------
+    item : Item
+    points : (n, 2) array
+        Right and up, m.
+    away : (n,) array
+        Distance from the plane towards the viewer, m.
+    apparent_dip_deg : float or None
+        Of a plane, -90 to 90 from the horizontal of the picture, positive down to the right; None
+        if it is parallel to the picture, and on a map.
+    symbol : tuple of (k, 2) arrays
+        Map symbol of a plane, right and up of its place; 1 is half the length of the bar.
+    """
 
     item: Item
     points: FloatArray
@@ -84,7 +113,12 @@ class Flat:
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
-    """Of "traces,legend". Raises UsageError."""
+    """Parse "traces,legend".
+
+    Raises
+    ------
+    UsageError
+    """
     parts = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
     if unknown := [part for part in parts if part not in PARTS]:
         raise UsageError(
@@ -95,17 +129,22 @@ def parse_parts(text: str) -> tuple[str, ...]:
     return parts
 
 
-def items_shown(items: tuple[Item, ...], parts: Collection[str]) -> tuple[Item, ...]:
-    """Those that belong to one of these parts."""
+def select_items(items: tuple[Item, ...], parts: Collection[str]) -> tuple[Item, ...]:
+    """Return the items that belong to one of the parts."""
     return tuple(item for item in items if _PART[item.form] in parts)
 
 
 def read_items(folder: Path) -> tuple[Item, ...]:
-    """All features of a project that have a place, which may be open in a window. Raises
-    InputError where it is no project, or has none."""
-    kept = read_replay(folder)
-    refuse_empty(kept.records, folder)
-    return items_of(kept.records, Measurements(thresholds_of(kept.settings)))
+    """Read the features of a project that have a place; the project may be open in a window.
+
+    Raises
+    ------
+    InputError
+        If it is not a project, or has no features.
+    """
+    replay = read_replay(folder)
+    refuse_empty(replay.records, folder)
+    return items_of(replay.records, Measurements(thresholds_of(replay.settings)))
 
 
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
@@ -117,21 +156,21 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             if kind_of(record).listed:
                 written[record.id] = kind_of(record).drawing_label(record)
             colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
-    found: list[Item] = []
+    items: list[Item] = []
     for layer in project_layers(records, table, measurements):
         if layer.name == GRIDS:
             continue
         columns = layer.columns
         for k, shape in enumerate(layer.shapes):
-            said = {name: values[k] for name, values in columns.items()}
+            values_of = {name: values[k] for name, values in columns.items()}
             normal = dd = dip = None
-            if layer.name == "planes" and math.isfinite(said["dip_deg"]):
-                dd, dip = float(said["dip_direction_deg"]), float(said["dip_deg"])
+            if layer.name == "planes" and math.isfinite(values_of["dip_deg"]):
+                dd, dip = float(values_of["dip_direction_deg"]), float(values_of["dip_deg"])
                 normal = planes_to_normals(dd, dip)
-            text = {key: str(said.get(key) or "") for key in ("id", "name", "set")}
-            text["kind"] = str(said.get(layer.by) or "")
+            text = {key: str(values_of.get(key) or "") for key in ("id", "name", "set")}
+            text["kind"] = str(values_of.get(layer.by) or "")
             color = colors.get(text["id"], NO_COLOR)
-            found.append(
+            items.append(
                 Item(
                     layer.name,
                     layer.kind,
@@ -143,23 +182,22 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     dip_deg=dip,
                     said=written.get(text["id"], ""),
                     filled=layer.by != "kind",
-                    overturned=normal is not None and bool(said.get("overturned")),
+                    overturned=normal is not None and bool(values_of.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
-                    quality=str(said.get("quality") or ""),
+                    quality=str(values_of.get("quality") or ""),
                 )
             )
-    return tuple(found)
+    return tuple(items)
 
 
 def count_features(items: Iterable[Item]) -> int:
-    """A trace is an item for its line and one for its plane, and one feature all the same. What has
-    no id of its own counts by itself."""
-    by_layer: dict[str, Counter[str]] = {}
+    """Count features; line and plane of a trace count once, items without id separately."""
+    counters: dict[str, Counter[str]] = {}
     for item in items:
-        by_layer.setdefault(item.layer, Counter())[item.id] += 1
+        counters.setdefault(item.layer, Counter())[item.id] += 1
     most: Counter[str] = Counter()
-    for counted in by_layer.values():
-        most |= counted
+    for counter in counters.values():
+        most |= counter
     return most.total()
 
 
@@ -197,13 +235,21 @@ def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tup
 
 
 def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> float | None:
-    """Of a plane with this normal on a picture: the angle of the line in which it meets the picture
-    from `right`, -90 to 90, positive where it goes down to the right.
+    """Return the apparent dip of a plane on a picture.
 
-    On a vertical picture that is the apparent dip, tan a = tan d sin b, with b between the
-    plane's strike and the picture's.
+    It is the angle of the intersection from `right`, -90 to 90, positive down to the right. On a
+    vertical picture it is tan a = tan d sin b, with b between the strikes of plane and picture.
+
+    Parameters
+    ----------
+    normal, right, up : (3,) arrays
+
+    Returns
+    -------
+    float or None
+        None if the plane is parallel to the picture.
     """
-    # The line's components right and up are at right angles to the normal's.
+    # The components right and up of the intersection are perpendicular to the normal's.
     x, y = float(normal @ up), -float(normal @ right)
     if math.hypot(x, y) < math.sin(math.radians(EDGE_ON_DEG)):
         return None
@@ -212,15 +258,17 @@ def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> f
     return math.degrees(math.atan2(-y, x)) + 0.0
 
 
-def flattened(
+def project_item(
     item: Item,
     origin: FloatArray,
     right: FloatArray,
     up: FloatArray,
     along: FloatArray | None = None,
-) -> Flat | None:
-    """An item projected onto the plane through `origin` that right and up span, at right angles or
-    along the direction `along` (3,); None where the direction lies in the plane."""
+) -> ProjectedItem | None:
+    """Project an item onto the plane through `origin` spanned by right and up.
+
+    The projection is at right angles, or along a direction (3,); None if this lies in the plane.
+    """
     toward = np.cross(right, up)
     away = (item.points - origin) @ toward
     points = item.points - origin
@@ -231,16 +279,15 @@ def flattened(
         points = points - (away / share)[:, None] * along
     flat = np.stack([points @ right, points @ up], axis=1)
     if item.normal is None or item.dip_deg is None:
-        return Flat(item, flat, away, None)
+        return ProjectedItem(item, flat, away, None)
     if is_map(toward):
         azimuth = item.dip_direction_deg or 0.0
         lines = strike_and_dip(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
         across = np.stack([right, up], axis=1)
-        return Flat(item, flat, away, None, tuple(line @ across for line in lines))
-    return Flat(item, flat, away, apparent_dip_deg(item.normal, right, up))
+        return ProjectedItem(item, flat, away, None, tuple(line @ across for line in lines))
+    return ProjectedItem(item, flat, away, apparent_dip_deg(item.normal, right, up))
 
 
 def is_map(toward: FloatArray) -> bool:
-    """Whether a picture with this normal (3,) is seen from so near above (or below) that it shows
-    strikes and dips."""
+    """Check whether a picture with this normal (3,) is close enough to vertical to be a map."""
     return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12

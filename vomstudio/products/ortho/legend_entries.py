@@ -15,7 +15,7 @@ from vomstudio.geology.map_symbols import strike_and_dip
 
 MAX_LETTERS = 40
 TICK_DEG = 35.0
-"""Dip of the plane that stands for all in the legend."""
+"""Dip of the example plane in the legend."""
 
 
 class Drawn(Protocol):
@@ -105,7 +105,7 @@ def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
     return list(entries.values())
 
 
-def remark_on(entries: Sequence[Entry]) -> str:
+def explain_symbols(entries: Sequence[Entry]) -> str:
     """Return the explanation of ticks and symbols; empty without any."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")

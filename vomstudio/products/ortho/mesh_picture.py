@@ -1,4 +1,4 @@
-"""A mesh as parallel rays see it: one ray per pixel, four more where depth jumps."""
+"""Picture of a mesh by parallel rays: one ray per pixel, four more at jumps in depth."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
-from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
+from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
-_COARSEST = 24
-"""Levels beyond which no picture has any."""
+_MAX_LEVELS = 24
+"""Number of levels that exceeds any picture."""
 PLAIN = (200.0, 200.0, 200.0)
-"""Colour of a surface that has none."""
+"""Colour of a surface without colours."""
 
 
 class MeshSource:
-    """Draws tiles of a mesh.
+    """Source of tiles of a mesh.
 
-    Textured faces show their texture, averaged over each pixel's footprint; others the colours of
-    their vertices; others their material's colour, or grey, darker the more they are turned away
-    from the viewer, for else nothing of their shape would be seen.
+    Textured faces show their texture, averaged over the footprint of each pixel. Others show the
+    colours of their vertices, else the colour of their material or grey, darker the more they face
+    away from the viewer, to make their shape visible.
     """
 
     def __init__(self, mesh: Mesh, view: FloatArray, grid: Grid) -> None:
-        """view : (n, 3) the mesh's vertices as `ViewFrame.to_view` gives them."""
+        """Store the vertices `view` (n, 3) of `ViewFrame.to_view`."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
         self._mesh = mesh
@@ -47,10 +47,10 @@ class MeshSource:
         self._grid = grid
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
-        # Materials count from 1; 0 is what comes before the first.
+        # Materials count from 1; 0 is for faces before the first one.
         every = np.arange(len(self._faces))
-        found = np.searchsorted(mesh.material_offsets, every, side="right")
-        self._wears = found.astype(np.int32)
+        materials = np.searchsorted(mesh.material_offsets, every, side="right")
+        self._material_of = materials.astype(np.int32)
         self._store = TextureStore(self._coarser())
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
@@ -62,16 +62,18 @@ class MeshSource:
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
 
-        chosen = self._members.in_tile(tile)
-        if not len(chosen):
-            return empty(tile)
+        members = self._members.members_of(tile)
+        if not len(members):
+            return empty_picture(tile)
         g = self._grid.gsd
         view, faces = self._view, self._faces
-        left = self._grid.left + tile.column * g
-        top = self._grid.top + tile.row * g
-        # One pixel more all round, for the edges between tiles.
+        x_left = self._grid.left + tile.column * g
+        y_top = self._grid.top + tile.row * g
+        # One more pixel on each side, for edges between tiles.
         h, w = tile.height + 2, tile.width + 2
-        hits = cast_grid(view, faces, chosen, left=left - g, top=top - g, step=g, width=w, height=h)
+        hits = cast_grid(
+            view, faces, members, left=x_left - g, top=y_top - g, step=g, width=w, height=h
+        )
         edge = np.zeros((h, w), bool)
         find_edges(view, faces, hits.face, hits.depth, g, edge)
         inner = (slice(1, -1), slice(1, -1))
@@ -83,7 +85,7 @@ class MeshSource:
         depth = np.where(met, hits.depth[inner].ravel(), np.nan).astype(np.float32)
         edge = np.ascontiguousarray(edge[inner])
         if edge.any():
-            quarters = cast_quarters(view, faces, chosen, edge, left=left, top=top, step=g)
+            quarters = cast_quarters(view, faces, members, edge, left=x_left, top=y_top, step=g)
             self._smooth(quarters, np.flatnonzero(edge), rgba, depth)
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
@@ -98,8 +100,10 @@ class MeshSource:
         rgba: ByteArray,
         depth: Float32Array,
     ) -> None:
-        """Colour and opacity of the edge pixels `at` from four rays each. The depth stays that of
-        the centre, and where only the others meet something it is the nearest of theirs."""
+        """Average colour and opacity of the edge pixels `at` from four rays each.
+
+        The depth remains that of the centre, or is the nearest of the four if the centre is empty.
+        """
         colors = self._shade(hits.face.ravel(), hits.weights.reshape(-1, 2), 0.5).reshape(-1, 4, 3)
         met = hits.face >= 0
         count = met.sum(axis=1)
@@ -112,19 +116,19 @@ class MeshSource:
         depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
 
     def _shade(self, face: Int32Array, weights: FloatArray, footprint: float = 1.0) -> ByteArray:
-        """(n, 3) colours of hits, face (n,), weights (n, 2); black where nothing was met."""
+        """Return the colours (n, 3) of hits: face (n,), weights (n, 2); black if empty."""
         from vomstudio.products.ortho._mesh_kernels import blend_corners
-        from vomstudio.products.ortho._texture_kernels import sample
+        from vomstudio.products.ortho._texture_kernels import sample_texture
 
         mesh = self._mesh
         rgb = np.zeros((len(face), 3), np.uint8)
-        for number, rows in self._by_material(face):
+        for number, rows in self._group_by_material(face):
             material = None if number is None else mesh.materials[number]
             if material is not None and material.texture is not None and mesh.uv is not None:
                 pyramid = self._store.get(material.texture)
                 mapped = self._mapped[face[rows]]
                 if pyramid is not None and mapped.any():
-                    sample(
+                    sample_texture(
                         pyramid.texels,
                         pyramid.offsets,
                         pyramid.sizes,
@@ -154,28 +158,30 @@ class MeshSource:
                 rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
         return rgb
 
-    def _by_material(self, face: Int32Array) -> Iterator[tuple[int | None, IntArray]]:
-        """Rows of `face` that met something, by the material that is worn there."""
+    def _group_by_material(self, face: Int32Array) -> Iterator[tuple[int | None, IntArray]]:
+        """Yield rows of `face` with hits, by the material of the face."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
-        wears = self._wears[face[pixels]]
+        wears = self._material_of[face[pixels]]
         for number in np.flatnonzero(np.bincount(wears)).tolist():
             yield number - 1 if 1 <= number <= count else None, pixels[wears == number]
 
     def _coarser(self) -> dict[Path, int]:
-        """How many of the finest levels of each texture no pixel will need."""
+        """Return the number of finest levels of each texture that no pixel requires."""
         return {
-            path: min(_COARSEST, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
+            path: min(_MAX_LEVELS, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
             for path, (low, _, _) in texel_sizes(self._mesh, self._view).items()
         }
 
 
 def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, float, float]]:
-    """Per texture: the smallest size of a texel on the surface (but for 1 % of the area), the
-    median by area, both in units of `vertices`, and the surface's area."""
-    found: dict[Path, tuple[float, float, float]] = {}
+    """Return texel sizes and area per texture, in the unit of the vertices.
+
+    The sizes are the smallest one on the surface (except 1 % of the area), and the median by area.
+    """
+    statistics: dict[Path, tuple[float, float, float]] = {}
     if mesh.uv is None:
-        return found
+        return statistics
     sizes: dict[Path, list[FloatArray]] = {}
     areas: dict[Path, list[FloatArray]] = {}
     for k, material in enumerate(mesh.materials):
@@ -199,13 +205,15 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
         share = np.cumsum(area[order]) / area.sum()
         at = np.minimum(np.searchsorted(share, (0.01, 0.5)), len(size) - 1)
         low, middle = size[order][at].tolist()
-        found[path] = (low, middle, float(area.sum()))
-    return found
+        statistics[path] = (low, middle, float(area.sum()))
+    return statistics
 
 
 def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
-    """Of what parallel rays along +z meet first, the share that turns its back to the viewer, by
-    the order of its corners (counter-clockwise from outside). NaN where nothing is met."""
+    """Return the share of first hits along +z that face away from the viewer.
+
+    Corners are counter-clockwise from outside. NaN without hits.
+    """
     low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays
     width, height = (max(1, math.ceil(v / step)) for v in (high - low)[:2].tolist())
@@ -229,7 +237,7 @@ def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> f
 
 
 def _facing(corners: FloatArray) -> FloatArray:
-    """From 1 where a face looks at the viewer to 0.35 where it is seen edge-on."""
+    """Return brightness from 1 (facing the viewer) to 0.35 (edge-on)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
     return 0.35 + 0.65 * np.abs(normal[:, 2]) / np.where(length > 0, length, 1.0)

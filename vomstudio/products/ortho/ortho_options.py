@@ -70,7 +70,12 @@ class OrthoOptions(Options):
         return any(each is not None for each in (self.trend_deg, self.plane, self.fold))
 
     def check_direction(self) -> None:
-        """Raise UsageError if no direction of view is given."""
+        """Require a direction of view.
+
+        Raises
+        ------
+        UsageError
+        """
         check_alternatives(self, "trend_deg", "plane", "fold")
 
 

@@ -1,10 +1,10 @@
-"""Scale-true pictures of a model along any direction, with what each pixel means.
+"""Scale-true pictures of a model along any direction, with the geometry of each pixel.
 
-The geometry is that of `geometry.view_frame`. What is written: a GeoTIFF (RGBA), a depth raster
-(float32, NaN = nothing), a JSON sidecar with the matrix from (column, row, depth) to World, the CRS
-of World and which north, and a world file. A picture on a slanting plane is no map: its GeoTIFF and
-its world file are in metres of its own plane, from the reference point right and up, the GeoTIFF
-with an engineering CRS.
+The geometry is that of `geometry.view_frame`. The files are a GeoTIFF (RGBA), a depth raster
+(float32, NaN if empty), a JSON sidecar with the matrix from (column, row, depth) to World, the CRS
+of World and its north, and a world file. A picture on an oblique plane is not a map: its GeoTIFF
+(with an engineering CRS) and world file are in metres of its own plane, right and up of the
+reference point.
 """
 
 from __future__ import annotations
@@ -46,17 +46,17 @@ from vomstudio.products.ortho.drawn_features import (
     raster_turn,
     write_drawings,
 )
-from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan, edge_on
+from vomstudio.products.ortho.planning import Plan, edge_on_finding
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.products.ortho.vector_drawing import Drawing
 
 
 @dataclass(frozen=True, eq=False)
-class Made:
-    """What was written. coverage : share of the pixels that show the model."""
+class OrthophotoFiles:
+    """Written files; `coverage` is the share of the pixels that show the model."""
 
     image: Path
     sidecar: Path
@@ -69,9 +69,8 @@ class Made:
     facts: dict[str, Any]
 
 
-def outputs_of(image: str | Path) -> tuple[Path, Path, Path]:
-    """Depth raster, sidecar and world file beside an image NAME.tif: NAME_depth.tif, NAME.json,
-    NAME.tfw."""
+def orthophoto_outputs(image: str | Path) -> tuple[Path, Path, Path]:
+    """Return depth raster, sidecar and world file of an image NAME.tif."""
     path = Path(image)
     check_extension(path, (".tif", ".tiff"))
     return (
@@ -97,45 +96,70 @@ def write_orthophoto(
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
     only: Territory | None = None,
-) -> Made:
-    """Draw and write all files, whole or none of them.
+) -> OrthophotoFiles:
+    """Draw a picture and write all files, completely or not at all.
 
-    crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
-    for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
-    drawn by this plan already. features : of World, to be drawn over it as vector data. legend :
-    on the sheet, of these features. only : the domain beside which all is grey. Raises
-    TargetError, Cancelled, InputError.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    plan : Plan
+    image : str or Path
+    crs : str or None
+        CRS of World, "EPSG:n" or WKT.
+    model, content_hash : str or None
+        For the sidecar.
+    sheet : str or Path, optional
+        Page to scale (PNG, JPG or PDF), with the features.
+    force : bool
+    progress : Progress, optional
+    threads : int, optional
+    drawn : Source, optional
+        The picture, if already drawn by this plan.
+    features : tuple of Item, optional
+        World; written as vector data.
+    legend : bool
+        Draw a legend of the features on the sheet.
+    only : Territory, optional
+        Domain that is shown; the rest is grey.
+
+    Returns
+    -------
+    Made
+
+    Raises
+    ------
+    TargetError, Cancelled, InputError
     """
     progress = progress or Silent()
     image = Path(image)
-    depth, sidecar, world = outputs_of(image)
+    depth, sidecar, world = orthophoto_outputs(image)
     is_map = plan.frame.is_vertical
-    drawing, beside = draw_features(features or (), plan, None)
+    drawing, outside_count = draw_features(features or (), plan, None)
     drawings = drawing_targets(image) if drawing.shapes else {}
     targets = [image, depth, sidecar, world, *drawings.values()]
-    chosen = () if sheet is None else (Path(sheet),)
-    targets += chosen
+    pages = () if sheet is None else (Path(sheet),)
+    targets += pages
     _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
     warnings: list[Finding] = [*plan.notes]
     if is_map and crs is None:
         warnings.append(Finding("raster.no-crs"))
     if features is not None:
-        warnings += _feature_findings(drawing, beside)
+        warnings += _feature_findings(drawing, outside_count)
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
     shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = _of_domain(drawn or source_of(data, plan), plan, only)
+    source = _mask_domain(drawn or create_source(data, plan), plan, only)
     small = _Reduced(grid) if sheet is not None or drawings else None
-    with atomic_group(targets, force, named=chosen) as parts_of:
+    with atomic_group(targets, force, named=pages) as parts_of:
         paths = dict(zip(targets, parts_of, strict=True))
         with (
             open_geotiff(paths[image], raster, image) as picture_file,
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
         ):
-            tiles = drawn_tiles(source, grid, progress, threads)
+            tiles = draw_tiles(source, grid, progress, threads)
             covered, filled = _draw(tiles, picture_file, depth_file, small)
         progress.stage(tr("Writing the orthophoto"))
         _refuse_empty(covered, plan)
@@ -161,11 +185,13 @@ def write_orthophoto(
         facts["warnings"] = plain(warnings)
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
-        for page in chosen:
+        for page in pages:
             progress.stage(tr("Drawing the sheet"))
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
-    sheet, coverage = next(iter(chosen), None), facts["coverage"]
-    return Made(image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), facts)
+    sheet, coverage = next(iter(pages), None), facts["coverage"]
+    return OrthophotoFiles(
+        image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), facts
+    )
 
 
 def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]:
@@ -177,14 +203,14 @@ def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]
     return facts | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
 
 
-def _of_domain(source: Source, plan: Plan, only: Territory | None) -> Source:
+def _mask_domain(source: Source, plan: Plan, only: Territory | None) -> Source:
     return source if only is None else OneDomain(source, plan, only)
 
 
 def _refuse_empty(covered: int, plan: Plan) -> None:
     if not covered:
         raise InputError(
-            edge_on(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
+            edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
         )
 
 
@@ -209,7 +235,12 @@ def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str
 
 
 def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
-    """ours : those whose names follow from the picture's. Raises TargetError."""
+    """Check targets; `ours` are those named after the picture.
+
+    Raises
+    ------
+    TargetError
+    """
     for target in ours:
         check_generated_path(target)
     for target in targets:
@@ -217,7 +248,7 @@ def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -
 
 
 def _transform(plan: Plan) -> Affine:
-    """Of a map from pixels to World; of any other picture to metres in its own plane."""
+    """Return the transform of a map from pixels to World; of others to metres in their plane."""
     grid, matrix = plan.grid, plan.pixel_to_world
     if plan.frame.is_vertical:
         a, b, c = matrix[0, [0, 1, 3]].tolist()
@@ -242,8 +273,7 @@ def _draw(
     depth_file: Any,
     small: _Reduced | None,
 ) -> tuple[int, int]:
-    """Write the tiles to both rasters. Returns how many pixels show the model, and how many of them
-    were holes."""
+    """Write tiles to both rasters; return the numbers of covered pixels and of filled ones."""
     covered = filled = 0
     for tile, picture in drawn:
         write_tile(picture_file, tile.column, tile.row, picture.rgba)
@@ -256,7 +286,7 @@ def _draw(
 
 
 class _Reduced:
-    """The picture for the sheet, box-averaged while tiles come in."""
+    """Reduced picture for the sheet, box-averaged from the tiles."""
 
     LONGEST = 2400
 
@@ -281,7 +311,7 @@ class _Reduced:
         at[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
     def within(self) -> ByteArray:
-        """Stretched to exactly what the pixels cover: the last of the reduced ones reach beyond."""
+        """Return the picture resized to exactly the covered pixels."""
         from PIL import Image
 
         h, w = self.out.shape[:2]
@@ -289,8 +319,8 @@ class _Reduced:
         return np.asarray(Image.fromarray(self.out).resize((w, h), box=box))
 
 
-def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:
-    """What draws the tiles of the plan's grid."""
+def create_source(data: Mesh | PointCloud, plan: Plan) -> Source:
+    """Return the source of the tiles of a plan."""
     if isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import MeshSource
 
@@ -305,7 +335,7 @@ def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:
 
 
 def picture_facts(plan: Plan, crs: str | None) -> dict[str, Any]:
-    """What the sidecar says of a planned picture. crs : of a map, else None"""
+    """Return the facts of a planned picture for the sidecar; `crs` of a map, else None."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
     unit = "metres" if view.metric else "units"

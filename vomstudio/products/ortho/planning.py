@@ -1,4 +1,4 @@
-"""What an orthophoto will be, before a ray is cast: its grid over the plane of the view."""
+"""Plan of an orthophoto, before it is drawn: its grid over the plane of the view."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
 from vomstudio.products.ortho.view_directions import View
-from vomstudio.products.ortho.world_points import in_world
+from vomstudio.products.ortho.world_points import transform_to_world
 
 MAX_PIXELS = 300_000_000
 EDGE_ON_SHARE = 0.02
-"""By so little of its width a flat model is seen within a degree of edge-on."""
+"""Share of its width at which a flat model is seen within a degree of edge-on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +52,7 @@ class Plan:
 
     @property
     def pixel_to_world(self) -> FloatArray:
+        """Matrix (4, 4) from (column, row, depth, 1) to World."""
         return self.frame.pixel_to_world(
             self.grid.gsd, self.reference, self.grid.left, self.grid.top
         )
@@ -59,7 +60,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Region:
-    """A part of the view plane: so many metres to the right and up, about a World point."""
+    """Part of the view plane: width and height, m, about a World point."""
 
     centre: tuple[float, float, float]
     width: float
@@ -74,19 +75,36 @@ def plan(
     gsd: float | None = None,
     region: Region | None = None,
 ) -> Plan:
-    """Fix the grid. `points` of the result are the model's vertices in the view's axes.
+    """Plan an orthophoto.
 
-    gsd : metres per pixel; None takes the resolution of texture or cloud. region : only this part
-    of the model is drawn. Raises UsageError where the picture would be too large, with the gsd that
-    would do, and InputError for an empty model or where the region shows nothing of it.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    view : View
+    to_world : (4, 4) array_like
+    gsd : float, optional
+        Metres per pixel; default: the resolution of texture or cloud.
+    region : Region, optional
+        Part of the model to draw.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    UsageError
+        If the picture would be too large, with the smallest possible gsd.
+    InputError
+        If the model is empty, or not in the region.
     """
     frame = view.frame
-    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
-    return Plan(view, frame, laid.grid, laid.reference, laid.points, laid.notes)
+    layout = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
+    return Plan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class GridLayout:
     """Grid over a model. The other fields are those of `Plan`."""
 
     grid: Grid
@@ -104,22 +122,33 @@ def lay_grid(
     region: Region | None = None,
     textured: bool = True,
     metric: bool = True,
-) -> Laid:
-    """The grid of `plan`. textured : without a gsd that of the texture is taken where there is one;
-    metric : whether lengths are in metres. Raises UsageError, InputError."""
+) -> GridLayout:
+    """Place a grid over a model, as in `plan`.
+
+    Without a gsd, `textured` uses the resolution of the texture if there is one; `metric` states
+    that lengths are metres.
+
+    Raises
+    ------
+    UsageError, InputError
+    """
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
         raise InputError(Finding("model.no-surface"))
-    world = in_world(to_world, vertices)
+    world = transform_to_world(to_world, vertices)
     if isinstance(data, Mesh):
         used = np.zeros(len(world), bool)
         used[data.faces.ravel()] = True
-        seen = world if used.all() else world[used]
+        used_vertices = world if used.all() else world[used]
     else:
-        seen = world
-    reference = seen.min(axis=0) + (seen.max(axis=0) - seen.min(axis=0)) / 2
+        used_vertices = world
+    reference = (
+        used_vertices.min(axis=0) + (used_vertices.max(axis=0) - used_vertices.min(axis=0)) / 2
+    )
     points = frame.to_view(world, reference)
-    low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
+    low, high = (
+        f(points if used_vertices is world else points[used], axis=0) for f in (np.min, np.max)
+    )
     notes: list[Finding] = []
     if region is not None:
         centre = frame.to_view(np.array([region.centre]), reference)[0]
@@ -133,14 +162,14 @@ def lay_grid(
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
         gsd, code = default_gsd(data, to_world, float(extent.max()), textured)
-        least = _least_gsd(extent)
+        least = _min_gsd(extent)
         if least > gsd:
             gsd, code = least, "gsd.limited"
         unit, limit = "m" if metric else tr("units"), MAX_PIXELS // 1_000_000
         notes.append(Finding(code, gsd=gsd, unit=unit, limit=limit))
     if not 1e-12 <= gsd < math.inf:
         raise UsageError(Finding("number.not-positive", value=gsd), field="--gsd")
-    least = _least_gsd(extent)
+    least = _min_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
@@ -153,12 +182,14 @@ def lay_grid(
             ),
             field="--gsd",
         )
-    if (doubt := edge_on(points if seen is world else points[used], frame, gsd)) is not None:
-        notes.append(doubt)
-    return Laid(Grid.over(low, high, gsd), reference, points, tuple(notes))
+    if (
+        warning := edge_on_finding(points if used_vertices is world else points[used], frame, gsd)
+    ) is not None:
+        notes.append(warning)
+    return GridLayout(Grid.over(low, high, gsd), reference, points, tuple(notes))
 
 
-def edge_on(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
+def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
     """Return a finding if a flat model is viewed edge-on.
 
     The width of its points about a line is compared in the picture and in space. The view is
@@ -175,13 +206,15 @@ def edge_on(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
     few = points[:: max(1, len(points) // 100_000)]
     few = few - few.mean(axis=0)
     values, axes = np.linalg.eigh(few.T @ few)
-    # As wide as an even distribution is.
+    # Width of an even distribution with the same variance.
     wide = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
     flat = few[:, :2].T @ few[:, :2]
-    seen = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat)[0]), 0.0) / len(few))
+    visible_width = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat)[0]), 0.0) / len(few))
     if not wide**2 > 1e-12 * 12.0 * float(values[2]) / len(few):
         return None
-    if seen > EDGE_ON_SHARE * wide and not (seen < 2.0 * gsd and wide > 10.0 * gsd):
+    if visible_width > EDGE_ON_SHARE * wide and not (
+        visible_width < 2.0 * gsd and wide > 10.0 * gsd
+    ):
         return None
     plane = Plane.from_normal(frame.axes @ axes[:, 0])
     return Finding("view.edge-on", plane=format_plane(plane))
@@ -212,8 +245,8 @@ def default_gsd(
     return float(f"{gsd:.2g}"), code
 
 
-def _least_gsd(extent: FloatArray) -> float:
-    """The smallest gsd, of two digits, whose picture has no more than MAX_PIXELS."""
+def _min_gsd(extent: FloatArray) -> float:
+    """Return the smallest gsd, with two digits, of a picture of at most MAX_PIXELS."""
     width, height = (float(v) for v in extent)
     gsd = max(math.sqrt(width * height / MAX_PIXELS), max(width, height) / MAX_PIXELS, 1e-12)
     step = 10.0 ** (math.floor(math.log10(gsd)) - 1)

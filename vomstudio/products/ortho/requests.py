@@ -1,4 +1,4 @@
-"""Which orthophoto of a model is asked for, and what `vomstudio ortho` says of it."""
+"""Requests and results of orthophotos, as in `vomstudio ortho`."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.domain_axes import axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.ortho_options import OrthoOptions
-from vomstudio.products.ortho.orthophoto import Made
+from vomstudio.products.ortho.orthophoto import OrthophotoFiles
 from vomstudio.products.ortho.planning import Plan, Region, plan
 from vomstudio.products.ortho.view_directions import (
     View,
     cost_of_direction,
     is_costly,
+    view_against_plane,
     view_along_axis,
     view_along_line,
-    view_of_plane,
 )
 
 
 @dataclass(frozen=True)
 class Direction:
-    """Where to look: a line, against a plane, or along the axis of a fold or of a domain."""
+    """Direction of view: along a line, against a plane, or along the axis of a fold or domain."""
 
     view: View | None
     fold: TableFold | None = None
@@ -65,7 +65,7 @@ class FoldView:
 
 
 @dataclass(frozen=True, eq=False)
-class Requested:
+class PlannedPicture:
     """Planned picture, with its fold axis and warnings."""
 
     plan: Plan
@@ -74,7 +74,12 @@ class Requested:
 
 
 def parse_region(text: str) -> Region:
-    """Return the part of a view that "x,y,z,width,height" describes. Raises UsageError."""
+    """Parse the part of a view, "x,y,z,width,height".
+
+    Raises
+    ------
+    UsageError
+    """
     try:
         x, y, z, width, height = (float(word) for word in text.split(","))
     except ValueError:
@@ -85,7 +90,13 @@ def parse_region(text: str) -> Region:
 
 
 def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
-    """Along the domain's own axis. Raises UsageError where it has none."""
+    """Return the direction along the axis of a domain.
+
+    Raises
+    ------
+    UsageError
+        If it has none.
+    """
     axis = axes_of_domains(items, "--domain").get(name)
     if axis is None or axis.line is None:
         reason = tr("it has no planes") if axis is None else axis.description
@@ -94,12 +105,17 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
 
 
 def direction_of(options: OrthoOptions, fold: TableFold | None) -> Direction:
-    """Return the direction of view. fold : the fold of `options.fold`. Raises UsageError."""
+    """Return the direction of view; `fold` is that of `options.fold`.
+
+    Raises
+    ------
+    UsageError
+    """
     options.check_direction()
     if fold is not None:
         return Direction(None, fold)
     if options.plane is not None:
-        return Direction(view_of_plane(plane_option(options.plane)))
+        return Direction(view_against_plane(plane_option(options.plane)))
     assert options.trend_deg is not None
     assert options.plunge_deg is not None
     return Direction(view_along_line(options.trend_deg, options.plunge_deg))
@@ -116,13 +132,27 @@ def request_picture(
     placed: bool = True,
     metric: bool = True,
     region: Region | None = None,
-) -> Requested:
+) -> PlannedPicture:
     """Plan a picture of a model.
 
-    to_world : (4, 4); path : of the model, for errors; flip : look from the other side
-    placed : north is known; metric : the unit is, too; region : the part that is drawn, None for
-    all of it
-    Raises InputError, UsageError.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    direction : Direction
+    to_world : (4, 4) array_like
+    path : Path
+        Of the model, for errors.
+    gsd_m : float, optional
+    flip : bool
+        View from the other side.
+    placed, metric : bool
+        Whether north and the unit are known.
+    region : Region, optional
+        Part to draw.
+
+    Raises
+    ------
+    InputError, UsageError
     """
     view, fold, warnings = direction.view, direction.fold, list[Finding]()
     if fold is not None:
@@ -152,7 +182,7 @@ def request_picture(
         warnings.append(cost_of_direction(axis.error95_deg, deep, metric=planned.view.metric))
     if not placed:
         warnings.append(Finding("view.not-placed"))
-    return Requested(planned, along, tuple(warnings))
+    return PlannedPicture(planned, along, tuple(warnings))
 
 
 def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
@@ -164,7 +194,7 @@ def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
 
 
 def _size_of(planned: Plan) -> tuple[float, float]:
-    """Depth of the view, and the longer side of the picture."""
+    """Return the depth of the view, and the longer side of the picture."""
     grid = planned.grid
     return float(np.ptp(planned.points[:, 2])), max(grid.width, grid.height) * grid.gsd
 
@@ -260,10 +290,14 @@ class WrittenOrthophoto(Result):
     warnings: tuple[Finding, ...]
 
 
-def written(
-    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[Finding] = ()
+def collect_result(
+    made: OrthophotoFiles,
+    requested: PlannedPicture,
+    image: str,
+    sheet: str | None,
+    warnings: Sequence[Finding] = (),
 ) -> WrittenOrthophoto:
-    """Return the result of a drawn picture. warnings : about the model, listed first"""
+    """Return the result of a drawn picture; `warnings` about the model precede the others."""
     return WrittenOrthophoto(
         image,
         str(made.sidecar),
@@ -272,8 +306,8 @@ def written(
         sheet,
         {form: str(path) for form, path in made.drawing.items()} or None,
         figures_of(made.facts),
-        asked.fold,
-        (*warnings, *asked.warnings, *made.warnings),
+        requested.fold,
+        (*warnings, *requested.warnings, *made.warnings),
     )
 
 

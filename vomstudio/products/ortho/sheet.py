@@ -1,6 +1,9 @@
-"""The sheet of an orthophoto: true to scale on paper, with ticks at its frame, the scale bar, which
-way is which, and the interpretation over the picture. As PDF its words are text and its lines are
-lines; as PNG or JPEG it is the same page in pixels, with the resolution at which it is to scale."""
+"""Sheet of an orthophoto, to scale on paper.
+
+It has ticks at its frame, a scale bar, directions, and the interpretation over the picture. In
+PDF, text and lines are vectors; PNG and JPEG are the same page in pixels, at the resolution of the
+scale.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,11 @@ from vomstudio.products.ortho.vector_drawing import (
     MARGIN_MM,
     Drawing,
     Shape,
+    choose_ticks,
     left_margin_mm,
     number_text,
     paper_scale,
-    placed_labels,
-    ticks_over,
+    place_labels,
 )
 from vomstudio.products.ortho.view_description import (
     direction_text,
@@ -47,54 +50,70 @@ DPI = 300.0
 
 _TOP_MM = 16.0
 _PT_MM = 0.353
-_LEAST_WIDTH_MM = 130.0
-"""Of what stands below the picture, beside a narrow one."""
+_MIN_WIDTH_MM = 130.0
+"""Minimum width of the area below a narrow picture."""
 _FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
 _ROW_MM = 4.6
 _BAR_MM, _WORDS_MM = 14.5, 20.5
-"""Below the picture: the scale bar, and the first row of words."""
+"""Positions below the picture: scale bar, and first row of text."""
 
 
 def format_of(path: str | Path) -> str:
-    """The format that the ending asks for, a value of FORMATS. Raises UsageError."""
+    """Return the format of an extension, a value of FORMATS.
+
+    Raises
+    ------
+    UsageError
+    """
     return FORMATS[check_extension(path, FORMATS, "--sheet")]
 
 
 def write_sheet(
     path: Path, drawing: Drawing, view: View, format: str, *, legend: bool = True
 ) -> None:
-    """drawing : with its picture, in metres of its plane; format : of FORMATS; legend : what the
-    colours and symbols of its shapes mean"""
+    """Write a sheet.
+
+    Parameters
+    ----------
+    path : Path
+    drawing : Drawing
+        With its picture, in metres of its plane.
+    view : View
+    format : str
+        A value of FORMATS.
+    legend : bool
+        Explain colours and symbols.
+    """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
     wide, tall = (1000.0 * (high - low) / scale).tolist()
-    page = max(wide, _LEAST_WIDTH_MM)
+    page = max(wide, _MIN_WIDTH_MM)
     words = _words(view, page)
     below = _WORDS_MM + _ROW_MM * len(words)
     key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
     size = (page + 2 * MARGIN_MM, tall + _TOP_MM + below + key.height_mm + 6.0)
-    left, bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
+    x_left, y_bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
 
     def draw(figure: Figure) -> None:
-        ax = figure.add_axes((left / size[0], bottom / size[1], wide / size[0], tall / size[1]))
+        ax = figure.add_axes((x_left / size[0], y_bottom / size[1], wide / size[0], tall / size[1]))
         ax.set_xlim(float(low[0]), float(high[0]))
         ax.set_ylim(float(low[1]), float(high[1]))
-        # Paper keeps the picture's own pixels; the page's pixels are others, next to which nearest
-        # neighbours would leave out or double whole rows of them.
+        # Keep the picture's own pixels on paper: resampling to those of the page by nearest
+        # neighbours would omit or double whole rows.
         _draw_plane(ax, drawing, scale, "none" if format == "pdf" else "auto")
-        _draw_frame(ax, drawing, scale, left)
+        _draw_frame(ax, drawing, scale, x_left)
         page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         page_axes.set_xlim(0.0, size[0])
         page_axes.set_ylim(0.0, size[1])
         page_axes.set_axis_off()
-        _draw_ends(page_axes, drawing, view, (left, bottom, wide, tall))
-        _draw_bar(page_axes, drawing, scale, (left, bottom, wide))
-        side = min(left, 0.5 * (size[0] - page))
-        key.draw(page_axes, side, bottom - below)
+        _draw_ends(page_axes, drawing, view, (x_left, y_bottom, wide, tall))
+        _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, wide))
+        side = min(x_left, 0.5 * (size[0] - page))
+        key.draw(page_axes, side, y_bottom - below)
         for k, line in enumerate(words):
             page_axes.text(
                 side,
-                bottom - _WORDS_MM - _ROW_MM * k,
+                y_bottom - _WORDS_MM - _ROW_MM * k,
                 line,
                 fontsize=_FONT_PT,
                 color=INK,
@@ -115,13 +134,13 @@ def _words(view: View, width_mm: float) -> list[str]:
 
 
 def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
-    """The picture, what is interpreted on it, and labels that cover no other."""
+    """Draw the picture, its interpretation, and labels without overlap."""
     low, high = drawing.bounds
     if drawing.picture is not None:
         extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
         ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
     _draw_shapes(ax, drawing.shapes, scale)
-    for label in placed_labels(drawing, scale, _PT_MM * _LABEL_PT):
+    for label in place_labels(drawing, scale, _PT_MM * _LABEL_PT):
         if label.apart:
             ends = np.array([label.named, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
@@ -140,7 +159,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
 
 
 def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
-    """All lines of a colour are one path with gaps: thousands of paths would take long."""
+    """Draw all lines of a colour as one path with gaps: thousands of paths would be slow."""
     lines: dict[tuple[str, float, int], list[FloatArray]] = {}
     dots: dict[str, list[FloatArray]] = {}
     for shape in shapes:
@@ -155,13 +174,13 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
                 linewidth=0.0,
                 zorder=1,
             )
-        # Light below, so that a line is seen on dark rock too.
+        # A light line below makes it visible on dark rock.
         for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
             for line in _lines_of(shape, scale):
                 lines.setdefault((color, width, above), []).append(line)
     gap = np.full((1, 2), math.nan)
-    for (color, width, above), own in lines.items():
-        x, y = np.concatenate([part for line in own for part in (line, gap)][:-1]).T
+    for (color, width, above), color_lines in lines.items():
+        x, y = np.concatenate([part for line in color_lines for part in (line, gap)][:-1]).T
         ax.plot(
             x, y, color=color, linewidth=width * _LINE_PT, zorder=above, solid_joinstyle="round"
         )
@@ -171,7 +190,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
 
 
 def _lines_of(shape: Shape, scale: int) -> list[FloatArray]:
-    """(n, 2) of a line or outline, or those by which a plane is drawn; none of any other point."""
+    """Return the lines (n, 2) of a line, outline or symbol of a plane; none for other points."""
     points = shape.points
     if len(points) > 1:
         return [np.vstack([points, points[:1]]) if shape.closed else points]
@@ -179,20 +198,22 @@ def _lines_of(shape: Shape, scale: int) -> list[FloatArray]:
 
 
 def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
-    """left : beside the frame, in millimetres; where the numbers would push the name of the axis
-    off the page they stand upright, as those of a map's grid."""
+    """Draw frame and ticks; numbers are upright if they would push the axis name off the page.
+
+    `left` is the space beside the frame, mm.
+    """
     low, high = drawing.bounds
-    beside = ticks_over(float(low[0]), float(high[0]))
-    wide = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in beside), default=0) + 2)
-    ax.set_xticks(_with_room(beside, 0.001 * scale * wide))
-    above = ticks_over(float(low[1]), float(high[1]))
+    x_ticks = choose_ticks(float(low[0]), float(high[0]))
+    wide = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in x_ticks), default=0) + 2)
+    ax.set_xticks(_thin_ticks(x_ticks, 0.001 * scale * wide))
+    above = choose_ticks(float(low[1]), float(high[1]))
     upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
     longest = max((len(number_text(v)) for v in above.tolist()), default=0)
     tall = LETTER_MM * _FONT_PT * (longest + 2) if upright else _ROW_MM
     if upright:
-        # Clear of the numbers below the frame's corner.
+        # Keep clear of the numbers below the frame's corner.
         above = above[above >= float(low[1]) + 0.0005 * scale * tall]
-    ax.set_yticks(_with_room(above, 0.001 * scale * tall))
+    ax.set_yticks(_thin_ticks(above, 0.001 * scale * tall))
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(lambda value, _: number_text(value))
     ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
@@ -207,19 +228,19 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     ax.set_ylabel(drawing.axes[1], fontsize=_FONT_PT, color=INK)
 
 
-def _with_room(ticks: FloatArray, apart: float) -> FloatArray:
-    """Those of a narrow picture whose words do not meet."""
+def _thin_ticks(ticks: FloatArray, min_distance: float) -> FloatArray:
+    """Thin the ticks of a narrow picture so that their numbers do not overlap."""
     if len(ticks) < 2:
         return ticks
-    return ticks[:: max(1, math.ceil(apart / float(ticks[1] - ticks[0])))]
+    return ticks[:: max(1, math.ceil(min_distance / float(ticks[1] - ticks[0])))]
 
 
 def _draw_ends(
     ax: Axes, drawing: Drawing, view: View, frame: tuple[float, float, float, float]
 ) -> None:
-    """Beside a narrow picture the words of its ends keep clear of the arrow."""
-    left, bottom, wide, tall = frame
-    above, middle = bottom + tall + 3.0, left + 0.5 * wide
+    """Draw the directions of the ends; beside a narrow picture they keep clear of the arrow."""
+    x_left, y_bottom, wide, tall = frame
+    above, middle = y_bottom + tall + 3.0, x_left + 0.5 * wide
     side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
     look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
     ax.text(middle - side, above, drawing.ends[0], ha="left", va="bottom", **look)
@@ -232,14 +253,14 @@ def _draw_ends(
 def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:
     from matplotlib.patches import Rectangle
 
-    left, bottom, _ = place
+    x_left, y_bottom, _ = place
     low, high = drawing.bounds
     length = round_length(0.25 * float(high[0] - low[0]))
-    wide, y = 1000.0 * length / scale, bottom - _BAR_MM
+    wide, y = 1000.0 * length / scale, y_bottom - _BAR_MM
     for part, color in ((0.0, INK), (0.5, "white")):
         ax.add_patch(
             Rectangle(
-                (left + part * wide, y),
+                (x_left + part * wide, y),
                 0.5 * wide,
                 1.3,
                 facecolor=color,
@@ -247,7 +268,7 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float,
                 linewidth=0.6,
             )
         )
-    said = bar_text(length, metric=drawing.metric)
+    text = bar_text(length, metric=drawing.metric)
     if drawing.metric:
-        said = tr("{length}, 1 : {scale}", length=said, scale=f"{scale:,}".replace(",", " "))
-    ax.text(left + wide + 2.0, y + 0.65, said, va="center", fontsize=_FONT_PT, color=INK)
+        text = tr("{length}, 1 : {scale}", length=text, scale=f"{scale:,}".replace(",", " "))
+    ax.text(x_left + wide + 2.0, y + 0.65, text, va="center", fontsize=_FONT_PT, color=INK)

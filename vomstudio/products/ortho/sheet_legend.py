@@ -6,37 +6,37 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vomstudio.products.ortho.legend_entries import Entry, remark_on
+from vomstudio.products.ortho.legend_entries import Entry, explain_symbols
 from vomstudio.products.ortho.vector_drawing import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LETTER_MM = 0.19
-"""Of a letter's mean width and of a point of its size."""
+"""Mean width of a letter per point of its size, mm."""
 _ROW_MM, _ABOVE_MM = 5.2, 2.0
 _GLYPH_MM, _GAP_MM = 7.0, 1.6
 
 
 class Legend:
-    """Of entries in columns, for a page of this width; height_mm : 0 where there are none"""
+    """Entries in columns for a page of this width; height_mm is 0 without entries."""
 
     def __init__(self, entries: Sequence[Entry], width_mm: float, font_pt: float) -> None:
         self._font = font_pt
         self._entries = entries
         self._words = [entry.short_name for entry in entries]
-        # As many as the entry with the most has, so that the names of a column begin together.
+        # Use the space of the entry with the most glyphs, so that names in a column are aligned.
         self._slots = max((sum((e.line, e.area, e.place)) for e in entries), default=0)
         letters = max(map(len, self._words), default=0)
         self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
         self._columns = max(1, math.floor(width_mm / max(self._wide, 1.0)))
         self._rows = math.ceil(len(entries) / self._columns)
-        self._remark = remark_on(entries)
+        self._remark = explain_symbols(entries)
         rows = self._rows + bool(self._remark)
         self.height_mm = rows * _ROW_MM + _ABOVE_MM if entries else 0.0
 
     def draw(self, ax: Axes, left: float, top: float) -> None:
-        """ax : of the page, in millimetres; left, top : of the legend"""
+        """Draw on the axes of the page, in mm, at the left and top of the legend."""
         top -= _ABOVE_MM
         for k, (entry, words) in enumerate(zip(self._entries, self._words, strict=True)):
             column, row = divmod(k, self._rows)
@@ -53,15 +53,15 @@ class Legend:
 def _draw_glyphs(ax: Axes, entry: Entry, x: float, y: float) -> None:
     from matplotlib.patches import Rectangle
 
-    for drawn, wanted in enumerate(
-        form for form in ("line", "area", "place") if getattr(entry, form)
+    for position, form in enumerate(
+        name for name in ("line", "area", "place") if getattr(entry, name)
     ):
-        left = x + drawn * (_GLYPH_MM + _GAP_MM)
-        middle, right = left + 0.5 * _GLYPH_MM, left + _GLYPH_MM
-        if wanted == "line":
-            ax.plot([left, right], [y, y], color=entry.color, linewidth=1.2)
-        elif wanted == "area":
-            at = (left, y - 1.6)
+        x_left = x + position * (_GLYPH_MM + _GAP_MM)
+        middle, x_right = x_left + 0.5 * _GLYPH_MM, x_left + _GLYPH_MM
+        if form == "line":
+            ax.plot([x_left, x_right], [y, y], color=entry.color, linewidth=1.2)
+        elif form == "area":
+            at = (x_left, y - 1.6)
             ax.add_patch(
                 Rectangle(at, _GLYPH_MM, 3.2, fill=False, edgecolor=entry.color, linewidth=1.0)
             )

@@ -1,4 +1,4 @@
-"""Textures at every scale, for pictures that are made once and must be right."""
+"""Textures at every scale, for accurate pictures."""
 
 from __future__ import annotations
 
@@ -18,15 +18,22 @@ if TYPE_CHECKING:
     from PIL import Image
 
 MEMORY_BYTES = 1_500_000_000
-"""What decoded textures may take together before the longest unused are dropped."""
+"""Maximum memory of decoded textures; the least recently used ones are dropped."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """A texture and its halvings, packed row by row from the top, RGB.
+    """Texture with its halvings, packed row by row from the top, RGB.
 
-    offsets : (levels,) int64 into `texels`. sizes : (levels, 2) int64 width, height.
-    size : of the finest level in texels of this pyramid
+    Parameters
+    ----------
+    texels : uint8 array
+    offsets : (levels,) int64 array
+        Into `texels`.
+    sizes : (levels, 2) int64 array
+        Width and height.
+    size : (float, float)
+        Of the finest level, in texels of this pyramid.
     """
 
     texels: ByteArray
@@ -36,7 +43,7 @@ class Pyramid:
 
 
 def picture_size(path: Path) -> tuple[int, int] | None:
-    """(width, height) of an image file, None where it cannot be read."""
+    """Return width and height of an image file; None if it cannot be read."""
     try:
         with open_picture(path, header_only=True) as picture:
             return picture.size
@@ -45,8 +52,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
 
 
 def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
-    """All levels of an image file from 1 / 2**coarser of its resolution down; None where it cannot
-    be read."""
+    """Load the levels of an image from 1 / 2**coarser on; None if it cannot be read."""
     try:
         with open_picture(path) as picture:
             image: Image.Image = convert_to_rgb(picture)
@@ -56,8 +62,8 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     size = (image.width / 2**coarser, image.height / 2**coarser)
     if coarser:
         image = image.reduce(2**coarser)
-    # Of an odd side the last texel is averaged from what there is: texel i of a level always covers
-    # 2i and 2i + 1 of the one before.
+    # At an odd side the last texel is averaged from the existing ones: texel i of a level always
+    # covers 2i and 2i + 1 of the previous one.
     sizes = [image.size]
     while max(sizes[-1]) > 1:
         sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
@@ -72,27 +78,27 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
 
 
 class TextureStore:
-    """Pyramids by path, kept while there is room. For several threads."""
+    """Cache of pyramids by path. Thread-safe."""
 
     def __init__(self, coarser: dict[Path, int]) -> None:
-        """coarser : per path, how many of the finest levels no pixel will need."""
+        """Store, per path, the number of finest levels that no pixel requires."""
         self._coarser = coarser
-        self._held: OrderedDict[Path, Pyramid | None] = OrderedDict()
+        self._cache: OrderedDict[Path, Pyramid | None] = OrderedDict()
         self._lock = threading.Lock()
         self.unreadable: set[Path] = set()
 
     def get(self, path: Path) -> Pyramid | None:
         with self._lock:
-            if path in self._held:
-                self._held.move_to_end(path)
-                return self._held[path]
+            if path in self._cache:
+                self._cache.move_to_end(path)
+                return self._cache[path]
             pyramid = load_pyramid(path, self._coarser.get(path, 0))
             if pyramid is None:
                 self.unreadable.add(path)
-            self._held[path] = pyramid
-            while len(self._held) > 1 and self._bytes() > MEMORY_BYTES:
-                self._held.popitem(last=False)
+            self._cache[path] = pyramid
+            while len(self._cache) > 1 and self._bytes() > MEMORY_BYTES:
+                self._cache.popitem(last=False)
             return pyramid
 
     def _bytes(self) -> int:
-        return sum(p.texels.nbytes for p in self._held.values() if p is not None)
+        return sum(p.texels.nbytes for p in self._cache.values() if p is not None)

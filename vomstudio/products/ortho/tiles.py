@@ -1,4 +1,4 @@
-"""The grid of a picture and its tiles."""
+"""Grid of a picture and its tiles."""
 
 from __future__ import annotations
 
@@ -20,8 +20,11 @@ Drawn_co = TypeVar("Drawn_co", covariant=True)
 
 @dataclass(frozen=True)
 class Grid:
-    """Pixels over the view plane: column i covers left + i gsd .. left + (i + 1) gsd metres to the
-    right of the reference point, row j covers top + j gsd .. below it."""
+    """Pixels over the view plane.
+
+    Column i covers left + i gsd to left + (i + 1) gsd metres to the right of the reference point;
+    row j covers top + j gsd and on below it.
+    """
 
     left: float
     top: float
@@ -31,13 +34,16 @@ class Grid:
 
     @classmethod
     def over(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
-        """The grid over (x, y) from `low` to `high`, what is left over of the last pixels shared
-        between both sides: so the other side's view is a mirror image, pixel by pixel."""
+        """Build the grid over (x, y) from `low` to `high`.
+
+        The remainder of the last pixels is shared between both sides, so that the opposite view is
+        a mirror image, pixel by pixel.
+        """
         lowest, highest = (np.asarray(corner, np.float64)[:2] for corner in (low, high))
         width, height = (max(1, math.ceil(v / gsd - 1e-6)) for v in (highest - lowest).tolist())
         middle = lowest + (highest - lowest) / 2
-        left, top = (middle - np.array([width, height]) * gsd / 2).tolist()
-        return cls(left, top, gsd, width, height)
+        x_left, y_top = (middle - np.array([width, height]) * gsd / 2).tolist()
+        return cls(x_left, y_top, gsd, width, height)
 
     @property
     def columns(self) -> int:
@@ -63,7 +69,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Tile:
-    """Pixels of a grid: `number` counts along the rows, (column, row) is the top left one."""
+    """Pixels of a grid: `number` counts along the rows, (column, row) is the top left pixel."""
 
     number: int
     column: int
@@ -74,7 +80,7 @@ class Tile:
 
 @dataclass(frozen=True, eq=False)
 class Members:
-    """What each tile of a grid shows: rows of faces or of points."""
+    """Faces or points of each tile of a grid, as rows."""
 
     rows: Int32Array
     starts: IntArray
@@ -83,8 +89,19 @@ class Members:
     def of(
         cls, bin_: Callable[..., None], view: object, what: object, grid: Grid, margin: float
     ) -> Members:
-        """bin_ : the kernel that bins, of faces (`what` : (m, 3)) or of points (`what` : (n,) their
-        reach, metres); margin : how far beyond a tile what it shows may lie, metres"""
+        """Assign faces or points to tiles.
+
+        Parameters
+        ----------
+        bin_ : callable
+            Kernel `bin_faces` or `bin_points`.
+        view : (n, 3) array
+        what : (m, 3) or (n,) array
+            Faces, or radii of points, m.
+        grid : Grid
+        margin : float
+            Maximum distance of members from a tile, m.
+        """
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
         where = (view, what, grid.left, grid.top, TILE * grid.gsd, margin, grid.columns, grid.rows)
         bin_(*where, starts, np.empty(0, np.int32))
@@ -94,33 +111,42 @@ class Members:
             bin_(*where, starts[:-1].copy(), rows)
         return cls(rows, starts)
 
-    def in_tile(self, tile: Tile) -> Int32Array:
+    def members_of(self, tile: Tile) -> Int32Array:
         return self.rows[self.starts[tile.number] : self.starts[tile.number + 1]]
 
 
 @dataclass(frozen=True, eq=False)
 class TilePicture:
-    """rgba : (h, w, 4) uint8. depth : (h, w) float32, NaN exactly where the opacity is 0.
-    filled : how many pixels were closed over holes."""
+    """Picture of a tile.
+
+    Parameters
+    ----------
+    rgba : (h, w, 4) uint8 array
+    depth : (h, w) float32 array
+        NaN exactly where the opacity is 0.
+    filled : int
+        Number of filled pixels in holes.
+    """
 
     rgba: ByteArray
     depth: Float32Array
     filled: int = 0
 
 
-def empty(tile: Tile) -> TilePicture:
+def empty_picture(tile: Tile) -> TilePicture:
+    """Return an empty picture of a tile."""
     shape = (tile.height, tile.width)
     return TilePicture(np.zeros((*shape, 4), np.uint8), np.full(shape, np.nan, np.float32))
 
 
 class Drawer(Protocol[Drawn_co]):
-    """What can draw a tile; called from several threads."""
+    """Object that draws a tile; called from several threads."""
 
     def draw(self, tile: Tile) -> Drawn_co: ...
 
 
 class Source(Drawer[TilePicture], Protocol):
-    """What can draw a tile of a picture."""
+    """Object that draws the picture of a tile."""
 
     def warnings(self) -> list[Finding]:
-        """What was noticed while drawing."""
+        """Return findings about the drawing."""

@@ -21,31 +21,48 @@ from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
-from vomstudio.products.ortho.interpretation import Flat
-from vomstudio.products.ortho.legend_entries import Entry, entries_of, remark_on
+from vomstudio.products.ortho.interpretation import ProjectedItem
+from vomstudio.products.ortho.legend_entries import Entry, entries_of, explain_symbols
 
 Box = tuple[float, float, float, float]
 """Left, bottom, right, top."""
 
 INK = "#141414"
 _EDGE = "#404040"
-LONGEST_MM = 250.0
-"""Of the longer side of what is drawn, on paper."""
+MAX_SIDE_MM = 250.0
+"""Maximum length on paper of the longer side of a drawing."""
 MARGIN_MM = 18.0
 _TEXT_MM = 3.2
 _LABEL_MM = 2.6
-_LETTER = 0.58
-"""Mean width of a letter, of its height."""
+_LETTER_WIDTH = 0.58
+"""Mean width of a letter relative to its height."""
 DIP_TICK_MM = 5.0
 _GLYPH_MM = 6.0
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
-    down to the right, or `symbol` is that of a map, as of `Flat`; filled : the color is that of the
-    area inside; values : what files with columns say of it; aside : it is no feature, but a line
-    that explains the drawing"""
+    """Shape of a drawing.
+
+    Parameters
+    ----------
+    layer : str
+    points : (n, 2) array
+        Right and up, m.
+    color : str
+    closed : bool
+    label : str
+    dip_deg : float or None
+        Tick of a single point, down to the right.
+    filled : bool
+        The colour is that of the area inside.
+    values : mapping
+        Columns of files.
+    symbol : tuple of arrays
+        Map symbol, as in `ProjectedItem`.
+    aside : bool
+        Annotation of the drawing, not a feature.
+    """
 
     layer: str
     points: FloatArray
@@ -59,8 +76,7 @@ class Shape:
     aside: bool = False
 
     def marks(self, reach: float) -> list[FloatArray]:
-        """Polylines (k, 2) that say how the plane at this place lies; reach : half the length of
-        the longest"""
+        """Return the polylines (k, 2) of a plane's symbol; `reach` is half its length."""
         if self.symbol:
             return [self.points[0] + reach * line for line in self.symbol]
         if self.dip_deg is None or len(self.points) > 1:
@@ -72,9 +88,23 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """bounds : (2, 2) lowest and highest corner, metres; ends : at the left and at the right;
-    axes : names of the two directions; title : lines of text below; picture :
-    (h, w, 4) uint8 that fills the bounds"""
+    """Drawing in a plane.
+
+    Parameters
+    ----------
+    shapes : tuple of Shape
+    bounds : (2, 2) array
+        Lowest and highest corner, m.
+    ends : (str, str)
+        Text at the left and right end.
+    axes : (str, str)
+        Names of the two directions.
+    title : tuple of str
+        Lines of text below.
+    picture : (h, w, 4) uint8 array, optional
+        Fills the bounds.
+    metric : bool
+    """
 
     shapes: tuple[Shape, ...]
     bounds: FloatArray
@@ -86,7 +116,7 @@ class Drawing:
 
     @property
     def layers(self) -> list[str]:
-        """Areas first, so that lines are drawn over them."""
+        """Names of the layers, areas before lines."""
         ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
@@ -96,9 +126,12 @@ class Drawing:
         return entries_of([shape for shape in self.shapes if not shape.aside])
 
 
-def shape_of(flat: Flat) -> Shape:
-    """As it is drawn: a plane with its name and its apparent dip, on a map its true one; a line is
-    named by its plane."""
+def shape_of(flat: ProjectedItem) -> Shape:
+    """Convert an item to a shape.
+
+    A plane is labelled with its name and apparent dip, on a map with its true dip; a line by its
+    plane.
+    """
     item, dip = flat.item, flat.apparent_dip_deg
     written = item.dip_deg if flat.symbol else dip
     label = item.said or (item.name if item.form == "point" else "")
@@ -129,16 +162,16 @@ def shape_of(flat: Flat) -> Shape:
 
 
 def paper_scale(bounds: FloatArray) -> int:
-    """The 1 in so many that puts the longer side on paper: 1, 2, 2.5 or 5 times a power of ten."""
+    """Return the denominator of the scale: 1, 2, 2.5 or 5 times a power of ten."""
     longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
-    least = longest * 1000 / LONGEST_MM
+    least = longest * 1000 / MAX_SIDE_MM
     power = 10.0 ** math.floor(math.log10(least))
-    found = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least * (1 - 1e-9))
-    return max(1, round(found))
+    scale = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least * (1 - 1e-9))
+    return max(1, round(scale))
 
 
-def ticks_over(low: float, high: float) -> FloatArray:
-    """Round numbers, some four to ten, within a range."""
+def choose_ticks(low: float, high: float) -> FloatArray:
+    """Return four to ten round numbers within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return np.asarray(np.arange(first, last + 1) * step, np.float64)
@@ -149,9 +182,8 @@ def number_text(value: float) -> str:
 
 
 def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
-    """Room for the numbers beside the frame, and for the name of the axis beside these. text_mm :
-    size of their letters"""
-    ticks = ticks_over(float(bounds[0, 1]), float(bounds[1, 1]))
+    """Return the margin for numbers and axis name; `text_mm` is the text size."""
+    ticks = choose_ticks(float(bounds[0, 1]), float(bounds[1, 1]))
     longest = max((len(number_text(value)) for value in ticks.tolist()), default=0)
     return max(MARGIN_MM, 0.68 * text_mm * longest + 7.5)
 
@@ -161,18 +193,21 @@ def _escaped(words: str) -> str:
 
 
 def svg_text(drawing: Drawing) -> str:
-    """The drawing in millimetres, 1 in `paper_scale`. The group `plane` holds everything in metres
-    of the plane, y down, so that its coordinates can be read as such."""
+    """Write the drawing as SVG in millimetres, 1 in `paper_scale`.
+
+    The group `plane` contains everything in metres of the plane, y down, for reading the
+    coordinates.
+    """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
     mm = 1000.0 / scale
     width, height = ((high - low) * mm).tolist()
-    left, top = left_margin_mm(drawing.bounds, _TEXT_MM), MARGIN_MM
+    x_left, y_top = left_margin_mm(drawing.bounds, _TEXT_MM), MARGIN_MM
     page = (
-        width + left + MARGIN_MM,
+        width + x_left + MARGIN_MM,
         height + 2 * MARGIN_MM + (_lines_below(drawing) + 2) * 1.6 * _TEXT_MM,
     )
-    matrix = (mm, mm, left - float(low[0]) * mm, top + float(high[1]) * mm)
+    matrix = (mm, mm, x_left - float(low[0]) * mm, y_top + float(high[1]) * mm)
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
@@ -186,7 +221,7 @@ def svg_text(drawing: Drawing) -> str:
     place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
     if drawing.picture is not None:
         out.append(
-            f'<image id="picture" x="{left:.6f}" y="{top:.6f}" width="{width:.6f}" '
+            f'<image id="picture" x="{x_left:.6f}" y="{y_top:.6f}" width="{width:.6f}" '
             f'height="{height:.6f}" preserveAspectRatio="none" '
             f'xlink:href="data:image/png;base64,{_png(drawing.picture)}"/>'
         )
@@ -199,19 +234,21 @@ def svg_text(drawing: Drawing) -> str:
         out.append("</g>")
     out.append("</g>")
     out += _labels(drawing, matrix, scale)
-    out += _frame(drawing, matrix, (left, top, width, height), scale)
+    out += _frame(drawing, matrix, (x_left, y_top, width, height), scale)
     return "\n".join([*out, "</svg>", ""])
 
 
 def _svg_shape(shape: Shape, mm: float, ids: set[str]) -> str:
-    """Return the element of a shape. ids : of the elements before it, which must be unique"""
+    """Return the element of a shape; its id is unique among `ids`."""
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
-        own = f'class="{PROGRAM_CLASS}"'
-        parts = [f'<circle {own} cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
+        own_class = f'class="{PROGRAM_CLASS}"'
+        parts = [
+            f'<circle {own_class} cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>'
+        ]
         parts += [
-            f'<polyline {own} points="{_svg_points(line)}" stroke="{shape.color}"/>'
+            f'<polyline {own_class} points="{_svg_points(line)}" stroke="{shape.color}"/>'
             for line in shape.marks(DIP_TICK_MM / mm)
         ]
         return "".join(parts)
@@ -239,8 +276,19 @@ def _svg_points(points: FloatArray) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PlacedLabel:
-    """x, y : of the end of the text that is next to what it names, halfway up, metres of the plane;
-    right : the text ends there, else it begins; apart : a line must lead to it from `named`"""
+    """Placed label.
+
+    Parameters
+    ----------
+    shape : Shape
+    x, y : float
+        End of the text next to its feature, at middle height, metres of the plane.
+    right : bool
+        The text ends there; else it begins.
+    apart : bool
+        A line must connect it to `named`.
+    named : (float, float)
+    """
 
     shape: Shape
     x: float
@@ -251,63 +299,72 @@ class PlacedLabel:
 
     @property
     def color(self) -> str:
-        """That of its shape; over an area of that colour it could not be read."""
+        """Colour of its shape; over an area of that colour it would be invisible."""
         return INK if self.shape.filled else self.shape.color
 
 
-def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
-    """The labels that find room beside what they name, within the frame and over no other, nor over
-    the point of another and over lines where that can be had. scale : 1 in so many; text_mm :
-    height of the letters on paper"""
+def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
+    """Place labels beside their features, without overlap, within the frame.
+
+    They cover no points of other features and, if possible, no lines.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    scale : float
+        Denominator of the scale.
+    text_mm : float
+        Height of the letters on paper.
+    """
     mm = 0.001 * scale
     tall, gap = 1.25 * text_mm * mm, 1.2 * mm
     places = [s.points for s in drawing.shapes if len(s.points) == 1]
-    # Nor over the end of a symbol's tick, which says where the plane dips.
+    # Avoid the end of a symbol's tick, too, which shows the direction of dip.
     places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
     dots = np.concatenate([np.empty((0, 2)), *places])
     bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
     lines = np.concatenate([np.empty((0, 2)), *(_along(bar, 0.5 * tall) for bar in bars)])
-    taken: list[Box] = []
-    found = []
+    occupied: list[Box] = []
+    labels = []
     for shape in drawing.shapes:
         if not shape.label:
             continue
         place = shape.points[len(shape.points) // 2]
         x, y = (_inside(shape.points) if shape.filled else place).tolist()
-        wide = _LETTER * text_mm * mm * (len(shape.label) + 1)
+        wide = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
         spots = [
             (row, right, (left, above, left + wide, above + tall))
             for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0)
             for above in (y + gap + row * tall if row >= 0 else y - gap + row * tall,)
             for right, left in ((False, x + gap), (True, x - gap - wide))
         ]
-        free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, taken)]
+        free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied)]
         if free:
             row, right, box = min(
                 free, key=lambda s: (_covers(s[2], dots) > 0, _covers(s[2], lines))
             )
-            taken.append(box)
+            occupied.append(box)
             middle = 0.5 * (box[1] + box[3])
             apart = row not in (0.0, -1.0)
             end = box[2] if right else box[0]
-            found.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
-    return found
+            labels.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
+    return labels
 
 
-def _is_free(box: Box, bounds: FloatArray, taken: list[Box]) -> bool:
-    (left, bottom), (right, top) = bounds.tolist()
-    within = box[0] >= left and box[2] <= right and box[1] >= bottom and box[3] <= top
-    return within and not any(_meet(box, other) for other in taken)
+def _is_free(box: Box, bounds: FloatArray, occupied: list[Box]) -> bool:
+    (x_min, y_min), (x_max, y_max) = bounds.tolist()
+    within = box[0] >= x_min and box[2] <= x_max and box[1] >= y_min and box[3] <= y_max
+    return within and not any(_meet(box, other) for other in occupied)
 
 
 def _covers(box: Box, dots: FloatArray) -> int:
-    """How many dots a box covers."""
+    """Count the dots in a box."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
 
 
 def _along(line: FloatArray, step: float) -> FloatArray:
-    """Points (n, 2) along a polyline, a step apart at most."""
+    """Return points (n, 2) along a polyline, at most a step apart."""
     return np.concatenate(
         [
             np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / step) + 1))
@@ -322,27 +379,27 @@ def _meet(a: Box, b: Box) -> bool:
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:
     sx, sy, tx, ty = matrix
-    found = [f'<g id="labels" class="{PROGRAM_CLASS}">']
-    for label in placed_labels(drawing, scale, _LABEL_MM):
+    elements = [f'<g id="labels" class="{PROGRAM_CLASS}">']
+    for label in place_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.apart:
-            from_x, from_y = label.named[0] * sx + tx, -label.named[1] * sy + ty
-            found.append(
-                f'<line x1="{from_x:.3f}" y1="{from_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
+            named_x, named_y = label.named[0] * sx + tx, -label.named[1] * sy + ty
+            elements.append(
+                f'<line x1="{named_x:.3f}" y1="{named_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
                 f'stroke="{label.shape.color}" stroke-width="0.15"/>'
             )
         anchor = ' text-anchor="end"' if label.right else ""
         at = f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
         words = _escaped(label.shape.label)
-        # A halo of its own: not every program knows paint-order.
+        # A separate halo, because not all programs support paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
-        found.append(f"<text {at} {halo}>{words}</text>")
-        found.append(f'<text {at} fill="{label.color}">{words}</text>')
-    return [*found, "</g>"]
+        elements.append(f"<text {at} {halo}>{words}</text>")
+        elements.append(f'<text {at} fill="{label.color}">{words}</text>')
+    return [*elements, "</g>"]
 
 
 def _inside(ring: FloatArray) -> FloatArray:
-    """(2,) a place in an area, for its name."""
+    """Return a place (2,) inside an area, for its name."""
     import shapely
 
     place = shapely.make_valid(shapely.Polygon(ring)).representative_point()
@@ -355,58 +412,60 @@ def _frame(
     frame: tuple[float, float, float, float],
     scale: int,
 ) -> list[str]:
-    left, top, width, height = frame
+    x_left, y_top, width, height = frame
     sx, sy, tx, ty = matrix
     low, high = drawing.bounds
-    box = f'x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}"'
+    box = f'x="{x_left:.3f}" y="{y_top:.3f}" width="{width:.3f}" height="{height:.3f}"'
     out = [
         f'<g id="frame" class="{PROGRAM_CLASS}" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
         f'<rect {box} fill="none"/>',
     ]
 
-    def text(x: float, y: float, words: str, anchor: str, more: str = "") -> None:
+    def text(x: float, y: float, words: str, anchor: str, attributes: str = "") -> None:
         out.append(
-            f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {more}>'
+            f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {attributes}>'
             f"{_escaped(words)}</text>"
         )
 
-    bottom = top + height
-    for value in ticks_over(float(low[0]), float(high[0])):
+    bottom = y_top + height
+    for value in choose_ticks(float(low[0]), float(high[0])):
         x = value * sx + tx
         out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
         text(x, bottom + 5, number_text(value), "middle")
-    for value in ticks_over(float(low[1]), float(high[1])):
+    for value in choose_ticks(float(low[1]), float(high[1])):
         y = -value * sy + ty
-        out.append(f'<line x1="{left - 1.5:.3f}" y1="{y:.3f}" x2="{left:.3f}" y2="{y:.3f}"/>')
-        text(left - 2.2, y + 1.1, number_text(value), "end")
+        out.append(f'<line x1="{x_left - 1.5:.3f}" y1="{y:.3f}" x2="{x_left:.3f}" y2="{y:.3f}"/>')
+        text(x_left - 2.2, y + 1.1, number_text(value), "end")
     bold = 'font-weight="bold"'
-    text(left, top - 3, drawing.ends[0], "start", bold)
-    text(left + width, top - 3, drawing.ends[1], "end", bold)
-    text(left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
+    text(x_left, y_top - 3, drawing.ends[0], "start", bold)
+    text(x_left + width, y_top - 3, drawing.ends[1], "end", bold)
+    text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
     text(
         4.5,
-        top + height / 2,
+        y_top + height / 2,
         drawing.axes[1],
         "middle",
-        f'transform="rotate(-90 4.5 {top + height / 2:.3f})"',
+        f'transform="rotate(-90 4.5 {y_top + height / 2:.3f})"',
     )
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
-    out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
+    out.append(f'<rect x="{x_left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
     bar = bar_text(length, metric=drawing.metric)
-    text(left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start")
+    text(
+        x_left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start"
+    )
     y += 7
     legend = drawing.legend
     slots = max((sum((each.line, each.area, each.place)) for each in legend), default=0)
     for entry in legend:
-        out += _svg_glyphs(entry, left, y - 0.35 * _TEXT_MM)
-        text(left + 1.2 * slots * _GLYPH_MM, y, entry.short_name, "start")
+        out += _svg_glyphs(entry, x_left, y - 0.35 * _TEXT_MM)
+        text(x_left + 1.2 * slots * _GLYPH_MM, y, entry.short_name, "start")
         y += 1.6 * _TEXT_MM
-    if remark := remark_on(legend):
-        text(left, y, remark, "start")
+    if remark := explain_symbols(legend):
+        text(x_left, y, remark, "start")
         y += 1.6 * _TEXT_MM
     for line in drawing.title:
-        text(left, y, line, "start")
+        text(x_left, y, line, "start")
         y += 1.6 * _TEXT_MM
     out.append("</g>")
     return out
@@ -443,7 +502,7 @@ def _svg_glyphs(entry: Entry, start: float, middle: float) -> list[str]:
 def _lines_below(drawing: Drawing) -> int:
     """Return the number of lines of text below the scale bar."""
     legend = drawing.legend
-    return len(legend) + bool(remark_on(legend)) + len(drawing.title)
+    return len(legend) + bool(explain_symbols(legend)) + len(drawing.title)
 
 
 def _png(picture: ByteArray) -> str:
@@ -455,26 +514,27 @@ def _png(picture: ByteArray) -> str:
 
 
 def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
-    """A layer for each layer, coordinates right and up, whose unit is stated where it is the
-    metre; columns as extended data. The ticks or symbols of planes, and what is written beside
-    shapes, are lines and texts on a layer of their own beside each, by whose name they are passed
-    over when the drawing is read."""
+    """Write a DXF with a layer for each layer.
+
+    Coordinates are right and up; the unit is stated if it is metres, and columns are extended data.
+    Symbols and labels are on a separate layer, which is ignored when the drawing is read.
+    """
     scale = paper_scale(drawing.bounds)
-    beside = {
+    symbol_layers = {
         shape.layer: shape.layer if shape.aside else shape.layer + SYMBOLS
         for shape in drawing.shapes
         if shape.label or shape.marks(1.0)
     }
-    names = dxf.layer_names([*drawing.layers, *beside.values()])
+    names = dxf.layer_names([*drawing.layers, *symbol_layers.values()])
     colors = {
         names[home]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
         for layer in drawing.layers
-        for home in (layer, beside.get(layer, layer))
+        for home in (layer, symbol_layers.get(layer, layer))
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
-        said = comment or " - ".join(drawing.ends)
-        out = dxf.Drawing(file, colors, bounds, said, metric=drawing.metric)
+        title = comment or " - ".join(drawing.ends)
+        out = dxf.Drawing(file, colors, bounds, title, metric=drawing.metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
@@ -487,23 +547,27 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         for shape in drawing.shapes:
             for line in shape.marks(0.001 * scale * DIP_TICK_MM):
                 flat = np.column_stack([line, np.zeros(len(line))])
-                out.line(flat, names[beside[shape.layer]])
+                out.line(flat, names[symbol_layers[shape.layer]])
         for shape, place in _text_places(drawing, scale):
-            out.text(place, shape.label, 0.001 * scale * _LABEL_MM, names[beside[shape.layer]])
+            out.text(
+                place, shape.label, 0.001 * scale * _LABEL_MM, names[symbol_layers[shape.layer]]
+            )
         out.close()
 
 
 def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, FloatArray]]:
-    """The middle (3,) of each text. Those that find no free place are written beside what they name
-    all the same: in CAD the drawing can be enlarged, and what is not there cannot be read."""
+    """Return the middle (3,) of each text.
+
+    Texts without a free place overlap: a CAD drawing can be enlarged.
+    """
     tall = 0.001 * scale * _LABEL_MM
-    found = {id(label.shape): label for label in placed_labels(drawing, scale, _LABEL_MM)}
+    placed = {id(label.shape): label for label in place_labels(drawing, scale, _LABEL_MM)}
     places = []
     for shape in drawing.shapes:
         if not shape.label:
             continue
-        half = 0.5 * _LETTER * tall * len(shape.label)
-        label = found.get(id(shape))
+        half = 0.5 * _LETTER_WIDTH * tall * len(shape.label)
+        label = placed.get(id(shape))
         if label is None:
             middle = shape.points[len(shape.points) // 2] + np.array([half + tall, 0.0])
         else:
@@ -513,8 +577,14 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, FloatArray
 
 
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
-    """A layer for each layer and form of geometry, and one of lines for the symbols of a map.
-    described : of every layer. Raises TargetError."""
+    """Write a GeoPackage with a layer for each layer and geometry type, and one for map symbols.
+
+    `described` is the description of every layer.
+
+    Raises
+    ------
+    TargetError
+    """
     import shapely
 
     part.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Which way an orthophoto looks, in words."""
+"""Direction of an orthophoto, in words."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from vomstudio.products.ortho.view_directions import View
 
 
 def end_labels(view: View) -> tuple[str, str, str]:
-    """What stands at the left end, at the right end and beside the arrow that points up."""
+    """Return the texts at the left end, at the right end, and beside the upward arrow."""
     frame = view.frame
     azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
     steep = abs(view.plunge_deg) >= STEEP_DEG
     if not view.north_known:
-        left, right = (
+        left_text, right_text = (
             tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
         )
-        return left, right, "y" if steep else tr("up")
+        return left_text, right_text, "y" if steep else tr("up")
     return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
 
 
 def direction_text(view: View) -> str:
-    """Which way the viewer looks, and in which sense."""
+    """Describe the direction of view and its sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
         "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
@@ -36,7 +36,7 @@ def direction_text(view: View) -> str:
 
 
 def unknown_direction_text(view: View) -> str | None:
-    """What a model without registration leaves unknown, in words."""
+    """Describe what is unknown for a model without registration; None if nothing is."""
     if view.north_known:
         return None if view.metric else tr("Not registered: scale unknown")
     if view.metric:

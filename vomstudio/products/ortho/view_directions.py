@@ -1,4 +1,4 @@
-"""Which way an orthophoto looks, and why this way and not the other."""
+"""Direction of an orthophoto, and the reason for its sense."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.products.ortho.world_points import in_world
+from vomstudio.products.ortho.world_points import transform_to_world
 
 DOWN_PLUNGE, UP_PLUNGE = to_translate("down-plunge"), to_translate("up-plunge")
 AGAINST_NORMAL = to_translate("against the upward normal")
 ALONG_NORMAL = to_translate("along the upward normal")
 AS_GIVEN, REVERSED = to_translate("as given"), to_translate("against the given direction")
-"""Senses of views, which are data in sidecars."""
+"""Senses of views, which are stored in sidecars."""
 _OPPOSITE = {
     DOWN_PLUNGE: UP_PLUNGE,
     UP_PLUNGE: DOWN_PLUNGE,
@@ -60,10 +60,11 @@ class View:
 
     @property
     def frame(self) -> ViewFrame:
+        """Axes of the view."""
         return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
 
     def flipped(self) -> View:
-        """From the other side: a mirror image."""
+        """Return the opposite view, a mirror image."""
         return View(
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
@@ -73,8 +74,13 @@ class View:
 
 
 def view_along_line(trend_deg: float, plunge_deg: float) -> View:
-    """A view as typed. Raises UsageError for a plunge beyond 90 degrees, and a trend beyond ten
-    turns, which is none that was meant."""
+    """Return a view as typed.
+
+    Raises
+    ------
+    UsageError
+        For a plunge beyond 90 degrees, or a trend beyond ten full turns.
+    """
     for angle, most, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
         if not abs(angle) <= most:
             raise UsageError(
@@ -89,9 +95,8 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
     )
 
 
-def view_of_plane(plane: Plane) -> View:
-    """Against the plane's upward normal; a vertical plane is looked at toward its dip direction
-    + 180."""
+def view_against_plane(plane: Plane) -> View:
+    """Return the view against a plane's upward normal, or a vertical plane's dip direction."""
     return _along(
         -plane.normal(),
         AGAINST_NORMAL,
@@ -102,8 +107,11 @@ def view_of_plane(plane: Plane) -> View:
 def view_along_axis(
     trend_deg: float, plunge_deg: float, data: Mesh | PointCloud, to_world: npt.ArrayLike
 ) -> View:
-    """Along a fold axis (axial): down-plunge, unless most of what that view hits turns its back to
-    the viewer, which is a cliff seen from inside: then up-plunge."""
+    """Return the view along a fold axis.
+
+    It is down-plunge, unless most of the visible surface faces away from the viewer, as for a
+    cliff seen from inside; then it is up-plunge.
+    """
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
         down = -down
@@ -121,7 +129,7 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     """Return the effect of an error of the direction on a picture of this depth.
 
     CONVENTIONS: lengths times cos d in the direction of tilt, displacements h sin d along the view.
-    error_deg : the larger 95 % semi-axis of the direction; if None, 5 degrees are supposed
+    `error_deg` is the larger 95 % semi-axis of the direction; if None, 5 degrees are assumed.
     """
     if error_deg is None:
         return _cost("view.axis-error-unknown", 5.0, depth_m, metric)
@@ -144,18 +152,23 @@ def _cost(code: str, error_deg: float, depth_m: float, metric: bool) -> Finding:
     )
 
 
-NEGLIGIBLE = 0.01
-"""Of a length: what is shortened or displaced by less cannot be seen on a drawing."""
+MAX_NEGLIGIBLE_SHARE = 0.01
+"""Maximum relative shortening or displacement that is invisible in a drawing."""
 
 
 def is_costly(error_deg: float | None, depth_m: float, across_m: float) -> bool:
-    """Whether a direction that is off costs more than can be neglected (CONVENTIONS: lengths times
-    cos d, displacements h sin d): against lengths themselves, and against the picture's longer
-    side `across_m`. error_deg : as of `cost_of_direction`; where it is unknown, nothing is"""
+    """Check whether an error of the direction has a visible effect.
+
+    CONVENTIONS: lengths times cos d, displacements h sin d. Displacements are compared with the
+    longer side of the picture `across_m`. True if `error_deg` is unknown.
+    """
     if error_deg is None:
         return True
     off = math.radians(error_deg)
-    return 1.0 - math.cos(off) > NEGLIGIBLE or depth_m * math.sin(off) > NEGLIGIBLE * across_m
+    return (
+        1.0 - math.cos(off) > MAX_NEGLIGIBLE_SHARE
+        or depth_m * math.sin(off) > MAX_NEGLIGIBLE_SHARE * across_m
+    )
 
 
 def _facing_away(
@@ -166,14 +179,14 @@ def _facing_away(
 
         if not len(data.faces):
             raise InputError(Finding("model.no-surface"))
-        world = in_world(to_world, data.vertices)
+        world = transform_to_world(to_world, data.vertices)
         return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
     from vomstudio.geometry.transform import rotate
     from vomstudio.products.ortho import cloud_picture
 
     if not len(data.points):
         raise InputError(Finding("model.no-surface"))
-    world = in_world(to_world, data.points)
+    world = transform_to_world(to_world, data.points)
     normals = None
     if data.normals is not None:
         normals = rotate(np.asarray(to_world, np.float64), data.normals) @ frame.axes

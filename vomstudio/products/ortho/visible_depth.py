@@ -1,4 +1,4 @@
-"""How deep the surface lies that an orthophoto shows at a place of it."""
+"""Depth of the surface that an orthophoto shows at a place."""
 
 from __future__ import annotations
 
@@ -12,23 +12,32 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.products.ortho.tiles import TILE, Grid
 
-_SAME = 4.0
-"""Pixels, or spacings of the cloud, by which neighbours on one surface may differ in depth."""
+_MAX_STEP = 4.0
+"""Maximum difference in depth of neighbours on one surface, in pixels or spacings of the cloud."""
 
 
-def shown_depths(
+def visible_depths(
     data: Mesh | PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
 ) -> FloatArray:
-    """(n,) depths at places (column, row) of a picture, NaN where it shows nothing.
+    """Return the depths (n,) at places of a picture, NaN if empty.
 
-    data : of World; matrix : (4, 4) from (column, row, depth, 1) to World; size : of the picture
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        World, m.
+    matrix : (4, 4) array
+        From (column, row, depth, 1) to World.
+    size : (int, int)
+        Of the picture, pixels.
+    pixels : (n, 2) array
+        Column and row.
     """
     if isinstance(data, Mesh):
-        return _of_mesh(data, matrix, pixels)
-    return _of_cloud(data, matrix, size, pixels)
+        return _mesh_depths(data, matrix, pixels)
+    return _cloud_depths(data, matrix, size, pixels)
 
 
-def _of_mesh(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArray:
+def _mesh_depths(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArray:
     way = matrix[:3, 2]
     low, high = mesh.bounds
     corners = np.array(
@@ -40,11 +49,13 @@ def _of_mesh(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArray:
     return np.asarray(np.where(hits.index >= 0, before + hits.distance, np.nan))
 
 
-def _of_cloud(
+def _cloud_depths(
     cloud: PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
 ) -> FloatArray:
-    """From the picture drawn once more: a ray of its own would slip between points that the picture
-    shows as a surface, and meet what lies behind."""
+    """Draw the picture again for its depths.
+
+    A single ray could pass between points that the picture shows as a surface.
+    """
     from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.ortho.cloud_picture import CloudSource
 
@@ -59,24 +70,23 @@ def _of_cloud(
     source = CloudSource(cloud, view, grid, spacing)
     at = np.clip(np.floor(pixels).astype(np.int64), 0, [width - 1, height - 1])
     inside = ((pixels >= -1.0) & (pixels <= np.array(size) + 1.0)).all(axis=1)
-    found = np.full(len(pixels), np.nan)
+    depths = np.full(len(pixels), np.nan)
     number = at[:, 1] // TILE * grid.columns + at[:, 0] // TILE
     for tile in grid.tiles():
         rows = np.flatnonzero(inside & (number == tile.number))
         if len(rows):
             depth = source.draw(tile).depth.astype(np.float64)
             place = pixels[rows] - [tile.column, tile.row]
-            found[rows] = _between(depth, place, _SAME * max(gsd, spacing))
-    return found
+            depths[rows] = _between(depth, place, _MAX_STEP * max(gsd, spacing))
+    return depths
 
 
 def _between(depth: FloatArray, place: FloatArray, limit: float) -> FloatArray:
-    """Depths between the centres of pixels, of those neighbours that are on the surface which the
-    pixel itself shows."""
+    """Interpolate depths between pixel centres on the surface that the pixel itself shows."""
     height, width = depth.shape
     last = np.array([width - 1, height - 1])
-    own = np.clip(np.floor(place).astype(np.int64), 0, last)
-    here = depth[own[:, 1], own[:, 0]]
+    pixel = np.clip(np.floor(place).astype(np.int64), 0, last)
+    own_depth = depth[pixel[:, 1], pixel[:, 0]]
     corner = np.floor(place - 0.5).astype(np.int64)
     share = place - 0.5 - corner
     total, weight = np.zeros(len(place)), np.zeros(len(place))
@@ -87,7 +97,7 @@ def _between(depth: FloatArray, place: FloatArray, limit: float) -> FloatArray:
             part = (share[:, 0] if dx else 1 - share[:, 0]) * (
                 share[:, 1] if dy else 1 - share[:, 1]
             )
-            same = np.abs(value - here) <= limit
+            same = np.abs(value - own_depth) <= limit
             total += np.where(same, part * value, 0.0)
             weight += np.where(same, part, 0.0)
-    return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), here)
+    return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), own_depth)

@@ -1,4 +1,4 @@
-"""The points of a model in World."""
+"""Points of a model in World."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.transform import apply
 
 
-def in_world(to_world: npt.ArrayLike, points: FloatArray) -> FloatArray:
+def transform_to_world(to_world: npt.ArrayLike, points: FloatArray) -> FloatArray:
+    """Transform points (n, 3) to World; unchanged by the identity."""
     m = np.asarray(to_world, np.float64)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise GeometryError(Finding("transform.not-a-matrix"))

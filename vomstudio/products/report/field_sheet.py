@@ -1,4 +1,4 @@
-"""Field sheet: the plan of a photo survey on one page, with figures, drawings and reminders."""
+"""Field sheet of a photo survey on one page: plan, figures, drawings and reminders."""
 
 from __future__ import annotations
 
@@ -21,24 +21,34 @@ if TYPE_CHECKING:
 FORMATS = (".pdf", ".svg", ".html")
 INK, FACE = "#202020", "#efe9df"
 PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
-"""Colours of photos and points, here and in the window."""
+"""Colours of photos and points, on the sheet and in the window."""
 _WORDS = {
     "perpendicular": to_translate("perpendicular"),
     "oblique": to_translate("oblique"),
     "control": to_translate("control"),
     "check": to_translate("check"),
 }
-"""Kinds of photos and uses of points, as the plan names them."""
+"""Kinds of photos and uses of points, as named in the plan."""
 
 
 def check_format(path: str | Path) -> str:
-    """The ending. Raises UsageError for one that no sheet has."""
+    """Return the extension of a sheet.
+
+    Raises
+    ------
+    UsageError
+        For another extension.
+    """
     return check_extension(path, FORMATS)
 
 
 def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False) -> None:
-    """Write the sheet as the ending of `path` says. Raises UsageError for an unknown ending,
-    TargetError."""
+    """Write the sheet in the format of the extension.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     from vomstudio.core.files.atomic import atomic_write
 
     ending = check_format(path)
@@ -50,7 +60,7 @@ def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False
 
 
 def _save(figure: Figure, target: Any, format_: str) -> None:
-    """Without a date or names drawn by chance: the same plan gives the same file."""
+    """Write without date or random names, so that the same plan gives the same file."""
     from matplotlib import rc_context
 
     stamp = {"CreationDate": None} if format_ == "pdf" else {"Date": None}
@@ -59,16 +69,16 @@ def _save(figure: Figure, target: Any, format_: str) -> None:
 
 
 def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure:
-    """A4, upright; or only its two drawings."""
+    """Draw the sheet, A4 upright, or only its two drawings."""
     from matplotlib.figure import Figure
 
     height = 6.0 if pictures_only else 11.69
     figure = Figure(figsize=(8.27, height))
     bottom, top = (0.08, 0.94) if pictures_only else (0.325, 0.785)
-    # Half an inch between them, for the numbers of the upper one.
+    # Half an inch between the drawings, for the numbers of the upper one.
     tall = (top - bottom - 0.5 / height) / 2
     for low, above in ((top - tall, False), (bottom, True)):
-        # Printers leave some 5 mm of the paper white.
+        # Printers leave a margin of about 5 mm.
         _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, above=above)
     if not pictures_only:
         _text(figure, tr("Photo survey: field sheet"), 0.965, 15.0, weight="bold")
@@ -86,7 +96,7 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
 
 
 def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
-    """Seen as the photographer sees it, or from above."""
+    """Draw the photos as seen by the photographer, or from above."""
     from matplotlib.patches import Rectangle
 
     depth = 0.02 * plan.distance_m if above else plan.height_m
@@ -167,7 +177,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
 
 
 def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
-    """Names and values with their units, as they stand on the sheet."""
+    """Return names and values with units, as on the sheet."""
     near, far = plan.depth_of_field_m
     camera = plan.camera
     width, height = plan.footprint_m
@@ -260,7 +270,7 @@ def _reminders(plan: SurveyPlan) -> list[str]:
 
 
 def _html(plan: SurveyPlan) -> str:
-    """One file, without anything from elsewhere."""
+    """Build one HTML file without external resources."""
     import io
 
     drawing = io.StringIO()
@@ -271,7 +281,7 @@ def _html(plan: SurveyPlan) -> str:
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
         for name, value in figures(plan)
     )
-    said = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
+    reminders = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
     places = _rows(
         (
             tr("photo"),
@@ -309,7 +319,7 @@ def _html(plan: SurveyPlan) -> str:
         "table{border-collapse:collapse}th,td{padding:.15em .8em;text-align:left;"
         "border-bottom:1px solid #ddd}svg{width:100%;height:auto}</style></head><body>"
         f"<h1>{html.escape(tr('Photo survey: field sheet'))}</h1><table>{rows}</table>{svg}"
-        f"<ul>{said}</ul><h2>{html.escape(tr('Control points'))}</h2>{points}"
+        f"<ul>{reminders}</ul><h2>{html.escape(tr('Control points'))}</h2>{points}"
         f"<h2>{html.escape(tr('Positions'))}</h2>{places}</body></html>\n"
     )
 

@@ -1,4 +1,4 @@
-"""The report of a reconstruction: one HTML file that needs nothing beside it."""
+"""Report of a reconstruction: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.models.reconstruction_file import result_registration
-from vomstudio.products.report.residual_map import as_svg, residual_map
+from vomstudio.products.report.residual_map import embed_figure, residual_map
 from vomstudio.registration.summary import summary_of
 
 _STYLE = """
@@ -30,7 +30,9 @@ img { max-width: 100%; } .small { color: #666; font-size: 13px; }
 def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
     """Write the page for the `result` of `photogrammetry.reconstruction.reconstruct`.
 
-    Raises TargetError.
+    Raises
+    ------
+    TargetError
     """
     title = tr("Model of {folder}", folder=Path(str(result["folder"])).name)
     body = "".join(
@@ -103,7 +105,7 @@ def _survey(survey: Mapping[str, Any]) -> str:
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """rows: (class, cells)"""
+    """Build a table; rows are (class, cells)."""
     cells = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = "\n".join(
         f'<tr class="{kind}">' + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>"
@@ -115,7 +117,7 @@ def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> st
 def _number(value: float | None, digits: int, unit: str = "") -> str:
     if value is None or value != value:
         return "–"
-    # Less than half of the last digit is nought, without a sign.
+    # Values that round to zero have no sign.
     return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
 
 
@@ -160,8 +162,10 @@ def _camera(camera: Mapping[str, Any]) -> str:
     rows = []
     for number, name in enumerate(names):
         spread = camera["sigma"][number]
-        kept = tr("unknown") if spread is None else tr("held") if spread == 0 else f"± {spread:.2g}"
-        rows.append(("", [name, f"{camera['params'][number]:.6g}", kept]))
+        spread_text = (
+            tr("unknown") if spread is None else tr("held") if spread == 0 else f"± {spread:.2g}"
+        )
+        rows.append(("", [name, f"{camera['params'][number]:.6g}", spread_text]))
     photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])
     text = (
         f"<h3>{escape(str(camera['camera'] or tr('unknown camera')))}</h3>"
@@ -183,26 +187,30 @@ def _camera(camera: Mapping[str, Any]) -> str:
 
 
 def _registration(result: Mapping[str, Any]) -> str:
-    """What the registration is worth, what is to be minded about it, and by what it was found."""
-    found = result["registration"]
-    told = summary_of(result_registration(result, ""))
-    facts = [(tr("Coordinate system"), str(found["crs"]))] if found.get("crs") else []
-    if found.get("heights"):
-        facts.append((tr("Heights"), _plain(found["heights"])))
-    if reason := found.get("refused"):
+    """Describe the registration: accuracy, warnings and evidence."""
+    registration = result["registration"]
+    summary = summary_of(result_registration(result, ""))
+    facts = [(tr("Coordinate system"), str(registration["crs"]))] if registration.get("crs") else []
+    if registration.get("heights"):
+        facts.append((tr("Heights"), _plain(registration["heights"])))
+    if reason := registration.get("refused"):
         findings = (
             Finding("reconstruct.local-frame", reason=_sentence(reason)),
             Finding("reconstruct.register-later"),
         )
         text = "".join(f"<p>{escape(each.message)}</p>" for each in findings)
     else:
-        text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
-    text += _table(["", ""], [("", fact) for fact in (*facts, *told.facts)])
-    warnings = dict.fromkeys(map(_sentence, (*found.get("warnings", ()), *told.warnings)))
-    text += "".join(f'<p class="note">{escape(said)}</p>' for said in warnings)
-    if decisions := found.get("decisions"):
+        text = f"<p>{escape(summary.sentence)}</p>" if summary.sentence else ""
+    text += _table(["", ""], [("", fact) for fact in (*facts, *summary.facts)])
+    warnings = dict.fromkeys(map(_sentence, (*registration.get("warnings", ()), *summary.warnings)))
+    text += "".join(f'<p class="note">{escape(warning)}</p>' for warning in warnings)
+    if decisions := registration.get("decisions"):
         text += f"<p>{escape(' '.join(map(_sentence, decisions)))}</p>"
-    return text + residual_map(found, result["scaled"]) + _points(found.get("points", []))
+    return (
+        text
+        + residual_map(registration, result["scaled"])
+        + _points(registration.get("points", []))
+    )
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
@@ -252,7 +260,7 @@ LABELS = {
     "surface": to_translate("surface"),
     "texture": to_translate("texture"),
 }
-"""By the names of figures, settings and stages in the result; others are shown as they are."""
+"""Labels of figures, settings and stages of the result; other keys are shown unchanged."""
 _VALUES = {
     "above sea level": to_translate("above sea level"),
     "above the ellipsoid": to_translate("above the ellipsoid"),
@@ -261,7 +269,7 @@ _VALUES = {
     "left out": to_translate("left out"),
     "unseen": to_translate("unseen"),
 }
-"""Words that the result holds as values."""
+"""Words that the result contains as values."""
 
 
 def _label(key: str, unit: str = "m") -> str:
@@ -308,7 +316,7 @@ def _times(result: Mapping[str, Any]) -> str:
 
 
 def _picture(result: Mapping[str, Any]) -> str:
-    """Cameras and tie points from above and from the side."""
+    """Draw cameras and tie points from above and from the side."""
     from matplotlib.figure import Figure
 
     cloud, cameras, looks = (np.asarray(result["drawing"][k]) for k in ("points", "at", "looks"))
@@ -333,7 +341,7 @@ def _picture(result: Mapping[str, Any]) -> str:
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
-    return as_svg(
+    return embed_figure(
         figure,
         tr(
             "Cameras (blue, with view directions) and tie points (grey), relative to the origin of "

@@ -1,5 +1,4 @@
-"""The picture of a registration: its points, what is left over at them, and the axis about which
-the model is held worst."""
+"""Picture of a registration: its points, their residuals, and its weakest axis."""
 
 from __future__ import annotations
 
@@ -14,27 +13,34 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 
-# The longest arrow, beside the width of the picture.
-_LONGEST = 0.12
-_NAMED = 25
+# Longest arrow, relative to the width of the picture.
+_MAX_ARROW_SHARE = 0.12
+_MAX_LABELS = 25
 
 
-def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
-    """From above and from the side, as HTML; "" without points. found : the registration of a
-    result; scaled : in metres"""
+def residual_map(registration: Mapping[str, Any], scaled: bool) -> str:
+    """Draw the residuals from above and from the side, as HTML; "" without points.
+
+    Parameters
+    ----------
+    registration : mapping
+        Registration of a result.
+    scaled : bool
+        Whether lengths are metres.
+    """
     from matplotlib.figure import Figure
 
-    labels, places, left, check = _points(found)
+    labels, places, residuals, check = _points(registration)
     if len(labels) < 3:
         return ""
     middle = places.mean(axis=0)
     at = places - middle
-    sizes = np.linalg.norm(left, axis=1)
+    sizes = np.linalg.norm(residuals, axis=1)
     reach = float(np.ptp(at, axis=0).max()) or 1.0
-    times = _nice(_LONGEST * reach / sizes.max()) if sizes.max() > 0 else 1.0
+    times = _nice(_MAX_ARROW_SHARE * reach / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
     unit = "m" if scaled else tr("model units")
-    worst = _weakest(found)
+    worst = _weakest(registration)
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
         if worst is not None:
@@ -52,16 +58,16 @@ def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
         axes.quiver(
             at[:, i],
             at[:, j],
-            times * left[:, i],
-            times * left[:, j],
+            times * residuals[:, i],
+            times * residuals[:, j],
             color="#222222",
             angles="xy",
             scale_units="xy",
             scale=1.0,
             width=0.004,
         )
-        # From the side they would hide each other.
-        if len(labels) <= _NAMED and j == 1:
+        # From the side the labels would overlap.
+        if len(labels) <= _MAX_LABELS and j == 1:
             for label, place in zip(labels, at, strict=True):
                 axes.annotate(
                     label, (place[i], place[j]), (3, 3), textcoords="offset points", fontsize=7
@@ -71,7 +77,7 @@ def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
-    return as_svg(
+    return embed_figure(
         figure,
         tr(
             "Points of the registration about their middle (squares: check points); arrows: model "
@@ -87,8 +93,8 @@ def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
     )
 
 
-def as_svg(figure: Any, caption: str) -> str:
-    """A matplotlib figure within a page."""
+def embed_figure(figure: Any, caption: str) -> str:
+    """Embed a matplotlib figure in a page."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = BytesIO()
@@ -101,16 +107,16 @@ def as_svg(figure: Any, caption: str) -> str:
     )
 
 
-def _points(found: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray, BoolArray]:
-    """Labels, places, residuals and which of them only judge."""
+def _points(registration: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray, BoolArray]:
+    """Return labels, places, residuals, and which points are check points."""
     rows = [
         (row["label"], row["surveyed"], row["residual_m"], row["role"] == "check")
-        for row in found.get("points", ())
+        for row in registration.get("points", ())
         if row.get("role") in ("control", "check") and row.get("residual_m") and row.get("surveyed")
     ]
     rows += [
         (row["name"], row["surveyed"], [row[axis] for axis in ("dx", "dy", "dz")], False)
-        for row in found.get("residuals", ())
+        for row in registration.get("residuals", ())
         if row.get("used") and row.get("surveyed")
     ]
     return (
@@ -121,14 +127,14 @@ def _points(found: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray
     )
 
 
-def _weakest(found: Mapping[str, Any]) -> FloatArray | None:
-    covariance = np.array(found.get("covariance", []), np.float64)
+def _weakest(registration: Mapping[str, Any]) -> FloatArray | None:
+    covariance = np.array(registration.get("covariance", []), np.float64)
     if covariance.shape != (7, 7) or not covariance.any():
         return None
     return np.asarray(np.linalg.eigh(covariance[:3, :3])[1][:, -1], np.float64)
 
 
 def _nice(value: float) -> float:
-    """The round number below."""
+    """Return the next smaller round number."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)

@@ -1,9 +1,9 @@
 """Measurements on the sample outcrop compared with its truth.
 
-The truth comes from a table that was written by the maker of the sample, which shares no code with
-this program. Every check says how far the measurement is off, how far it may be by its own stated
-95 % region in that very direction, and whether the truth lies within. Of such regions about 1 in 20
-misses; a program whose regions never miss states them too wide.
+The truth is a table written by the maker of the sample, which shares no code with this program.
+Each check reports the error of a measurement, its stated 95 % error in that direction, and whether
+the truth is within. About 1 in 20 such regions misses the truth; a program whose regions never
+miss overstates its errors.
 """
 
 from __future__ import annotations
@@ -32,17 +32,28 @@ INTERSECTION = to_translate("intersection of bedding and fault")
 DISPLACEMENT = to_translate("displacement on the fault")
 """Names of checks, in English in the results."""
 
-# Of the tangents of angles between unit vectors that stand for the same direction.
+# Tolerance of the tangents of angles between unit vectors of the same direction.
 _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Check(Result):
-    """truth and measured: angles as a mapping, or one length in m; error and stated_95 in `unit`.
+    """Comparison of a measurement with its truth.
 
-    stated_95 is None, and `within` too, where no error can be stated. total_95 : of a plane, with
-    what resolution and registration of its model add, as tables publish it; None where there is
-    none
+    Parameters
+    ----------
+    name : str
+    truth, measured : mapping or float
+        Angles, or one length in m.
+    error : float
+        In `unit`.
+    stated_95 : float or None
+        Stated 95 % error in `unit`; None if it cannot be estimated, and then `within` too.
+    within : bool or None
+        Whether the truth is within it.
+    unit : str
+    total_95 : float or None
+        For a plane: 95 % error with resolution and registration, as in tables.
     """
 
     name: str
@@ -56,7 +67,7 @@ class Check(Result):
 
     @property
     def within_total(self) -> bool | None:
-        """Whether the truth is no farther than `total_95`."""
+        """Whether the error is at most `total_95`."""
         return None if self.total_95 is None else self.error <= self.total_95
 
     def to_dict(self) -> dict[str, Any]:
@@ -65,7 +76,7 @@ class Check(Result):
 
 @dataclass(frozen=True, eq=False)
 class SampleResult:
-    """Fits of all picks, fold axis, intersection of bedding and fault, and all checks."""
+    """Fits of all picks, fold axis, intersection of bedding and fault, and checks."""
 
     fits: PlaneFits
     beta: FoldAxis
@@ -74,8 +85,13 @@ class SampleResult:
 
 
 def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
-    """Fit every pick, find beta, the intersection of the middle limb with the fault and the slip,
-    and compare. Raises GeometryError where a pick has no plane."""
+    """Fit all picks, compute fold axis, intersection and slip, and compare with the truth.
+
+    Raises
+    ------
+    GeometryError
+        If a pick has no plane.
+    """
     fits = fit_planes(picks.points, picks.offsets)
     for name, reason in zip(picks.names, fits.error, strict=True):
         if reason is not None:
@@ -88,7 +104,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     fault = [i for i, kind in enumerate(picks.kinds) if kind == "fault"]
     beta = fold_axis(fits.dip_direction_deg[bedding], fits.dip_deg[bedding])
     checks.append(axis_check(FOLD_AXIS, beta, truth.axis))
-    # The beds that the fault cuts: those whose horizon is known on both sides of it.
+    # Beds cut by the fault: those with a horizon on both sides of it.
     pairs = horizon_pairs(picks)
     cut = [i for pair in pairs for i in pair]
     meeting = common_axis(
@@ -113,8 +129,11 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
 
 
 def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
-    """The true plane against the confidence ellipse of the fitted one: semi-axes tan(max) along
-    e2 and tan(min) along e1, in the plane tangent to the sphere at the fitted normal."""
+    """Compare the true plane with the confidence ellipse of the fitted one.
+
+    The semi-axes are tan(max) along e2 and tan(min) along e1, in the plane tangent to the sphere
+    at the fitted normal.
+    """
     plane = Plane.from_normal(fit.normal)
     ratio, error, stated = _deviation(
         fit.normal,
@@ -127,7 +146,7 @@ def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
 
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
-    """The true axis against the confidence ellipse of the measured one."""
+    """Compare the true axis with the confidence ellipse of the measured one."""
     swing = None if axis.confidence_axis is None else axis.confidence_axis.vector()
     ratio, error, stated = _deviation(
         axis.beta.vector(),
@@ -146,10 +165,10 @@ def slip_check(
     axis: Line,
     truth_m: float,
 ) -> Check:
-    """Slip at right angles to the axis, from horizons on both sides of the fault.
+    """Compare the slip at right angles to the axis, from horizons on both sides of the fault.
 
-    Each pair of planes is met by the line in the fault along which it slipped; the mean of the
-    distances between the meeting points, with Student's 95 % interval of their scatter.
+    The line of slip in the fault intersects each pair of planes. The result is the mean distance of
+    these points, with Student's 95 % interval.
     """
     from scipy.special import stdtrit
 
@@ -182,28 +201,28 @@ def _deviation(
     max_deg: float | None,
     min_deg: float | None,
 ) -> tuple[float | None, float, float | None]:
-    """Of an axis against its ellipse: the truth's distance from the centre in units of the
-    ellipse's radius that way, the angle between the two, and that radius, degrees."""
+    """Return ratio of the truth's distance to the ellipse's radius, angle, and radius, degrees."""
     truth = truth if truth @ measured >= 0 else -truth
     cosine = float(truth @ measured)
     error = math.degrees(math.atan2(float(np.linalg.norm(np.cross(measured, truth))), cosine))
     if major is None or max_deg is None or min_deg is None or cosine <= 0:
         return None, error, None
-    off = truth / cosine - measured
+    offset = truth / cosine - measured
     minor = np.cross(measured, major)
-    ratio = math.hypot(_share(float(off @ major), max_deg), _share(float(off @ minor), min_deg))
+    ratio = math.hypot(
+        _share(float(offset @ major), max_deg), _share(float(offset @ minor), min_deg)
+    )
     if ratio == 0.0:
         return 0.0, error, max_deg
-    return ratio, error, math.degrees(math.atan(float(np.linalg.norm(off)) / ratio))
+    return ratio, error, math.degrees(math.atan(float(np.linalg.norm(offset)) / ratio))
 
 
-def _share(off: float, limit_deg: float) -> float:
-    """A distance in units of a semi-axis. One of length 0, of points that lie in a plane exactly,
-    holds what is off by no more than rounding."""
+def _share(distance: float, limit_deg: float) -> float:
+    """Return a distance in units of a semi-axis; a semi-axis of 0 allows only rounding errors."""
     limit = math.tan(math.radians(limit_deg))
     if limit > 0.0:
-        return off / limit
-    return 0.0 if abs(off) <= _ROUNDING else math.inf
+        return distance / limit
+    return 0.0 if abs(distance) <= _ROUNDING else math.inf
 
 
 def _within(ratio: float | None) -> bool | None:

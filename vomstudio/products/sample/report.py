@@ -1,4 +1,4 @@
-"""The sample outcrop's checks as a page to read: plain text, and HTML with the pictures."""
+"""Report of the sample outcrop's checks: plain text, and HTML with pictures."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vomstudio.products.sample.check import Check
 TITLE = to_translate("Measurements on the sample outcrop")
 
 
-def as_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
-    """A table with one line for every check, and how many of the stated regions hold the truth."""
+def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
+    """Format a table with one line per check, and the number of regions that contain the truth."""
     rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
@@ -34,14 +34,14 @@ def _heads() -> tuple[str, ...]:
 def tally(checks: Sequence[Check]) -> Finding:
     """Count how often the true value lies within the stated region."""
     stated = [check for check in checks if check.within is not None]
-    held = sum(bool(check.within) for check in stated)
-    return Finding("sample.tally", held=held, count=len(stated))
+    within_count = sum(bool(check.within) for check in stated)
+    return Finding("sample.tally", held=within_count, count=len(stated))
 
 
-def as_html(
+def format_html(
     checks: Sequence[Check], notes: Sequence[Finding], images: Mapping[str, str], seconds: float
 ) -> str:
-    """Return the report as HTML. images : file name beside the page -> caption"""
+    """Format the report as HTML; `images` maps file names to captions."""
     head, *body = [_heads(), *map(_cells, checks)]
     rows = "\n".join(
         f'<tr class="{"" if check.within else "out"}">'

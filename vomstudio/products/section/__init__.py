@@ -1,1 +1,1 @@
-"""Sections: where a plane or a curtain cuts a model, and what is projected onto it."""
+"""Sections: a plane or curtain that cuts a model, and features projected onto it."""

@@ -1,4 +1,4 @@
-"""The figure of a log: the column of beds to scale, with thicknesses, lithologies and notes."""
+"""Figure of a log: the column of beds to scale, with thicknesses, lithologies and notes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.bed_log import BedLog, Interval
-from vomstudio.products.net.figure_file import sizes_of, write_figure
+from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.decimals import format_with_error
 from vomstudio.products.section.lithology_style import (
+    DEFAULT_WIDTH,
     DUNHAM_GRAINS,
     GRAINS,
-    OPEN,
     LithologyStyle,
     style_of,
 )
@@ -30,24 +30,34 @@ if TYPE_CHECKING:
 
 
 WIDTH_MM = 170.0
-_HIGHEST_MM = 190.0
-"""Of the column: with the words around it the figure fits on a page of A4."""
+_MAX_COLUMN_MM = 190.0
+"""Maximum height of the column; with the text around it the figure fits on a page of A4."""
 _LEFT_MM, _COLUMN_MM = 20.0, 38.0
 _THICKNESS_MM, _LITHOLOGY_MM, _NOTES_MM = 64.0, 96.0, 130.0
-"""Where the words of each bed begin."""
+"""Left edges of the text of each bed."""
 _TOP_MM, _BOTTOM_MM = 17.0, 20.0
 _ROW_MM = 4.0
-_MOST_ROWS = 250
-"""Of more beds only those are named that are as thick as a row."""
-_MOST_LITHOLOGY, _MOST_NOTES = 22, 26
+_MAX_ROWS = 250
+"""In logs with more beds, only beds at least as thick as a row have text."""
+_MAX_LITHOLOGY_LENGTH, _MAX_NOTES_LENGTH = 22, 26
 _BRICK_MM = (5.0, 2.2)
 
 
 @dataclass(frozen=True)
 class LogPage:
-    """scale : 1 to this; height_m on the page, millimetres; rows : of the words of each bed, above
-    the base of the column, NaN where there is no room for them; lowest, highest : of what is drawn,
-    against the base of the column"""
+    """Layout of a log on a page.
+
+    Parameters
+    ----------
+    scale : float
+        Denominator of the scale.
+    column_mm : float
+        Height of the column.
+    rows_mm : (n,) array
+        Position of the text of each bed above the base of the column; NaN without space for it.
+    lowest_mm, highest_mm : float
+        Limits of the drawing, relative to the base of the column.
+    """
 
     scale: float
     column_mm: float
@@ -57,17 +67,18 @@ class LogPage:
 
     @property
     def height_mm(self) -> float:
+        """Height of the page, mm."""
         return self.highest_mm - self.lowest_mm + _TOP_MM + _BOTTOM_MM
 
 
-def page_of(log: BedLog) -> LogPage:
-    """The largest round scale at which the column fits on a page, and the places of its words."""
+def lay_out_page(log: BedLog) -> LogPage:
+    """Lay out a log at the largest round scale at which the column fits on a page."""
     total = log.total_m.value
-    scale = _round_up(1000.0 * total / _HIGHEST_MM) if total > 0 else 1.0
+    scale = _round_up(1000.0 * total / _MAX_COLUMN_MM) if total > 0 else 1.0
     column = 1000.0 * total / scale
     middles = [500.0 * (each.base_m + each.top_m) / scale for each in log.intervals]
     thick = [1000.0 * (each.top_m - each.base_m) / scale for each in log.intervals]
-    named = [len(middles) <= _MOST_ROWS or t >= _ROW_MM for t in thick]
+    named = [len(middles) <= _MAX_ROWS or t >= _ROW_MM for t in thick]
     rows = np.full(len(middles), np.nan)
     rows[named] = _spread([m for m, n in zip(middles, named, strict=True) if n], _ROW_MM)
     half = 0.5 * _ROW_MM
@@ -86,9 +97,26 @@ def write_log_figure(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png, to scale on paper (text stays text in svg and pdf).
-    about : on what the thicknesses rest. Raises UsageError for another format."""
-    page = page_of(log)
+    """Write the figure of a log, to scale on paper; text remains text in svg and pdf.
+
+    Parameters
+    ----------
+    target : str, Path or binary file
+    log : BedLog
+    format : {"svg", "pdf", "png"}
+    about : str
+        Basis of the thicknesses.
+    metric : bool
+        Lengths are metres.
+    style : NetStyle
+    dpi : float
+
+    Raises
+    ------
+    UsageError
+        For another format.
+    """
+    page = lay_out_page(log)
     write_figure(
         target,
         lambda figure: draw_log(figure, log, page, about, metric, style),
@@ -96,14 +124,14 @@ def write_log_figure(
         size_mm=(WIDTH_MM, page.height_mm),
         paper=style.paper,
         dpi=dpi,
-        settings={**sizes_of(style), "hatch.linewidth": 0.45 * style.line_pt},
+        settings={**size_settings(style), "hatch.linewidth": 0.45 * style.line_pt},
     )
 
 
 def draw_log(
     figure: Figure, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
 ) -> Axes:
-    """On a figure of this page; its axes are in millimetres from the base of the column."""
+    """Draw a log on a figure of the size of the page; axes are mm from the base of the column."""
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     ax.set_xlim(-_LEFT_MM, WIDTH_MM - _LEFT_MM)
     ax.set_ylim(page.lowest_mm - _BOTTOM_MM, page.highest_mm + _TOP_MM)
@@ -123,7 +151,7 @@ def draw_log(
 def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: NetStyle) -> None:
     from matplotlib.patches import Rectangle
 
-    wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
+    wide = _COLUMN_MM * (DEFAULT_WIDTH if look.width is None else look.width)
     bed = Rectangle(
         (0.0, low),
         wide,
@@ -139,7 +167,7 @@ def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: Ne
         for ends in ((low, high), (high, low)):
             ax.plot([0.0, wide], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
     elif look.ornament:
-        _lay_bricks(ax, bed, wide, low, high, look.ornament == "slanting bricks", style)
+        _draw_bricks(ax, bed, wide, low, high, look.ornament == "slanting bricks", style)
     ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
     ax.plot([0.0, 0.0], [low, high], **ink)
     for at in (low, high):
@@ -147,7 +175,7 @@ def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: Ne
     ax.plot([wide, wide], [low, high], linestyle="--" if look.width is None else "-", **ink)
 
 
-def _lay_bricks(
+def _draw_bricks(
     ax: Axes, bed: object, wide: float, low: float, high: float, slanting: bool, style: NetStyle
 ) -> None:
     from matplotlib.collections import LineCollection
@@ -171,7 +199,7 @@ def _lay_bricks(
 def _write_bed(
     ax: Axes, each: Interval, middle: float, row: float, look: LithologyStyle, style: NetStyle
 ) -> None:
-    wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
+    wide = _COLUMN_MM * (DEFAULT_WIDTH if look.width is None else look.width)
     begin = _COLUMN_MM + 2.0
     ax.plot(
         [wide + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0],
@@ -182,9 +210,9 @@ def _write_bed(
     )
     thick = each.thickness_m
     words = (
-        (_THICKNESS_MM, with_error(thick.value, thick.error95)),
-        (_LITHOLOGY_MM, _short(each.lithology.replace("_", " "), _MOST_LITHOLOGY)),
-        (_NOTES_MM, _short(each.notes, _MOST_NOTES)),
+        (_THICKNESS_MM, format_with_error(thick.value, thick.error95)),
+        (_LITHOLOGY_MM, _shorten(each.lithology.replace("_", " "), _MAX_LITHOLOGY_LENGTH)),
+        (_NOTES_MM, _shorten(each.notes, _MAX_NOTES_LENGTH)),
     )
     for at, text in words:
         ax.text(
@@ -200,7 +228,7 @@ def _write_bed(
 
 
 def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
-    """The axis of heights, with ticks every round step."""
+    """Draw the axis of heights, with round ticks."""
     ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
     ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
     step = _round_up(0.001 * page.scale * 8.0)
@@ -234,7 +262,7 @@ def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> Non
 
 
 def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
-    """Below the column: what its width stands for, as far as beds tell it."""
+    """Label the grain sizes below the column, if any bed states one."""
     down = -3.0
     for names, dunham in ((GRAINS, False), (DUNHAM_GRAINS, True)):
         if not any(s.width is not None and s.dunham == dunham for s in styles):
@@ -313,26 +341,25 @@ def _write_head(
         )
 
 
-def _short(text: str, most: int) -> str:
+def _shorten(text: str, max_length: int) -> str:
     text = " ".join(text.split())
-    return text if len(text) <= most else f"{text[: most - 1]}…"
+    return text if len(text) <= max_length else f"{text[: max_length - 1]}…"
 
 
 def _round_up(value: float) -> float:
-    """The least 1, 2 or 5 times a power of ten that is at least this."""
+    """Return the smallest 1, 2 or 5 times a power of ten that is not less than the value."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= value * (1.0 - 1e-9))
 
 
-def _spread(wanted: Sequence[float], apart: float) -> FloatArray:
-    """Places in the same order, at least so far apart, as near to the wanted ones as can be (least
-    squares, by pooling)."""
+def _spread(targets: Sequence[float], distance: float) -> FloatArray:
+    """Move positions apart to a minimum distance, with the least squared displacement (pooling)."""
     blocks: list[tuple[float, int]] = []
-    for i, place in enumerate(wanted):
-        total, count = place - i * apart, 1
+    for i, place in enumerate(targets):
+        total, count = place - i * distance, 1
         while blocks and blocks[-1][0] / blocks[-1][1] >= total / count:
-            before, many = blocks.pop()
-            total, count = total + before, count + many
+            previous_total, previous_count = blocks.pop()
+            total, count = total + previous_total, count + previous_count
         blocks.append((total, count))
     flat = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
-    return np.asarray(flat + apart * np.arange(len(wanted)), np.float64)
+    return np.asarray(flat + distance * np.arange(len(targets)), np.float64)

@@ -1,5 +1,4 @@
-"""Lines projected onto a section with bends: each part onto the piece of the section before which
-it lies."""
+"""Projection of lines onto a section with bends, part by part onto the piece in front of them."""
 
 from __future__ import annotations
 
@@ -9,64 +8,80 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.products.ortho.interpretation import Flat, Item, flattened
+from vomstudio.products.ortho.interpretation import Item, ProjectedItem, project_item
 from vomstudio.products.section.section_lines import Panel
 
 PIECES = 256
-"""Into so many steps a line is divided, to find where it passes from one piece to another."""
-_JUMP = 2.0
-"""A line is broken where a step is longer on the section, by this factor, than it is in space."""
+"""Number of steps of a line, to find where it passes from one piece to another."""
+_MAX_STRETCH = 2.0
+"""A line is broken if a step on the section is longer than in space by this factor."""
 
 
-def projected_along_bends(
+def project_along_bends(
     item: Item, panels: Sequence[Panel], along: FloatArray | None
-) -> tuple[Flat, ...]:
-    """The parts of a line or outline (n > 1 points) that lie before one of the panels. Where two
-    have it before them it is on the nearer one: on the inner side of a bend it is broken there. On
-    the outer side there is a wedge that lies before none, which is passed over. A part of an
-    outline is a line."""
-    points, own = _divided(item.points)
+) -> tuple[ProjectedItem, ...]:
+    """Project a line or outline onto the pieces of a section.
+
+    Parts in front of two pieces are projected onto the nearer one, so that the line is broken on
+    the inner side of a bend. Parts in the wedge on the outer side, in front of none, are omitted.
+    A part of an outline becomes a line.
+
+    Parameters
+    ----------
+    item : Item
+        With more than one point.
+    panels : sequence of Panel
+    along : (3,) array or None
+        Direction of projection; None for right angles.
+
+    Returns
+    -------
+    tuple of Flat
+    """
+    points, is_vertex = _subdivide(item.points)
     best = np.full(len(points), np.inf)
-    which = np.full(len(points), -1)
+    panel_of = np.full(len(points), -1)
     flat = np.zeros((len(points), 2))
     away = np.zeros(len(points))
     for k, panel in enumerate(panels):
-        one = flattened(replace(item, points=points), panel.origin, panel.right, panel.up, along)
-        if one is None:
+        projected = project_item(
+            replace(item, points=points), panel.origin, panel.right, panel.up, along
+        )
+        if projected is None:
             continue
-        x = one.points[:, 0]
-        nearer = (x >= panel.low) & (x <= panel.high) & (np.abs(one.away) < best)
-        best[nearer], which[nearer] = np.abs(one.away[nearer]), k
-        away[nearer] = one.away[nearer]
-        flat[nearer] = one.points[nearer] + [panel.start, panel.level]
-    inside = np.flatnonzero(which >= 0)
-    if len(inside) == len(points) and (which == which[0]).all():
-        return (Flat(item, flat[own], away[own], None),)
+        x = projected.points[:, 0]
+        nearer = (x >= panel.low) & (x <= panel.high) & (np.abs(projected.away) < best)
+        best[nearer], panel_of[nearer] = np.abs(projected.away[nearer]), k
+        away[nearer] = projected.away[nearer]
+        flat[nearer] = projected.points[nearer] + [panel.start, panel.level]
+    inside = np.flatnonzero(panel_of >= 0)
+    if len(inside) == len(points) and (panel_of == panel_of[0]).all():
+        return (ProjectedItem(item, flat[is_vertex], away[is_vertex], None),)
     steps = np.linalg.norm(np.diff(points[inside], axis=0), axis=1)
     drawn = np.linalg.norm(np.diff(flat[inside], axis=0), axis=1)
-    broken = np.flatnonzero(drawn > _JUMP * steps + 1e-12) + 1
+    broken = np.flatnonzero(drawn > _MAX_STRETCH * steps + 1e-12) + 1
     piece = replace(item, form="line", filled=False) if item.form == "ring" else item
-    found = []
+    parts = []
     for run in np.split(inside, broken):
         if len(run) < 2:
             continue
-        # The vertices, both ends, and where the line passes from one piece to another.
-        keep = own[run]
-        keep[[0, -1]] = True
-        passes = np.flatnonzero(np.diff(which[run]))
-        keep[passes] = keep[passes + 1] = True
-        rows = run[keep]
-        found.append(Flat(piece, flat[rows], away[rows], None))
-    return tuple(found)
+        # Keep vertices, both ends, and the passages from one piece to another.
+        is_kept = is_vertex[run]
+        is_kept[[0, -1]] = True
+        passes = np.flatnonzero(np.diff(panel_of[run]))
+        is_kept[passes] = is_kept[passes + 1] = True
+        rows = run[is_kept]
+        parts.append(ProjectedItem(piece, flat[rows], away[rows], None))
+    return tuple(parts)
 
 
-def _divided(points: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Points with others between them, and which of them are the given ones."""
+def _subdivide(points: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Insert points between vertices; also return which points are vertices."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     step = max(float(lengths.sum()) / PIECES, 1e-12)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
-    parts, own = [], []
+    parts, is_vertex = [], []
     for a, b, n in zip(points[:-1], points[1:], counts.tolist(), strict=True):
         parts.append(a + (b - a) * np.arange(n)[:, None] / n)
-        own.append(np.arange(n) == 0)
-    return np.concatenate([*parts, points[-1:]]), np.concatenate([*own, [True]])
+        is_vertex.append(np.arange(n) == 0)
+    return np.concatenate([*parts, points[-1:]]), np.concatenate([*is_vertex, [True]])

@@ -1,5 +1,4 @@
-"""Where a section meets a surface: exact lines on a mesh, and the trend of points beside it of a
-cloud."""
+"""Intersection of a section with a mesh (exact) or a cloud (trend of its points)."""
 
 from __future__ import annotations
 
@@ -15,25 +14,35 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.section_lines import Curtain, Panel
 
-JOINED = 1e-6
-"""Ends of lines this near to each other are one place, metres."""
-LINK_STEPS = 8.0
-"""Points of a cloud are linked over so many steps at most."""
+JOIN_TOLERANCE_M = 1e-6
+"""Ends of lines within this distance coincide, m."""
+MAX_LINK_SPACINGS = 8.0
+"""Maximum length of a link between points of a cloud, in spacings."""
 SLAB_SPACINGS = 4.0
-FEWEST_POINTS = 3
+MIN_POINTS = 3
 NEIGHBOURS = 24
-"""Points that tell the local plane of one of a cloud."""
-PLANAR = 0.1
-"""Their least variance by the one before it, at most, where they lie in a plane."""
-STEEPEST = 2.0
-"""A point moves along its local plane by so many times its distance from the section at most."""
+"""Number of points for the local plane of a cloud."""
+MAX_PLANARITY_RATIO = 0.1
+"""Maximum ratio of the smallest variance to the next one for points in a plane."""
+MAX_SHIFT_RATIO = 2.0
+"""Maximum shift of a point along its local plane, in distances from the section."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """What a section shows. lines : each (n, 2) distance along the section and height in it; world
-    : the same points, each (n, 3); slab_m : thickness of the slab whose points of a cloud were
-    taken, None for a mesh; points : how many those were"""
+    """Lines of a surface in a section.
+
+    Parameters
+    ----------
+    lines : tuple of (n, 2) arrays
+        Distance along the section and height in it, m.
+    world : tuple of (n, 3) arrays
+        The same points in World, m.
+    slab_m : float or None
+        Thickness of the slab of points of a cloud; None for a mesh.
+    points : int or None
+        Number of these points.
+    """
 
     lines: tuple[FloatArray, ...]
     world: tuple[FloatArray, ...]
@@ -42,7 +51,7 @@ class Cut:
 
     @property
     def length_m(self) -> float:
-        """Of all lines together."""
+        """Total length of all lines, m."""
         return float(
             sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in self.world)
         )
@@ -54,14 +63,21 @@ def cut_model(
     slab: float | None = None,
     spacing: float | None = None,
 ) -> Cut:
-    """Cut a model of World.
+    """Cut a model by a section.
 
     Parameters
     ----------
+    data : Mesh or PointCloud
+        World, m.
+    curtain : Curtain
     slab : float, optional
-        Thickness for a cloud, metres; SLAB_SPACINGS times `spacing` if omitted.
+        Thickness for a cloud, m; `SLAB_SPACINGS` times `spacing` if omitted.
     spacing : float, optional
-        Mean distance of neighbouring points of a cloud, metres; estimated if omitted.
+        Mean distance of neighbouring points of a cloud, m; estimated if omitted.
+
+    Returns
+    -------
+    Cut
 
     Raises
     ------
@@ -72,40 +88,40 @@ def cut_model(
         if slab is not None:
             raise UsageError(Finding("option.clouds-only", option="--slab"), field="--slab")
         pieces = [_cut_mesh(data, panel) for panel in curtain.panels]
-        return _joined(np.concatenate(pieces), curtain)
+        return _merge_pieces(np.concatenate(pieces), curtain)
     if spacing is None:
         estimate = point_spacing(data)
         spacing = estimate if np.isfinite(estimate) else 0.0
     thick = SLAB_SPACINGS * spacing if slab is None else slab
-    parts = [_slab(data.points, panel, thick) for panel in curtain.panels]
+    parts = [_project_slab(data.points, panel, thick) for panel in curtain.panels]
     points = np.concatenate(parts)
-    lines = _linked(points, max(spacing, 1e-12))
-    world = tuple(_in_world(line, curtain) for line in lines)
+    lines = _link_points(points, max(spacing, 1e-12))
+    world = tuple(_to_world(line, curtain) for line in lines)
     return Cut(tuple(lines), world, thick, len(points))
 
 
 def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
-    """(n, 2, 2) pieces, one for each triangle that is met: distance along and height of both ends.
+    """Return one piece (n, 2, 2) per intersected triangle: distance along and height of both ends.
 
-    A corner on the plane itself counts as on the viewer's side, so that every triangle has two
-    crossed edges or none and neighbours agree on them.
+    A corner on the plane counts as on the viewer's side, so that every triangle has two crossed
+    edges or none, and neighbours agree.
     """
-    # Far from zero only differences have the digits.
+    # Far from the origin only differences are precise.
     side = (mesh.vertices - panel.origin) @ panel.normal >= 0
     corners = side[mesh.faces]
-    met = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
-    faces, corners = mesh.faces[met], corners[met]
-    # The corner that is alone on its side, then the two others.
-    alone = np.where(
+    intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
+    faces, corners = mesh.faces[intersected], corners[intersected]
+    # First the corner that is alone on its side, then the two others.
+    single = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, alone]
+    tip = faces[rows, single]
     ends = [
-        _crossing(mesh.vertices, tip, faces[rows, (alone + k) % 3], side, panel) for k in (1, 2)
+        _crossing(mesh.vertices, tip, faces[rows, (single + k) % 3], side, panel) for k in (1, 2)
     ]
     pieces = np.stack(ends, axis=1)
-    return _within(pieces, panel)
+    return _clip(pieces, panel)
 
 
 def _crossing(
@@ -115,16 +131,19 @@ def _crossing(
     side: BoolArray,
     panel: Panel,
 ) -> FloatArray:
-    """(n, 2) where edges cross the plane. Always reckoned from the viewer's side, so that triangles
-    on both sides of an edge find the same to the bit, corners that stand twice included."""
+    """Return the points (n, 2) where edges cross the plane.
+
+    They are computed from the viewer's side, so that both triangles of an edge give identical
+    results.
+    """
     first, second = np.where(side[a], a, b), np.where(side[a], b, a)
     p, q = (panel.coordinates(vertices[k]) for k in (first, second))
     share = p[:, 2] / (p[:, 2] - q[:, 2])
     return np.asarray(p[:, :2] + share[:, None] * (q[:, :2] - p[:, :2]))
 
 
-def _within(pieces: FloatArray, panel: Panel) -> FloatArray:
-    """What of pieces (n, 2, 2) lies on the panel, cut off at its ends."""
+def _clip(pieces: FloatArray, panel: Panel) -> FloatArray:
+    """Clip pieces (n, 2, 2) to the ends of a panel."""
     low, high = panel.start + panel.low, panel.start + panel.high
     first, last = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
     pieces = pieces[(last >= low) & (first <= high)]
@@ -135,24 +154,28 @@ def _within(pieces: FloatArray, panel: Panel) -> FloatArray:
     cut = pieces.copy()
     for limit, beyond in ((low, np.less), (high, np.greater)):
         for k, end in enumerate((a, b)):
-            off = beyond(end[:, 0], limit)
-            share = (limit - a[off, 0]) / step[off, 0]
-            cut[off, k] = np.stack(
-                [np.full(len(share), limit), a[off, 1] + share * step[off, 1]], 1
+            is_beyond = beyond(end[:, 0], limit)
+            share = (limit - a[is_beyond, 0]) / step[is_beyond, 0]
+            cut[is_beyond, k] = np.stack(
+                [np.full(len(share), limit), a[is_beyond, 1] + share * step[is_beyond, 1]], 1
             )
     return cut
 
 
-def _joined(pieces: FloatArray, curtain: Curtain) -> Cut:
-    """Pieces that share their ends as lines."""
+def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
+    """Merge pieces that share ends into lines."""
     import shapely
 
-    # Beside a bend of the section both panels find the same end but for rounding.
-    pieces = np.round(pieces / JOINED) * JOINED if len(curtain.panels) > 1 else pieces
+    # At a bend of the section the ends on both panels differ by rounding.
+    pieces = (
+        np.round(pieces / JOIN_TOLERANCE_M) * JOIN_TOLERANCE_M
+        if len(curtain.panels) > 1
+        else pieces
+    )
     pieces = pieces[(pieces[:, 0] != pieces[:, 1]).any(axis=1)]
     if not len(pieces):
         return Cut((), ())
-    # The same piece twice: of faces that stand twice, or an edge that lies on the plane.
+    # Remove duplicates, from coincident faces or an edge in the plane.
     swapped = pieces[:, 0, 0] > pieces[:, 1, 0]
     swapped |= (pieces[:, 0, 0] == pieces[:, 1, 0]) & (pieces[:, 0, 1] > pieces[:, 1, 1])
     pieces[swapped] = pieces[swapped][:, ::-1]
@@ -162,68 +185,75 @@ def _joined(pieces: FloatArray, curtain: Curtain) -> Cut:
     lines = [np.asarray(shapely.get_coordinates(part), np.float64) for part in parts]
     lines = [line if line[0, 0] <= line[-1, 0] else line[::-1] for line in lines]
     lines.sort(key=lambda line: (float(line[:, 0].min()), float(line[0, 1])))
-    return Cut(tuple(lines), tuple(_in_world(line, curtain) for line in lines))
+    return Cut(tuple(lines), tuple(_to_world(line, curtain) for line in lines))
 
 
-def _in_world(line: FloatArray, curtain: Curtain) -> FloatArray:
+def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
     panels = curtain.panels
     starts = np.array([panel.start for panel in panels[1:]])
-    which = np.searchsorted(starts, line[:, 0], side="right")
-    found = np.empty((len(line), 3))
-    for k in np.unique(which):
-        rows = which == k
-        found[rows] = panels[k].world(line[rows, 0], line[rows, 1])
-    return found
+    panel_of = np.searchsorted(starts, line[:, 0], side="right")
+    points = np.empty((len(line), 3))
+    for k in np.unique(panel_of):
+        rows = panel_of == k
+        points[rows] = panels[k].world(line[rows, 0], line[rows, 1])
+    return points
 
 
-def _slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
-    """(n, 2) points within half the thickness of the panel, brought onto it along the surface."""
+def _project_slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
+    """Project the points (n, 2) within half the thickness onto the panel, along the surface."""
     at = panel.coordinates(points)
     along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
     near = along & (np.abs(at[:, 2]) <= 0.5 * thick)
     around = np.abs(at[:, 2]) <= thick
-    return np.ascontiguousarray(_slid(at[near], at[around]))
+    return np.ascontiguousarray(_slide_to_panel(at[near], at[around]))
 
 
-def _slid(at: FloatArray, around: FloatArray) -> FloatArray:
-    """(n, 2) where the local planes of points (along, height, across) meet the panel. At right
-    angles the points of a surface that slants across the panel would be a band, and the line
-    through them a zigzag; so would their noise. Those without a plane, or whose plane runs nearly
-    along the panel, are projected at right angles."""
+def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
+    """Move points (along, height, across) within their local planes to the panel; returns (n, 2).
+
+    A projection at right angles would widen a surface that is oblique to the panel to a band, and
+    the line through its points to a zigzag. It is used for points without a plane, or whose plane
+    is nearly parallel to the panel.
+    """
     from scipy.spatial import cKDTree
 
     if len(around) < NEIGHBOURS:
         return at[:, :2]
     _, rows = cKDTree(around).query(at, NEIGHBOURS)
     middle = around[rows].mean(axis=1)
-    beside = around[rows] - middle[:, None]
-    values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", beside, beside))
+    offsets = around[rows] - middle[:, None]
+    values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     normal = axes[:, :, 0]
-    free = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
-    planar = values[:, 0] <= PLANAR * values[:, 1]
-    planar &= normal[:, 2] ** 2 <= STEEPEST**2 * free
-    # The point goes onto its plane at right angles, then in the plane to the panel.
-    off = np.einsum("ni,ni->n", at - middle, normal)
-    on_plane = at - off[:, None] * normal
-    met = on_plane[:, :2] + (on_plane[:, 2] * normal[:, 2] / free)[:, None] * normal[:, :2]
-    return np.where(planar[:, None], met, at[:, :2])
+    horizontal = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
+    planar = values[:, 0] <= MAX_PLANARITY_RATIO * values[:, 1]
+    planar &= normal[:, 2] ** 2 <= MAX_SHIFT_RATIO**2 * horizontal
+    # The point moves perpendicularly onto its plane, then within the plane to the panel.
+    distance = np.einsum("ni,ni->n", at - middle, normal)
+    projected = at - distance[:, None] * normal
+    crossing = (
+        projected[:, :2] + (projected[:, 2] * normal[:, 2] / horizontal)[:, None] * normal[:, :2]
+    )
+    return np.where(planar[:, None], crossing, at[:, :2])
 
 
-def _linked(points: FloatArray, spacing: float) -> list[FloatArray]:
-    """Lines through points: the mean of those in each cell of one spacing, linked by their shortest
-    spanning tree without links over LINK_STEPS spacings, of each tree its longest way."""
+def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
+    """Connect points to lines.
+
+    The means of cells of one spacing are linked by a minimum spanning tree with links up to
+    `MAX_LINK_SPACINGS` spacings; each tree gives its longest path.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
     from scipy.spatial import cKDTree
 
-    if len(points) < FEWEST_POINTS:
+    if len(points) < MIN_POINTS:
         return []
     cells = np.floor((points - points.min(axis=0)) / spacing).astype(np.int64)
-    _, where = np.unique(cells, axis=0, return_inverse=True)
-    where = where.ravel()
-    counts = np.bincount(where)
-    middle = np.stack([np.bincount(where, points[:, k]) / counts for k in (0, 1)], axis=1)
-    pairs = cKDTree(middle).query_pairs(LINK_STEPS * spacing, output_type="ndarray")
+    _, cell_of = np.unique(cells, axis=0, return_inverse=True)
+    cell_of = cell_of.ravel()
+    counts = np.bincount(cell_of)
+    middle = np.stack([np.bincount(cell_of, points[:, k]) / counts for k in (0, 1)], axis=1)
+    pairs = cKDTree(middle).query_pairs(MAX_LINK_SPACINGS * spacing, output_type="ndarray")
     if not len(pairs):
         return []
     lengths = np.linalg.norm(middle[pairs[:, 0]] - middle[pairs[:, 1]], axis=1)
@@ -233,22 +263,21 @@ def _linked(points: FloatArray, spacing: float) -> list[FloatArray]:
     lines = []
     for k in range(count):
         rows = np.flatnonzero(label == k)
-        if len(rows) >= FEWEST_POINTS:
-            line = middle[rows][_longest_way(tree[rows][:, rows])]
+        if len(rows) >= MIN_POINTS:
+            line = middle[rows][_longest_path(tree[rows][:, rows])]
             lines.append(line if line[0, 0] <= line[-1, 0] else line[::-1])
     return sorted(lines, key=lambda line: float(line[0, 0]))
 
 
-def _longest_way(tree: object) -> list[int]:
-    """Rows along the longest way in a tree: from any row to the farthest, from there to the
-    farthest."""
+def _longest_path(tree: object) -> list[int]:
+    """Return the rows along the longest path in a tree, by two searches for the farthest row."""
     from scipy.sparse.csgraph import dijkstra
 
     far = int(np.argmax(dijkstra(tree, directed=False, indices=0)))
-    away, before = dijkstra(tree, directed=False, indices=far, return_predecessors=True)
-    at = int(np.argmax(away))
-    way = [at]
+    distance, predecessors = dijkstra(tree, directed=False, indices=far, return_predecessors=True)
+    at = int(np.argmax(distance))
+    path = [at]
     while at != far:
-        at = int(before[at])
-        way.append(at)
-    return way
+        at = int(predecessors[at])
+        path.append(at)
+    return path

@@ -1,4 +1,4 @@
-"""How many digits a length is written with."""
+"""Number of digits of a length with an error."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 
 
 def decimals_for(error: float) -> int:
-    """Of a value with this error, so that the error has two figures."""
+    """Return the decimals with which the error has two significant digits."""
     if not math.isfinite(error) or error <= 0:
         return 3
     return min(max(0, 1 - math.floor(math.log10(error))), 6)
 
 
-def with_error(value: float, error95: float | None) -> str:
-    """ "2.46 ± 0.06"; three decimals where nothing is known of the error."""
+def format_with_error(value: float, error95: float | None) -> str:
+    """Format a value with its error, as in "2.46 ± 0.06"; three decimals without an error."""
     if error95 is None:
         return f"{value:.3f}"
     digits = decimals_for(error95)

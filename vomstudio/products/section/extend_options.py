@@ -70,7 +70,12 @@ class ExtendOptions(Options):
         check_requires(self, "thickness_error_m", "thickness_m")
 
     def check_points(self, points: object, name: str) -> None:
-        """Raise UsageError unless the argument of this name or a plane is given."""
+        """Require points, or a plane in place of the argument of this name.
+
+        Raises
+        ------
+        UsageError
+        """
         if points is None and self.plane is None:
             raise UsageError(Finding("option.none-given", options=(name, "--plane")), field=name)
         if points is not None and self.plane is not None:

@@ -1,4 +1,4 @@
-"""A plane carried on through a model: its traces on the surface, with how far off they may be."""
+"""Extension of a plane through a model: its traces on the surface and their errors."""
 
 from __future__ import annotations
 
@@ -31,14 +31,23 @@ from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 ENDINGS = (".csv", ".gpkg")
 COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
 LAYER = "extended_planes"
-_NEIGHBOURS = 6
+_LINKED_NEIGHBOURS = 6
 DEFAULT_OPTIONS = ExtendOptions()
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Where one of the planes meets the surface: bed, its number, 0 the plane itself; points
-    (n, 3) World, m; error95_m (n,) of its position there, across it"""
+    """Trace of an extended plane on the surface.
+
+    Parameters
+    ----------
+    bed : int
+        Number of the plane, 0 for the original one.
+    points : (n, 3) array
+        World, m.
+    error95_m : (n,) array
+        95 % error of its position, across the plane.
+    """
 
     bed: int
     points: FloatArray
@@ -47,8 +56,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class Bed:
-    """One of the planes: traces on the model, their length, and the least and the most error of its
-    position (95 %) along them"""
+    """Repeated plane: its traces, their length, and limits of their 95 % error."""
 
     bed: int
     offset_m: float
@@ -60,13 +68,27 @@ class Bed:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExtendedPlane(PrintableResult):
-    """A plane carried on through a model, with what the command says of it.
+    """Plane extended through a model.
 
-    middle : (3,) World, where it is known best; max_error95_deg, min_error95_deg : half-angles of
-        the joint 95 % region of its normal; thickness_m : of the beds, None for one plane
-    beds : those that meet the model, upwards; traces : of all of them
-    within_share : of the model's points, those in the band of a plane
-    bands : of the model's points
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : float
+    middle : (3,) tuple
+        Place where the plane is known best, World, m.
+    max_error95_deg, min_error95_deg : float
+        Half-angles of the joint 95 % region of its normal.
+    thickness_m : float or None
+        Thickness of the beds; None for a single plane.
+    beds : tuple of Bed
+        Those that intersect the model, from bottom to top.
+    length_m : float
+        Total length of the traces.
+    within_share : float
+        Share of the model's points in the band of a plane.
+    warnings : tuple of Finding
+    traces : tuple of Trace
+    bands : Bands
+        Of the model's points.
     """
 
     dip_direction_deg: float
@@ -83,14 +105,16 @@ class ExtendedPlane(PrintableResult):
     bands: Bands | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, Float32Array]:
-        """Fields of the model's points: distance from the nearest plane, the error of its position
-        there, and its number in its band, NaN outside."""
+        """Return fields of the model's points: distance, error and number of the nearest plane.
+
+        The number is NaN outside of the band.
+        """
         assert self.bands is not None
-        found = self.bands
+        bands = self.bands
         return {
-            "plane_distance_m": found.distance_m.astype(np.float32),
-            "plane_error95_m": found.error95_m.astype(np.float32),
-            "bed": np.where(found.inside, found.bed, np.nan).astype(np.float32),
+            "plane_distance_m": bands.distance_m.astype(np.float32),
+            "plane_error95_m": bands.error95_m.astype(np.float32),
+            "bed": np.where(bands.inside, bands.bed, np.nan).astype(np.float32),
         }
 
 
@@ -100,43 +124,51 @@ def extend(
     options: ExtendOptions = DEFAULT_OPTIONS,
     spacing: float | None = None,
 ) -> ExtendedPlane:
-    """Extend a plane through a model of World.
+    """Extend a plane through a model.
 
     Parameters
     ----------
+    data : Mesh or PointCloud
+        World, m.
+    belief : PlaneBelief
+        The plane and its errors.
     options : ExtendOptions
-        The thickness at which the plane is repeated; the plane itself is `belief`.
+        Thickness at which the plane is repeated.
     spacing : float, optional
-        Mean distance of neighbouring points of a cloud, metres; estimated if omitted.
+        Mean distance of neighbouring points of a cloud, m; estimated if omitted.
+
+    Returns
+    -------
+    ExtendedPlane
 
     Raises
     ------
     GeometryError
-        If no plane meets the model.
+        If no plane intersects the model.
     """
     thickness_m, thickness_error_m = options.thickness_m, options.thickness_error_m
     if spacing is None:
         estimate = 0.0 if isinstance(data, Mesh) else point_spacing(data)
         spacing = estimate if np.isfinite(estimate) else 0.0
     points = data.vertices if isinstance(data, Mesh) else data.points
-    sound = points[np.isfinite(points).all(axis=1)]
-    if not len(sound):
+    finite = points[np.isfinite(points).all(axis=1)]
+    if not len(finite):
         raise GeometryError(Finding("model.no-points"))
-    repeats = repeated(belief, sound, thickness_m, thickness_error_m)
-    found = bands(belief, repeats, points)
+    repeats = repeated(belief, finite, thickness_m, thickness_error_m)
+    point_bands = bands(belief, repeats, points)
     beds, traces = [], []
     for number in repeats.numbers.tolist():
-        cut = _cut(data, belief, repeats, number, spacing)
-        own = [_trace(line, belief, repeats, number) for line in cut.world if len(line) > 1]
-        if not own:
+        cut = _cut_near_plane(data, belief, repeats, number, spacing)
+        bed_traces = [_trace(line, belief, repeats, number) for line in cut.world if len(line) > 1]
+        if not bed_traces:
             continue
-        traces += own
-        errors = np.concatenate([trace.error95_m for trace in own])
+        traces += bed_traces
+        errors = np.concatenate([trace.error95_m for trace in bed_traces])
         beds.append(
             Bed(
                 number,
                 repeats.offset(number),
-                len(own),
+                len(bed_traces),
                 cut.length_m,
                 float(errors.min()),
                 float(errors.max()),
@@ -155,87 +187,102 @@ def extend(
         thickness_m,
         tuple(beds),
         float(sum(bed.length_m for bed in beds)),
-        float(np.mean(found.inside)),
+        float(np.mean(point_bands.inside)),
         _warnings(beds, thickness_m),
         tuple(traces),
-        found,
+        point_bands,
     )
 
 
-_THE_PLANE = Repeats(np.zeros(1, np.int64), None)
+_SINGLE_PLANE = Repeats(np.zeros(1, np.int64), None)
 
 
 def band_edges(
-    mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _THE_PLANE, number: int = 0
+    mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _SINGLE_PLANE, number: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends, above and below
-    it: pieces, one for each triangle that an edge of it crosses. number : of the repeated plane"""
+    """Return the lines on a mesh at which the band of a plane ends.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        World, m.
+    belief : PlaneBelief
+    repeats : Repeats
+    number : int
+        Number of the repeated plane.
+
+    Returns
+    -------
+    upper, lower : (k, 2, 3) arrays
+        One piece per intersected triangle.
+    """
     away = belief.distances(mesh.vertices) - repeats.offset(number)
     half = _error95(mesh.vertices, belief, repeats, number)
     return _level_pieces(mesh, away - half), _level_pieces(mesh, away + half)
 
 
 def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
-    """(k, 2, 3) where values of the vertices, linear within triangles, are 0."""
+    """Return the lines (k, 2, 3) on which values of the vertices are 0."""
     above = values >= 0.0
     corners = above[mesh.faces]
-    met = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
-    faces, corners = mesh.faces[met], corners[met]
-    alone = np.where(
+    intersected = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
+    faces, corners = mesh.faces[intersected], corners[intersected]
+    single = np.where(
         corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
     )
     rows = np.arange(len(faces))
-    tip = faces[rows, alone]
+    tip = faces[rows, single]
     ends = []
     for k in (1, 2):
-        other = faces[rows, (alone + k) % 3]
+        other = faces[rows, (single + k) % 3]
         share = values[tip] / (values[tip] - values[other])
         a, b = mesh.vertices[tip], mesh.vertices[other]
         ends.append(a + share[:, None] * (b - a))
     return np.stack(ends, axis=1)
 
 
-def _cut(
+def _cut_near_plane(
     data: Mesh | PointCloud, belief: PlaneBelief, repeats: Repeats, number: int, spacing: float
 ) -> Cut:
-    """Of the part of the model that the plane can meet, so that many planes cost no more than the
-    model has faces."""
+    """Cut only the part of the model near the plane, to be fast for many planes."""
     offset = repeats.offset(number)
     origin = belief.middle + offset * belief.axes[2]
     curtain: Curtain = curtain_of_plane(belief.plane, origin)
     if isinstance(data, Mesh):
         away = belief.distances(data.vertices) - offset
         above = (away >= 0.0)[data.faces]
-        met = data.faces[above.any(axis=1) & ~above.all(axis=1)]
-        if not len(met):
+        faces = data.faces[above.any(axis=1) & ~above.all(axis=1)]
+        if not len(faces):
             return Cut((), ())
-        ids, which = np.unique(met, return_inverse=True)
-        part = Mesh(data.vertices[ids], which.reshape(-1, 3).astype(np.int32))
+        ids, node_of = np.unique(faces, return_inverse=True)
+        part = Mesh(data.vertices[ids], node_of.reshape(-1, 3).astype(np.int32))
         return cut_model(part, curtain)
     crossings = _crossings(data.points, belief.distances(data.points) - offset, spacing)
     return cut_model(PointCloud(crossings), curtain, spacing, spacing)
 
 
 def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArray:
-    """(k, 3) where links between neighbours of a cloud cross the plane that they are `away` from:
-    a slab of points would be as wide as the plane is slanting to the surface."""
+    """Return the points (k, 3) where links between neighbours of a cloud cross the plane.
+
+    A slab of points would be wider the more oblique the plane is to the surface.
+    """
     from scipy.spatial import cKDTree
 
     rows = np.flatnonzero(np.abs(away) <= SLAB_SPACINGS * spacing)
     if len(rows) < 2:
         return np.zeros((0, 3))
-    near, off = points[rows] - points[rows[0]], away[rows]
+    near, offsets = points[rows] - points[rows[0]], away[rows]
     _, other = cKDTree(near).query(
-        near, k=min(_NEIGHBOURS + 1, len(near)), distance_upper_bound=SLAB_SPACINGS * spacing
+        near, k=min(_LINKED_NEIGHBOURS + 1, len(near)), distance_upper_bound=SLAB_SPACINGS * spacing
     )
-    one = np.repeat(np.arange(len(near)), other.shape[1])
-    two = other.ravel()
-    linked = two < len(near)
-    one, two = one[linked], two[linked]
-    crossed = (off[one] >= 0.0) & (off[two] < 0.0)
-    one, two = one[crossed], two[crossed]
-    share = off[one] / (off[one] - off[two])
-    return np.asarray(points[rows[0]] + near[one] + share[:, None] * (near[two] - near[one]))
+    first = np.repeat(np.arange(len(near)), other.shape[1])
+    second = other.ravel()
+    linked = second < len(near)
+    first, second = first[linked], second[linked]
+    crossed = (offsets[first] >= 0.0) & (offsets[second] < 0.0)
+    first, second = first[crossed], second[crossed]
+    share = offsets[first] / (offsets[first] - offsets[second])
+    return np.asarray(points[rows[0]] + near[first] + share[:, None] * (near[second] - near[first]))
 
 
 def _trace(line: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
@@ -248,7 +295,7 @@ def _error95(points: FloatArray, belief: PlaneBelief, repeats: Repeats, number: 
 
 
 def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
-    """Of the joint 95 % region, as `belief_of_fit` and `belief_of_attitude` took them."""
+    """Return the half-angles of the joint 95 % region, degrees."""
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
@@ -267,24 +314,48 @@ def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Finding, ...]:
 
 
 def format_of(path: str | Path) -> str:
-    """Raises UsageError for another ending."""
+    """Return the extension of a file of traces.
+
+    Raises
+    ------
+    UsageError
+        For another extension.
+    """
     return check_extension(path, ENDINGS)
 
 
 def write_traces(
     path: str | Path,
-    found: ExtendedPlane,
+    extended: ExtendedPlane,
     *,
     crs: str | None,
     model: str,
     force: bool,
     axes: Axes = WORLD,
 ) -> None:
-    """A row for each vertex, or a layer of lines with the error at their worst place; whole or not
-    at all. axes : what is known of the model's. Raises UsageError, TargetError."""
+    """Write traces as rows of vertices, or as a layer of lines with their maximum error.
+
+    The file is written completely or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    extended : ExtendedPlane
+    crs : str or None
+        CRS of World.
+    model : str
+        Name of the model.
+    force : bool
+    axes : Axes
+        Units and axes of the model.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     _, error95 = columns_of(("bed", "error95_m"), metric=axes.metric)
     if format_of(path) == ".csv":
-        write_bytes(path, _table(found, crs, model, axes).encode("utf-8"), force=force)
+        write_bytes(path, _table(extended, crs, model, axes).encode("utf-8"), force=force)
         return
     import shapely
 
@@ -295,27 +366,27 @@ def write_traces(
             parts[0],
             LAYER,
             "LineString Z",
-            np.array([shapely.LineString(trace.points) for trace in found.traces]),
+            np.array([shapely.LineString(trace.points) for trace in extended.traces]),
             {
-                "bed": np.array([trace.bed for trace in found.traces], np.int32),
-                error95: np.array([float(t.error95_m.max()) for t in found.traces]),
+                "bed": np.array([trace.bed for trace in extended.traces], np.int32),
+                error95: np.array([float(t.error95_m.max()) for t in extended.traces]),
             },
             crs,
         )
 
 
-def _table(found: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
+def _table(extended: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
     names = columns_of(COLUMNS, metric=axes.metric)
     file = io.StringIO()
     file.write(comment_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
     file.write(comment_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
-        f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
+        f"# plane {plain_azimuth(extended.dip_direction_deg)}/{extended.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"
     )
     out = csv.writer(file, lineterminator="\n")
     out.writerow(names)
-    for line, trace in enumerate(found.traces, 1):
+    for line, trace in enumerate(extended.traces, 1):
         out.writerows(
             [trace.bed, line, f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{error:.6g}"]
             for (x, y, z), error in zip(trace.points.tolist(), trace.error95_m, strict=True)

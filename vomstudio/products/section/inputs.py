@@ -1,4 +1,4 @@
-"""What a section takes from files: the line of a profile, and features to be projected onto it."""
+"""Input of sections from files: the line of a profile, and features to project."""
 
 from __future__ import annotations
 
@@ -49,8 +49,13 @@ class ProfileLine:
 
 
 def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
-    """The line in a text table (x, y, z or x, y) or a GIS layer. Raises InputError for a file
-    without a line, and where there are several."""
+    """Read the line of a section from a text table (x, y, z or x, y) or a GIS layer.
+
+    Raises
+    ------
+    InputError
+        If the file contains no line, or several.
+    """
     path = Path(path)
     if path.suffix.lower() not in GIS_ENDINGS:
         return _line_of_table(path)
@@ -60,7 +65,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
 
     read = read_gis_lines(path, progress)
     if len(read.lines) != 1:
-        raise _not_one(len(read.lines), path)
+        raise _line_count_error(len(read.lines), path)
     line = read.lines[0]
     unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     return ProfileLine(
@@ -79,7 +84,7 @@ def profile_in_world(
     """Convert a line of section to World.
 
     The unit that a drawing for CAD states counts only if the line meets the model in that unit and
-    not in metres, because templates state units that nobody chose. GeoJSON without a ``crs`` is in
+    not in metres, because templates state arbitrary units. GeoJSON without a ``crs`` is in
     degrees, unless only its plain numbers meet the model.
 
     Parameters
@@ -120,12 +125,12 @@ def profile_in_world(
 
 
 def _meets(points: FloatArray, bounds: FloatArray) -> bool:
-    """Whether a line's box (n, 2) and that of a model have something in common."""
+    """Check whether the bounding boxes of a line (n, 2) and a model overlap."""
     low, high = points.min(axis=0), points.max(axis=0)
     return bool((low <= bounds[1, :2]).all() and (high >= bounds[0, :2]).all())
 
 
-def _not_one(count: int, path: Path) -> InputError:
+def _line_count_error(count: int, path: Path) -> InputError:
     return InputError(
         Finding("section.several-lines", count=count), file=path, field="--section-line"
     )
@@ -137,9 +142,9 @@ def _line_of_table(path: Path) -> ProfileLine:
     table = read_table(path)
     named = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() == "line"]
     if named and len(lines := set(table.labels(named[0])) - {""}) > 1:
-        raise _not_one(len(lines), path)
-    found = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() in _X_Y]
-    columns = found[:2] if len(found) >= 2 else [0, 1]
+        raise _line_count_error(len(lines), path)
+    columns_xy = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() in _X_Y]
+    columns = columns_xy[:2] if len(columns_xy) >= 2 else [0, 1]
     points = table.numbers(columns)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:

@@ -1,4 +1,4 @@
-"""A log along a line of a project: its boundaries are points of the line, or traces across it."""
+"""Log along a line of a project, with boundaries at points of the line or traces across it."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 POINTS, TRACES, BOTH = "points", "traces", "both"
-_REACH = 0.05
-"""Of the line's length: how near a trace has to come where nothing was typed."""
-_MOST_TURNED = 0.2
-"""Share of the traces whose own planes may lie outside their 95 % errors by chance."""
-_SAME_DEG = 0.1
-"""Rounding, of traces without any scatter."""
+_DEFAULT_REACH_SHARE = 0.05
+"""Default maximum distance of a trace, as a share of the line's length."""
+_MAX_TURNED_SHARE = 0.2
+"""Maximum share of traces whose planes differ from the common one by more than 95 % errors."""
+_ROUNDING_DEG = 0.1
+"""Tolerance for rounding of traces without scatter."""
 _DOUBTFUL_DEG = 10.0
-"""Error of the bedding from which a thickness depends on it more than on the clicks."""
+"""Error of the bedding above which it dominates the error of a thickness."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def answer(question: LogQuestion) -> LogAnswer:
 def _reach(q: LogQuestion) -> float:
     from vomstudio.geometry.lines import path_length
 
-    return _REACH * path_length(q.line.points) if q.reach_m is None else q.reach_m
+    return _DEFAULT_REACH_SHARE * path_length(q.line.points) if q.reach_m is None else q.reach_m
 
 
 def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
@@ -218,12 +218,12 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
     ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
     if not ids:
         raise InputError(Finding("log.no-bedding"))
-    found = fit_common_bed([q.traces[id_].points for id_ in ids])
-    fit95 = found.max_confidence95_deg or 0.0
-    turned = sum(_is_turned(q.traces[id_], found.plane, fit95) for id_ in ids)
-    are_parallel = found.are_parallel and turned <= _MOST_TURNED * len(ids)
+    common = fit_common_bed([q.traces[id_].points for id_ in ids])
+    fit95 = common.max_confidence95_deg or 0.0
+    turned = sum(_is_turned(q.traces[id_], common.plane, fit95) for id_ in ids)
+    are_parallel = common.are_parallel and turned <= _MAX_TURNED_SHARE * len(ids)
     error = common_error_deg(fit95, (q.traces[id_] for id_ in ids)) or 0.0
-    return _Bed(found.plane, error, fit95, tuple(ids), are_parallel)
+    return _Bed(common.plane, error, fit95, tuple(ids), are_parallel)
 
 
 def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
@@ -231,7 +231,7 @@ def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
     own95 = trace.max_confidence95_deg
     if trace.plane is None or own95 is None:
         return False
-    return angle_between_planes(trace.plane, common) > own95 + error_deg + _SAME_DEG
+    return angle_between_planes(trace.plane, common) > own95 + error_deg + _ROUNDING_DEG
 
 
 def _near_traces(q: LogQuestion, reach: float) -> list[str]:

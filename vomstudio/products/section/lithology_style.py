@@ -1,8 +1,8 @@
-"""How a rock looks in a log: colour, ornament, and how far its bed stands out by its grain.
+"""Style of a rock in a log: colour, ornament, and width of the bed by grain size.
 
-Ornaments follow the usual ones of maps (Federal Geographic Data Committee 2006, Digital
-cartographic standard for geologic map symbolization, section 37): dots for sand, dashes for mud,
-bricks for limestone, slanting bricks for dolostone.
+Ornaments follow those of maps (Federal Geographic Data Committee 2006, Digital cartographic
+standard for geologic map symbolization, section 37): dots for sand, dashes for mud, bricks for
+limestone, slanting bricks for dolostone.
 """
 
 from __future__ import annotations
@@ -17,16 +17,27 @@ Ornament = Literal["", "bricks", "slanting bricks", "cross"]
 
 GRAINS = (to_translate("clay"), to_translate("silt"), to_translate("sand"), to_translate("gravel"))
 DUNHAM_GRAINS = ("M", "W", "P", "G", "R")
-"""Mudstone, wackestone, packstone, grainstone, rudstone and what is as coarse."""
-OPEN = 0.5
-"""Width of a bed whose grain is not told."""
+"""Mudstone, wackestone, packstone, grainstone, and rudstone or equally coarse rock."""
+DEFAULT_WIDTH = 0.5
+"""Width of a bed without a grain size."""
 
 
 @dataclass(frozen=True)
 class LithologyStyle:
-    """color; hatch : matplotlib's; ornament : drawn by ourselves; width : part of the column from 0
-    to 1, None where the word tells no size of grains; dunham : the width is that of Dunham's
-    classes"""
+    """Style of a lithology.
+
+    Parameters
+    ----------
+    color : str
+    hatch : str
+        Hatch of matplotlib.
+    ornament : str
+        Ornament drawn by `bed_log_figure`.
+    width : float or None
+        Share of the column, 0 to 1; None without a grain size.
+    dunham : bool
+        Whether the width is that of Dunham's classes.
+    """
 
     color: str
     hatch: str = ""
@@ -71,7 +82,7 @@ _COVERED = LithologyStyle("#ffffff", ornament="cross")
 
 
 def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
-    """lithology as it was written; strabospot : its fields, empty where they have no such word"""
+    """Return the style of a lithology, as written or in StraboSpot fields."""
     if not lithology.strip() or not strabospot.get("primary_lithology"):
         plain = lithology.strip().casefold()
         return _COVERED if plain in ("covered", "unexposed") else LithologyStyle("#ffffff")

@@ -1,4 +1,4 @@
-"""A log along a line of a project on the disk, with what its record says of the beds."""
+"""Log along a line of a project on disk, with the beds of its record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.project.registration_errors import model_of
 from vomstudio.project.repeated_features import first_picks
 
 
-def kept_question(
+def read_log_question(
     folder: Path,
     line: str,
     *,
@@ -29,13 +29,31 @@ def kept_question(
     options: LogOptions,
     reach_m: float | None,
 ) -> LogQuestion:
-    """line : name or id of a trace, contact line or polyline; type_name : of the traces that are
-    boundaries; the others as in LogQuestion. Raises InputError."""
-    kept = read_replay(folder)
-    records = kept.records
+    """Read the input of a log from a project.
+
+    Parameters
+    ----------
+    folder : Path
+    line : str
+        Name or id of a trace, contact line or polyline.
+    of, bed, options, reach_m
+        As in `LogQuestion`.
+    type_name : str
+        Type of the traces that are boundaries.
+
+    Returns
+    -------
+    LogQuestion
+
+    Raises
+    ------
+    InputError
+    """
+    replay = read_replay(folder)
+    records = replay.records
     along = _line(records, line, folder)
     traces = first_picks(_traces(records, type_name, folder), records)
-    measured = Measurements(thresholds_of(kept.settings)).of(
+    measured = Measurements(thresholds_of(replay.settings)).of(
         records, [along.id, *(t.id for t in traces if t.id != along.id)]
     )
     model = model_of(records, along)
@@ -56,13 +74,13 @@ def kept_question(
 
 def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
     lines = [r for r in records.values() if isinstance(r, Logged) and len(r.vertices) > 1]
-    found = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
-    if len(found) == 1:
-        return found[0]
+    matches = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
+    if len(matches) == 1:
+        return matches[0]
     described = [r.name for r in lines if r.beds]
     raise InputError(
         Finding("log.ambiguous-line", name=name)
-        if found
+        if matches
         else Finding("log.no-line", name=name, names=described or None),
         file=folder,
         field="--line",
@@ -71,11 +89,11 @@ def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
 
 def _traces(records: Mapping[str, Record], name: str, folder: Path) -> list[Trace]:
     types = [r for r in records.values() if isinstance(r, FeatureType)]
-    chosen = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
-    if not chosen:
+    type_ids = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
+    if not type_ids:
         names = [t.name for t in types]
         raise InputError(
             Finding("log.no-type", name=name, names=names), file=folder, field="--type"
         )
     traces = (get(records, id_, Trace) for id_ in records)
-    return [trace for trace in traces if trace is not None and trace.type_id in chosen]
+    return [trace for trace in traces if trace is not None and trace.type_id in type_ids]

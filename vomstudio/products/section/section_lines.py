@@ -1,4 +1,4 @@
-"""Where a section runs: one plane through a point, or vertical planes along a line on the map."""
+"""Geometry of a section: one plane through a point, or vertical planes along a map line."""
 
 from __future__ import annotations
 
@@ -18,21 +18,29 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.section.section_options import SectionOptions
 
-SHORTEST = 1e-9
-"""Pieces of a line that are shorter are a point twice, metres."""
+MIN_PIECE_M = 1e-9
+"""Minimum length of a piece of a line, m; shorter pieces are duplicate points."""
 
-BEND_DEG = 2.0
-"""A section that turns by less is straight."""
+MIN_BEND_DEG = 2.0
+"""Minimum turn of a section at a bend; less counts as straight."""
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A plane, or a strip of one, on which a section is drawn.
+    """Plane, or strip of a plane, of a section.
 
-    origin : (3,) World, at distance `start` along the section; right, up : (3,) unit vectors of
-        World along the section and up in it; low, high : how far it reaches along right from the
-        origin
-    level : what is added to lengths along up: World's Z of the origin in a vertical section
+    Parameters
+    ----------
+    origin : (3,) array
+        World, m, at the distance `start` along the section.
+    right, up : (3,) arrays
+        Unit vectors along the section and up in it, World.
+    start : float
+        m.
+    low, high : float
+        Limits along `right`, relative to the origin, m.
+    level : float
+        Added to lengths along `up`: World's Z of the origin in a vertical section.
     """
 
     origin: FloatArray
@@ -45,12 +53,11 @@ class Panel:
 
     @property
     def normal(self) -> FloatArray:
-        """(3,) toward the viewer, who has `right` at the right hand and `up` up."""
+        """Unit vector (3,) towards the viewer, who has `right` to the right and `up` upwards."""
         return np.cross(self.right, self.up)
 
     def coordinates(self, points: FloatArray) -> FloatArray:
-        """(n, 3) distance along the section, height in it, and distance from it toward the viewer,
-        of World points (n, 3)."""
+        """Return distance along the section, height and distance towards the viewer (n, 3), m."""
         away = points - self.origin
         return np.stack(
             [away @ self.right + self.start, away @ self.up + self.level, away @ self.normal],
@@ -58,7 +65,7 @@ class Panel:
         )
 
     def world(self, along: FloatArray, height: FloatArray) -> FloatArray:
-        """(n, 3) World of points on the section."""
+        """Return the World coordinates (n, 3) of points on the section."""
         return (
             self.origin
             + (along - self.start)[:, None] * self.right
@@ -68,8 +75,17 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Curtain:
-    """A section as a whole. panels : along the section; vertical : heights are Z of World; plane :
-    of the section, None along a line with bends"""
+    """Section as a whole.
+
+    Parameters
+    ----------
+    panels : tuple of Panel
+        In order along the section.
+    vertical : bool
+        Whether heights are Z of World.
+    plane : Plane or None
+        Plane of the section; None along a line with bends.
+    """
 
     panels: tuple[Panel, ...]
     vertical: bool
@@ -82,23 +98,27 @@ class Curtain:
         left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first, last))
         return wrap360(left), wrap360(right)
 
-    def bends(self, most: int) -> list[tuple[float, float]]:
-        """Distances along the section at which it turns by `BEND_DEG` or more, and the azimuth of
-        its right end from there on; of more than `most` the sharpest."""
-        found = []
+    def bends(self, max_count: int) -> list[tuple[float, float]]:
+        """Return the distances of bends along the section, and the azimuths after them.
+
+        Of more than `max_count` bends the sharpest are returned.
+        """
+        bends = []
         for before, after in itertools.pairwise(self.panels):
             turn = math.degrees(math.acos(min(max(float(before.right @ after.right), -1.0), 1.0)))
             azimuth = wrap360(math.degrees(math.atan2(after.right[0], after.right[1])))
-            if turn >= BEND_DEG:
-                found.append((turn, after.start, azimuth))
-        found = sorted(found, reverse=True)[:most]
-        return sorted((start, azimuth) for _, start, azimuth in found)
+            if turn >= MIN_BEND_DEG:
+                bends.append((turn, after.start, azimuth))
+        bends = sorted(bends, reverse=True)[:max_count]
+        return sorted((start, azimuth) for _, start, azimuth in bends)
 
 
 def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
-    """The plane through a World point (3,), from which distances along it count. It is looked at
-    against its upward normal, as an orthophoto of it is: the right end of a vertical section that
-    dips toward DD is at DD - 90."""
+    """Build the section by a plane through a World point (3,), from which distances are measured.
+
+    The view is against the upward normal of the plane, as in an orthophoto of it: the right end of
+    a vertical section that dips towards DD is at DD - 90.
+    """
     origin = np.asarray(through, np.float64)
     frame = ViewFrame.looking(0.0 - plane.normal())
     level = float(origin[2]) if plane.vertical else 0.0
@@ -107,12 +127,22 @@ def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
 
 
 def curtain_of_line(line: npt.ArrayLike) -> Curtain:
-    """Vertical planes along a line on the map, (n, 2 or more) x, y, from its first point. The
-    viewer has its end at the right hand. Raises InputError for a line without length."""
+    """Build the vertical section along a map line.
+
+    Parameters
+    ----------
+    line : (n, 2) or wider array_like
+        x, y, World. The end of the line is to the right of the viewer.
+
+    Raises
+    ------
+    InputError
+        If the line has no length.
+    """
     xy = np.asarray(line, np.float64)[:, :2]
     steps = np.diff(xy, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
-    keep = lengths > SHORTEST
+    keep = lengths > MIN_PIECE_M
     if not keep.any():
         raise InputError(Finding("section.no-length"), field="--section-line")
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
@@ -140,11 +170,16 @@ def curtain_of_options(options: SectionOptions) -> Curtain:
 
 
 def parse_through(text: str) -> FloatArray:
-    """(3,) of "x,y,z". Raises UsageError."""
+    """Parse the point (3,) of "x,y,z".
+
+    Raises
+    ------
+    UsageError
+    """
     try:
-        found = np.array([float(word) for word in text.replace(";", ",").split(",")])
+        point = np.array([float(word) for word in text.replace(";", ",").split(",")])
     except ValueError:
-        found = np.empty(0)
-    if found.shape != (3,) or not np.isfinite(found).all():
+        point = np.empty(0)
+    if point.shape != (3,) or not np.isfinite(point).all():
         raise UsageError(Finding("section.not-a-point", text=text), field="--through")
-    return found
+    return point

@@ -1,4 +1,4 @@
-"""Traces of an outcrop as a map on its face."""
+"""Map of an outcrop's traces on its face."""
 
 from __future__ import annotations
 
@@ -20,36 +20,50 @@ from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
 
 def face_of(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
-    """The plane on which traces (n, 3) of World are mapped, through their middle, looked at against
-    its upward normal: distances to the right, and up its dip or, where it is vertical, Z. plane :
-    None takes the one that fits all points best. Raises GeometryError where they determine none."""
+    """Build the plane on which traces are mapped, through their middle.
+
+    It is viewed against its upward normal: distances to the right, and up its dip or, if it is
+    vertical, Z.
+
+    Parameters
+    ----------
+    lines : sequence of (n, 3) arrays
+        World, m.
+    plane : Plane, optional
+        Default: the best fit to all points.
+
+    Raises
+    ------
+    GeometryError
+        If the points determine no plane.
+    """
     if not lines:
         raise GeometryError(Finding("traces.none"))
     points = np.concatenate(lines)
     if plane is None:
         plane = best_fit_plane(points)
-    # From the same place as the command counts x and y.
+    # Use the origin from which the command measures x and y.
     return curtain_of_plane(plane, TracePlane.through(plane, lines).origin)
 
 
-def on_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
-    """(n, 2) each: to the right and up on the face, metres."""
+def map_to_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
+    """Return the traces (n, 2) on the face: to the right and up, m."""
     return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
 
 
-def on_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
-    """(n, 3) World of points (n, 2) on the face."""
+def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
+    """Return the World coordinates (n, 3) of points (n, 2) on the face."""
     return face.panels[0].world(points[:, 0], points[:, 1])
 
 
 def map_files(traces: Path, counted: Counted) -> dict[str, Path]:
-    """Of `write_map`: the traces, and what they are counted in, where that is a file."""
-    found = {"traces": traces}
+    """Return the files of `write_map`: the traces, and area or scanlines if they have a file."""
+    files = {"traces": traces}
     if counted.scanlines is not None:
-        found["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
+        files["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
     elif counted.area is not None and counted.circle is None:
-        found["area"] = traces.with_name(f"{traces.stem}_area.gpkg")
-    return found
+        files["area"] = traces.with_name(f"{traces.stem}_area.gpkg")
+    return files
 
 
 def write_map(
@@ -87,10 +101,9 @@ def write_map(
     """
     import shapely
 
-    def in_world(shapes: Any) -> Any:
-        """Shapes (n,) of the face, with heights."""
+    def to_world(shapes: Any) -> Any:
         return shapely.transform(
-            shapely.force_3d(shapes), lambda xy: on_outcrop(xy[:, :2], face), include_z=True
+            shapely.force_3d(shapes), lambda xy: map_to_outcrop(xy[:, :2], face), include_z=True
         )
 
     files = map_files(traces, counted)
@@ -100,10 +113,10 @@ def write_map(
         shapes = _shapes([shapely.linestrings(line) for line in lines])
         _write(at["traces"], "traces", "LineString Z", shapes, columns, crs)
         if "area" in at:
-            area = in_world(_shapes(list(shapely.get_parts(counted.area))))
+            area = to_world(_shapes(list(shapely.get_parts(counted.area))))
             _write(at["area"], "area", "Polygon Z", area, {}, crs)
         if "scanline" in at:
-            scanlines = in_world(counted.scanlines)
+            scanlines = to_world(counted.scanlines)
             _write(at["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
     return files
 
@@ -115,10 +128,10 @@ def _write(
     write_layer(part, layer, kind, shapes, columns, crs)
 
 
-def _shapes(found: Sequence[Any]) -> Any:
-    made = np.empty(len(found), object)
-    made[:] = found
-    return made
+def _shapes(shapes: Sequence[Any]) -> Any:
+    array = np.empty(len(shapes), object)
+    array[:] = shapes
+    return array
 
 
 def _words(words: Sequence[str]) -> Any:

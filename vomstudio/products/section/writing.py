@@ -1,4 +1,4 @@
-"""A section as a table, a drawing for CAD or a figure, and what is said of it."""
+"""Section as a table, a CAD drawing or a figure, with its description."""
 
 from __future__ import annotations
 
@@ -21,7 +21,12 @@ from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, columns_of
-from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
+from vomstudio.products.ortho.interpretation import (
+    Item,
+    ProjectedItem,
+    count_features,
+    project_item,
+)
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     Shape,
@@ -29,10 +34,10 @@ from vomstudio.products.ortho.vector_drawing import (
     svg_text,
     write_dxf,
 )
-from vomstudio.products.section.bent_projection import projected_along_bends
+from vomstudio.products.section.bent_projection import project_along_bends
 from vomstudio.products.section.cutting import Cut
 from vomstudio.products.section.directions import (
-    REFUSED_DEG,
+    MIN_ALLOWED_ANGLE_DEG,
     Directions,
     DomainProjection,
     angle_to,
@@ -41,12 +46,12 @@ from vomstudio.products.section.directions import (
 )
 from vomstudio.products.section.section_lines import Curtain
 
-_NARROWEST, _FLATTEST = 0.7, 0.15
-"""The least width and height of a drawing, of the other one."""
+_MIN_WIDTH_RATIO, _MIN_HEIGHT_RATIO = 0.7, 0.15
+"""Minimum width and height of a drawing, relative to the other one."""
 
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
-MOST_BENDS = 20
+MAX_BENDS = 20
 RIGHT_ANGLES = Directions()
 FEATURE_COLUMNS = (
     "layer",
@@ -67,15 +72,27 @@ FEATURE_COLUMNS = (
 
 @dataclass(frozen=True)
 class SectionFigures:
-    """What is said of a section.
+    """Figures of a section.
 
-    length_m : of all its lines together; polylines : how many; points : of the lines, or of the
-        cloud in the slab; slab_m : its thickness, None for a mesh
-    dip_direction_deg, dip_deg : of the section's plane, None along a line with bends
-    left_deg, right_deg : azimuths of its ends
-    features : how many were projected onto it; left_out : how many lay too far from it
-    projection_trend_deg, projection_plunge_deg : the direction along which they were, None where at
-        right angles to the section; projection_angle_deg : between it and the section, the least
+    Parameters
+    ----------
+    length_m : float
+        Total length of its lines.
+    polylines, points : int
+        Numbers of lines, and of points of the lines or of the cloud in the slab.
+    slab_m : float or None
+        Thickness of the slab; None for a mesh.
+    dip_direction_deg, dip_deg : float or None
+        Plane of the section; None along a line with bends.
+    left_deg, right_deg : float
+        Azimuths of its ends.
+    features, left_out : int
+        Numbers of projected features, and of those too far from the section.
+    projection_trend_deg, projection_plunge_deg : float or None
+        Direction of projection; None for right angles.
+    projection_angle_deg : float or None
+        Minimum angle between direction and section.
+    domains : tuple of DomainProjection or None
     """
 
     length_m: float
@@ -96,7 +113,7 @@ class SectionFigures:
 
 @dataclass(frozen=True)
 class WrittenSection(Result):
-    """file, features_file : what was written; figures : of the section; warnings : sentences"""
+    """Files, figures and warnings of a written section."""
 
     file: str
     figures: SectionFigures = field(metadata=FLAT)
@@ -105,40 +122,61 @@ class WrittenSection(Result):
 
 
 def format_of(path: str | Path) -> str:
-    """Raises UsageError for another ending."""
+    """Return the extension of a section's file.
+
+    Raises
+    ------
+    UsageError
+        For another extension.
+    """
     return check_extension(path, ENDINGS)
 
 
-def targets_of(path: str | Path, has_features: bool) -> list[Path]:
-    """A table has the projected features in NAME_features.csv; drawings hold them."""
+def section_targets(path: str | Path, has_features: bool) -> list[Path]:
+    """Return the files to write; features of a table are in NAME_features.csv."""
     out = Path(path)
-    beside = out.with_name(f"{out.stem}_features.csv")
-    return [out, beside] if has_features and format_of(path) == ".csv" else [out]
+    features_path = out.with_name(f"{out.stem}_features.csv")
+    return [out, features_path] if has_features and format_of(path) == ".csv" else [out]
 
 
 def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
-    for target in targets_of(path, has_features):
+    for target in section_targets(path, has_features):
         check_target(target, force=force)
 
 
 def project_items(
     items: tuple[Item, ...], curtain: Curtain, directions: Directions, within: float | None
-) -> tuple[tuple[Flat, ...], int]:
-    """Features on the section, and how many were left out: too far from it, or not before any of
-    its panels that their direction meets. A line goes onto each piece of a section with bends
-    before which it lies."""
-    found: list[Flat] = []
+) -> tuple[tuple[ProjectedItem, ...], int]:
+    """Project features onto a section.
+
+    A line is projected onto each piece of a section with bends in front of which it lies.
+
+    Parameters
+    ----------
+    items : tuple of Item
+    curtain : Curtain
+    directions : Directions
+    within : float or None
+        Maximum distance from the section, m.
+
+    Returns
+    -------
+    flats : tuple of Flat
+    left_out : int
+        Number of features that are too far, or not in front of a panel.
+    """
+    projected: list[ProjectedItem] = []
     for item in items:
         along = directions.of(item)
-        met = [panel for panel in curtain.panels if angle_to(panel, along) >= REFUSED_DEG]
+        met = [panel for panel in curtain.panels if angle_to(panel, along) >= MIN_ALLOWED_ANGLE_DEG]
         if len(curtain.panels) > 1 and len(item.points) > 1:
-            parts = projected_along_bends(item, met, along)
+            parts = project_along_bends(item, met, along)
             near = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
-            found += near
+            projected += near
             continue
-        best: Flat | None = None
+        best: ProjectedItem | None = None
         for panel in met:
-            flat = flattened(item, panel.origin, panel.right, panel.up, along)
+            flat = project_item(item, panel.origin, panel.right, panel.up, along)
             if flat is None:
                 continue
             x = float(flat.points[:, 0].mean())
@@ -149,30 +187,36 @@ def project_items(
                 best = replace(flat, points=flat.points + shift)
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
             continue
-        found.append(best)
-    left_out = count_features(items) - _count(found)
-    return tuple(found), left_out
+        projected.append(best)
+    left_out = count_features(items) - _count(projected)
+    return tuple(projected), left_out
 
 
-def _count(flats: Iterable[Flat]) -> int:
-    """Features, each once, however many parts of it are on the section."""
+def _count(flats: Iterable[ProjectedItem]) -> int:
+    """Count features, each once, whatever the number of its parts."""
     return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 
 def figures_of(
     cut: Cut,
     curtain: Curtain,
-    flats: tuple[Flat, ...],
+    flats: tuple[ProjectedItem, ...],
     left_out: int,
     directions: Directions = RIGHT_ANGLES,
 ) -> SectionFigures:
-    """directions : as of `project_items`. Raises InputError where the section misses the model."""
+    """Compute the figures of a section.
+
+    Raises
+    ------
+    InputError
+        If the section misses the model.
+    """
     if not cut.lines:
         if cut.points is not None and cut.slab_m is not None:
             raise InputError(Finding("section.thin-slab", count=cut.points, half_m=cut.slab_m / 2))
         raise InputError(Finding("section.misses-model"))
     plane = curtain.plane
-    left, right = curtain.ends
+    left_azimuth, right_azimuth = curtain.ends
     return SectionFigures(
         cut.length_m,
         len(cut.lines),
@@ -180,8 +224,8 @@ def figures_of(
         cut.slab_m,
         None if plane is None else plane.dip_direction_deg,
         None if plane is None else plane.dip_deg,
-        left,
-        right,
+        left_azimuth,
+        right_azimuth,
         _count(flats),
         left_out,
         *(_projection(curtain, directions) if flats or left_out else ()),
@@ -189,12 +233,12 @@ def figures_of(
 
 
 def _projection(curtain: Curtain, directions: Directions) -> tuple[Any, ...]:
-    """Trend and plunge, the angle to the section, and those of domains."""
-    own = domain_projections(directions, curtain) or None
+    """Return trend, plunge, angle to the section, and the projections of domains."""
+    domains = domain_projections(directions, curtain) or None
     if directions.along is None:
-        return None, None, 90.0, own
+        return None, None, 90.0, domains
     line = Line.from_vector(directions.along)
-    return line.trend_deg, line.plunge_deg, least_angle(curtain, directions.along), own
+    return line.trend_deg, line.plunge_deg, least_angle(curtain, directions.along), domains
 
 
 def write_section(
@@ -202,7 +246,7 @@ def write_section(
     cut: Cut,
     curtain: Curtain,
     figures: SectionFigures,
-    flats: tuple[Flat, ...] = (),
+    flats: tuple[ProjectedItem, ...] = (),
     *,
     crs: str | None = None,
     model: str = "",
@@ -211,10 +255,16 @@ def write_section(
     warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenSection:
-    """Write one file, whole or not at all; a table of features beside a table. Raises UsageError,
-    TargetError."""
+    """Write a section to one file, and the features of a table to a second one.
+
+    Files are written completely or not at all.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     ending = format_of(path)
-    targets = targets_of(path, bool(flats))
+    targets = section_targets(path, bool(flats))
     with atomic_group(targets, force) as parts:
         if ending == ".csv":
             axes = Axes(metric, north_known)
@@ -236,30 +286,32 @@ def write_section(
                 parts[0].write_text(svg_text(drawing), "utf-8")
             else:
                 write_dxf(parts[0], drawing)
-    beside = str(targets[1]) if len(targets) > 1 else None
-    return WrittenSection(str(path), figures, beside, warnings)
+    features_file = str(targets[1]) if len(targets) > 1 else None
+    return WrittenSection(str(path), figures, features_file, warnings)
 
 
 def section_drawing(
     cut: Cut,
     curtain: Curtain,
-    flats: tuple[Flat, ...],
+    flats: tuple[ProjectedItem, ...],
     *,
     metric: bool = True,
     north_known: bool = True,
     model: str = "",
     figures: SectionFigures | None = None,
 ) -> Drawing:
-    """figures : for the words on how features were projected"""
+    """Draw a section; `figures` describe the projection of features."""
     shapes = [Shape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)]
     shapes += [shape_of(flat) for flat in flats]
     every = np.concatenate([shape.points for shape in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
-    # What is steep or flat still needs room for its names.
+    # Steep or flat sections still need space for labels.
     width, height = (high - low).tolist()
-    more = np.array([max(_NARROWEST * height - width, 0.0), max(_FLATTEST * width - height, 0.0)])
-    low, high = low - 0.5 * more, high + 0.5 * more
+    padding = np.array(
+        [max(_MIN_WIDTH_RATIO * height - width, 0.0), max(_MIN_HEIGHT_RATIO * width - height, 0.0)]
+    )
+    low, high = low - 0.5 * padding, high + 0.5 * padding
     shapes += _bend_marks(curtain, float(low[1]), float(high[1]))
     ends = end_names(curtain, north_known)
     unit = "m" if metric else tr("units")
@@ -281,8 +333,7 @@ def section_drawing(
 
 
 def _bend_marks(curtain: Curtain, low: float, high: float) -> list[Shape]:
-    """A line up the section where it turns: what stands on either side is not in one plane. Of a
-    line drawn with a mouse the sharpest are marked."""
+    """Mark the bends of a section, the sharpest ones of a line with many."""
     return [
         Shape(
             _BENDS,
@@ -292,22 +343,29 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[Shape]:
             values={"azimuth_deg": azimuth},
             aside=True,
         )
-        for at, azimuth in curtain.bends(MOST_BENDS)
+        for at, azimuth in curtain.bends(MAX_BENDS)
     ]
 
 
 def projection_words(figures: SectionFigures) -> list[str]:
-    """How features came onto the section; nothing of a section without."""
+    """Describe the projection of features; empty without features."""
     if not figures.features:
         return []
-    own = [each.words for each in figures.domains or ()]
-    if own:
-        own = [tr("Domains projected each along its own axis (trend/plunge, °):"), *own]
+    domain_lines = [each.words for each in figures.domains or ()]
+    if domain_lines:
+        domain_lines = [
+            tr("Domains projected each along its own axis (trend/plunge, °):"),
+            *domain_lines,
+        ]
     if figures.projection_trend_deg is None or figures.projection_plunge_deg is None:
-        rest = tr("Features projected at right angles to the section")
-        return [*own, tr("Other features: at right angles to the section")] if own else [rest]
+        text = tr("Features projected at right angles to the section")
+        return (
+            [*domain_lines, tr("Other features: at right angles to the section")]
+            if domain_lines
+            else [text]
+        )
     return [
-        *own,
+        *domain_lines,
         tr(
             "Features projected along {trend}/{plunge:04.1f} (trend/plunge, °), {angle:.0f}° to "
             "the section",
@@ -319,25 +377,29 @@ def projection_words(figures: SectionFigures) -> list[str]:
 
 
 def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
-    """Of the left and the right end: "NW (315)"."""
-    left, right = curtain.ends
+    """Return the names of the left and the right end, as in "NW (315)"."""
+    left_azimuth, right_azimuth = curtain.ends
     if not north_known:
-        a, b = (tr("{azimuth:03d}, local", azimuth=round(v) % 360) for v in (left, right))
+        a, b = (
+            tr("{azimuth:03d}, local", azimuth=round(v) % 360)
+            for v in (left_azimuth, right_azimuth)
+        )
         return a, b
-    return format_wind(left), format_wind(right)
+    return format_wind(left_azimuth), format_wind(right_azimuth)
 
 
 def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
+    """Describe a section in one sentence."""
     plane = curtain.plane
     if plane is None:
-        said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
+        text = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
     else:
-        said = tr(
+        text = tr(
             "Section along the plane {plane} (dip direction/dip, °)", plane=format_plane(plane)
         )
     if cut.slab_m is not None:
-        said += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
-    return said
+        text += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
+    return text
 
 
 def _head(
@@ -357,18 +419,18 @@ def _head(
             f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
             f"dip {figures.dip_deg:.4f}"
         )
-    bends = ", ".join(f"{at:.3f}" for at, _ in curtain.bends(MOST_BENDS))
+    bends = ", ".join(f"{at:.3f}" for at, _ in curtain.bends(MAX_BENDS))
     if bends:
         rows.append(f"bends at {distance} {bends}")
     if figures.features:
-        said = "at right angles to the section"
+        direction = "at right angles to the section"
         if figures.projection_trend_deg is not None:
-            said = (
+            direction = (
                 f"along trend {plain_azimuth(figures.projection_trend_deg)}, plunge "
                 f"{figures.projection_plunge_deg:.4f}, at {figures.projection_angle_deg:.1f} deg "
                 "to the section"
             )
-        rows.append(f"{'other ' if figures.domains else ''}features projected {said}")
+        rows.append(f"{'other ' if figures.domains else ''}features projected {direction}")
         rows += [f"domain {each.words}" for each in figures.domains or ()]
     if figures.slab_m is not None:
         unit = "m" if axes.metric else axes.unit
@@ -387,7 +449,7 @@ def _lines_table(cut: Cut, axes: Axes) -> str:
     return "\n".join(rows) + "\n"
 
 
-def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
+def _features_table(flats: tuple[ProjectedItem, ...], axes: Axes) -> str:
     import csv
     import io
 

@@ -1,1 +1,1 @@
-"""A patch as a surface: how it departs from its plane."""
+"""Analysis of a patch as a surface: its deviations from a plane."""

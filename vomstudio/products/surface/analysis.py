@@ -1,5 +1,8 @@
-"""What a patch of a model shows beyond its plane: a map of deviations, where the plane holds, how
-rough the surface is by direction, and profiles."""
+"""Analysis of a patch beyond its plane.
+
+It has a map of deviations, the part for which the plane holds, the roughness by direction, and
+profiles.
+"""
 
 from __future__ import annotations
 
@@ -35,22 +38,35 @@ from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
-FEWEST_CELLS = 100
-MOST_CELLS = 1_000_000
-NOISE_OF_EDGE = 0.25
-"""Of a mesh, which smooths its points' noise away but not its own errors: depths of photos err by
-about a pixel, and an edge is some pixels long."""
-SHORTEST = 3.0
-"""Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
-_SAMPLED = 500
-# Deviations below this many roundings of the largest coordinate and height are rounding.
-_ROUNDINGS = 16.0
+MIN_CELLS = 100
+MAX_CELLS = 1_000_000
+NOISE_EDGES = 0.25
+"""Noise of a mesh in mean edges.
+
+A mesh smooths the noise of its points but not its own errors: depths of photos have errors of about
+a pixel, and an edge is a few pixels long."""
+MIN_DISTANCE_EDGES = 3.0
+"""Minimum distance for roughness, in edges of a mesh or spacings of a cloud; it is smooth below."""
+_NOISE_SAMPLES = 500
+# Deviations below this many rounding units of the largest coordinate or height are rounding.
+_ROUNDING_UNITS = 16.0
 
 
 @dataclass(frozen=True)
 class Trim:
-    """What is left out where the plane does not hold. share : of the surface; limit_m : departures
-    beyond it; turn_deg : by which the plane of the rest is turned; plane : its row"""
+    """Part of a patch for which the plane does not hold.
+
+    Parameters
+    ----------
+    share : float
+        Share of the surface.
+    limit_m : float
+        Minimum deviation.
+    turn_deg : float
+        Angle between the planes with and without this part.
+    plane : dict
+        Row of the plane without it.
+    """
 
     share: float
     limit_m: float
@@ -105,8 +121,15 @@ class SmoothestLine:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Deviations along a line in the plane through the middle of the patch. name : "along" or
-    "across"; distance_m, deviation_m : (n,); points : (n, 3) World, on the surface"""
+    """Deviations along a line in the plane through the middle of the patch.
+
+    Parameters
+    ----------
+    name : {"along", "across"}
+    distance_m, deviation_m : (n,) arrays
+    points : (n, 3) array
+        On the surface, World, m.
+    """
 
     name: str
     distance_m: FloatArray
@@ -188,7 +211,7 @@ def analyse(
     data : Mesh or PointCloud
         The patch alone, in World, m.
     noise_m : float, optional
-        Standard deviation of the model's heights. Default: that of a cloud's points about local
+        Standard deviation of the model's heights. Default: scatter of a cloud's points about local
         planes, or a quarter of the mean edge of a mesh.
     cell_m : float, optional
         Side of the cells of the map. Default: the mean edge or spacing.
@@ -210,23 +233,23 @@ def analyse(
     noise, source = _noise(data, noise_m, edge)
     plane = Plane.from_normal(fit.normal)
     plan = plan_heights(data, plane, to_world=np.eye(4), gsd=cell_m)
-    if plan.grid.width * plan.grid.height > MOST_CELLS:
+    if plan.grid.width * plan.grid.height > MAX_CELLS:
         count = plan.grid.width * plan.grid.height
         raise UsageError(
-            Finding("raster.too-many-cells", count=count, maximum=MOST_CELLS), field="--gsd"
+            Finding("raster.too-many-cells", count=count, maximum=MAX_CELLS), field="--gsd"
         )
     heights, _ = draw_heights(data, plan, None, progress)
     base = fit.centroid[2] if plan.is_map else (fit.centroid - plan.reference) @ plane.normal()
     deviations = np.asarray(heights, np.float64) - float(base)
     cells = int(np.isfinite(deviations).sum())
-    if cells < FEWEST_CELLS:
+    if cells < MIN_CELLS:
         raise GeometryError(
-            Finding("patch.too-small", count=cells, least=FEWEST_CELLS, cell_m=plan.grid.gsd)
+            Finding("patch.too-small", count=cells, least=MIN_CELLS, cell_m=plan.grid.gsd)
         )
     row = _row(fit, points, area, edge, model, frame, thresholds)
-    found = where_it_holds(deviations, noise)
-    trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
-    rounding = _ROUNDINGS * max(
+    holding = where_it_holds(deviations, noise)
+    trim, holds = _trim(points, fit, deviations, plan, holding, edge, model, frame, thresholds)
+    rounding = _ROUNDING_UNITS * max(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
         for values in (points, heights)
     )
@@ -247,7 +270,7 @@ def analyse(
         cells=len(known),
         cell_m=plan.grid.gsd,
         trim=trim,
-        warnings=_warnings(rough["bent_share"], trim, found, known, noise, plan.grid.gsd),
+        warnings=_warnings(rough["bent_share"], trim, holding, known, noise, plan.grid.gsd),
         deviations=deviations,
         plan=plan,
         at_points=(points - fit.centroid) @ plane.normal(),
@@ -303,17 +326,17 @@ def _row(
     )
 
 
-def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[float, str]:
-    if given is not None:
-        return given, "given"
+def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tuple[float, str]:
+    if stated_m is not None:
+        return stated_m, "given"
     if isinstance(data, Mesh) and len(data.faces):
-        return NOISE_OF_EDGE * edge, "mesh"
+        return NOISE_EDGES * edge, "mesh"
     from scipy.spatial import cKDTree
 
     points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
     points = points[np.isfinite(points).all(axis=1)]
     local = points - points.mean(axis=0)
-    at = local[:: max(1, len(local) // _SAMPLED)]
+    at = local[:: max(1, len(local) // _NOISE_SAMPLES)]
     _, near = cKDTree(local).query(at, k=min(COUNTS[0], len(local)))
     _, noises = of_neighbours(local[near])
     return float(np.median(noises[np.isfinite(noises)])), "points"
@@ -324,52 +347,59 @@ def _trim(
     fit: PlaneFit,
     deviations: FloatArray,
     plan: HeightPlan,
-    found: Holding,
+    holding: Holding,
     edge: float,
     model: str,
     frame: str,
     thresholds: Thresholds,
 ) -> tuple[Trim | None, BoolArray]:
-    """What to leave out, and (n,) which points the plane holds for."""
+    """Return the part to exclude, and the points (n,) for which the plane holds."""
     from scipy.ndimage import distance_transform_edt
 
-    if not found.trims:
+    if not holding.trims:
         return None, np.ones(len(points), np.bool_)
     at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
     column, row = np.floor(at[:2]).astype(np.int64)
     row, column = (
-        np.clip(row, 0, found.holds.shape[0] - 1),
-        np.clip(column, 0, found.holds.shape[1] - 1),
+        np.clip(row, 0, holding.holds.shape[0] - 1),
+        np.clip(column, 0, holding.holds.shape[1] - 1),
     )
-    # Beside the cells that are known points lie as the nearest one does.
+    # Points beside known cells are classified like the nearest cell.
     nearest = distance_transform_edt(
         ~np.isfinite(deviations), return_distances=False, return_indices=True
     )
-    holds = np.asarray(found.holds[tuple(nearest)][row, column])
+    holds = np.asarray(holding.holds[tuple(nearest)][row, column])
     try:
         known = moments(points[holds])
-        rest = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
+        remaining = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
-    turn = math.degrees(math.acos(min(abs(float(rest.normal @ fit.normal)), 1.0)))
-    made = _row(rest, points[holds], None, edge, model, frame, thresholds)
-    return Trim(found.departs, found.limit, turn, made), holds
+    turn = math.degrees(math.acos(min(abs(float(remaining.normal @ fit.normal)), 1.0)))
+    row_of_rest = _row(remaining, points[holds], None, edge, model, frame, thresholds)
+    return Trim(holding.departs, holding.limit, turn, row_of_rest), holds
 
 
 def _roughness(
     deviations: FloatArray,
     plan: HeightPlan,
     plane: Plane,
-    own: tuple[float, float],
+    noise_and_lack: tuple[float, float],
     edge: float,
     rounding: float,
 ) -> dict[str, Any]:
-    """bent_share, hurst, smoothest and their reasons. own : noise of the model, m, and variance
-    that its map lacks, m2; rounding : of the heights, m"""
-    noise, lack = own
-    flat, bent = _without_bend(deviations)
-    shortest = SHORTEST * edge
-    made: dict[str, Any] = {
+    """Return bent_share, hurst, smoothest and their reasons.
+
+    Parameters
+    ----------
+    noise_and_lack : (float, float)
+        Noise of the model, m, and variance that its map lacks, m².
+    rounding : float
+        Of the heights, m.
+    """
+    noise, lack = noise_and_lack
+    flat, bent = _remove_bend(deviations)
+    shortest = MIN_DISTANCE_EDGES * edge
+    results: dict[str, Any] = {
         "bent_share": bent,
         "hurst": None,
         "hurst_reason": None,
@@ -378,44 +408,54 @@ def _roughness(
     }
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
-        return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
-    found = increments.variations(deviations, plan.grid.gsd, shortest)
-    if found is None:
+        return {**results, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
+    variations = increments.variations(deviations, plan.grid.gsd, shortest)
+    if variations is None:
         reason = Finding("roughness.small-patch", shortest_m=shortest)
-        return {**made, "hurst_reason": reason, "smoothest_reason": reason}
-    whole = increments.exponent(found, noise, lack)
-    over = increments.range_told(found, noise)
-    if whole is None and over is not None and over[0] <= 1.01 * float(found.lags[0]):
-        made["hurst_reason"] = Finding("roughness.short-range", from_m=over[0], to_m=over[1])
-    elif whole is None:
-        made["hurst_reason"] = Finding("roughness.below-noise", noise_m=noise)
-    elif not whole.straight:
-        made["hurst_reason"] = Finding(
-            "roughness.several-exponents", short=whole.short, long=whole.long
+        return {**results, "hurst_reason": reason, "smoothest_reason": reason}
+    exponent = increments.exponent(variations, noise, lack)
+    resolved_range = increments.range_told(variations, noise)
+    if (
+        exponent is None
+        and resolved_range is not None
+        and resolved_range[0] <= 1.01 * float(variations.lags[0])
+    ):
+        results["hurst_reason"] = Finding(
+            "roughness.short-range", from_m=resolved_range[0], to_m=resolved_range[1]
         )
-    elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
-        made["hurst_reason"] = Finding("roughness.invalid-exponent", exponent=whole.H)
+    elif exponent is None:
+        results["hurst_reason"] = Finding("roughness.below-noise", noise_m=noise)
+    elif not exponent.straight:
+        results["hurst_reason"] = Finding(
+            "roughness.several-exponents", short=exponent.short, long=exponent.long
+        )
+    elif not exponent.H + exponent.error95 > 0.0 or not exponent.H - exponent.error95 < 1.0:
+        results["hurst_reason"] = Finding("roughness.invalid-exponent", exponent=exponent.H)
     else:
-        each = tuple(
-            DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
-            for one in increments.exponents(found, noise, lack)
+        directions = tuple(
+            DirectionRoughness(
+                *_line(variation.angle_deg, plan, plane), variation.H, variation.error95
+            )
+            for variation in increments.exponents(variations, noise, lack)
         )
-        made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
-    straight = increments.variations(flat, plan.grid.gsd, shortest)
-    line = None if straight is None else increments.smoothest(straight, noise)
+        results["hurst"] = Hurst(
+            exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
+        )
+    unbent = increments.variations(flat, plan.grid.gsd, shortest)
+    line = None if unbent is None else increments.smoothest(unbent, noise)
     if line is None or math.isnan(line.p):
-        made["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
+        results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
     elif not line.claimed:
-        made["smoothest_reason"] = Finding("roughness.no-direction", p=line.p)
+        results["smoothest_reason"] = Finding("roughness.no-direction", p=line.p)
     else:
-        made["smoothest"] = SmoothestLine(
+        results["smoothest"] = SmoothestLine(
             *_line(line.angle_deg, plan, plane), line.error95_deg, line.ratio, line.p
         )
-    return made
+    return results
 
 
-def _without_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
-    """Less a paraboloid, and the share of the mean square that it takes away."""
+def _remove_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
+    """Subtract a paraboloid; also return its share of the mean square."""
     known = np.isfinite(deviations)
     row, column = np.nonzero(known)
     x = column / max(deviations.shape[1] - 1, 1) - 0.5
@@ -423,14 +463,14 @@ def _without_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
     columns = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
     values = deviations[known]
     flat = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
-    made = np.full(deviations.shape, np.nan)
-    made[known] = flat
-    whole = float((values**2).sum())
-    return made, 1.0 - float((flat**2).sum()) / whole if whole > 0.0 else 0.0
+    result = np.full(deviations.shape, np.nan)
+    result[known] = flat
+    square_sum = float((values**2).sum())
+    return result, 1.0 - float((flat**2).sum()) / square_sum if square_sum > 0.0 else 0.0
 
 
 def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
-    """Rake, trend and plunge of a direction in the map, from its columns toward its rows."""
+    """Return rake, trend and plunge of a direction in the map, from columns towards rows."""
     angle = math.radians(angle_deg)
     vector = math.cos(angle) * plan.frame.right + math.sin(angle) * plan.frame.down
     line = Line.from_vector(vector).downward()
@@ -449,17 +489,17 @@ def _axes(plane: Plane) -> tuple[FloatArray, FloatArray]:
 def _profiles(
     deviations: FloatArray, plan: HeightPlan, base: float, rake_deg: float
 ) -> tuple[Profile, ...]:
-    """Along the direction of a rake, and across it, through the middle of the known cells."""
+    """Sample profiles along and across a rake, through the middle of the known cells."""
     rows, columns = np.nonzero(np.isfinite(deviations))
     middle = np.array([columns.mean(), rows.mean()])
     angle, (strike, down) = math.radians(rake_deg), _axes(plan.plane)
     vector = math.cos(angle) * strike + math.sin(angle) * down
     along = np.array([vector @ plan.frame.right, vector @ plan.frame.down])
-    made = []
-    for name, way in (("along", along), ("across", np.array([-along[1], along[0]]))):
+    profiles = []
+    for name, direction in (("along", along), ("across", np.array([-along[1], along[0]]))):
         reach = math.hypot(*deviations.shape)
         steps = np.arange(-reach, reach)
-        at = middle + steps[:, None] * way
+        at = middle + steps[:, None] * direction
         column, row = np.floor(at + 0.5).astype(np.int64).T
         inside = (column >= 0) & (row >= 0)
         inside &= (column < deviations.shape[1]) & (row < deviations.shape[0])
@@ -467,7 +507,7 @@ def _profiles(
         values = deviations[row, column]
         known = np.isfinite(values)
         cells = np.c_[column + 0.5, row + 0.5, values + base, np.ones(len(values))][known]
-        made.append(
+        profiles.append(
             Profile(
                 name,
                 steps[known] * plan.grid.gsd,
@@ -475,14 +515,14 @@ def _profiles(
                 (cells @ plan.cell_to_world.T)[:, :3],
             )
         )
-    return tuple(made)
+    return tuple(profiles)
 
 
 def _warnings(
     bent_share: float,
     trim: Trim | None,
-    found: Holding,
-    known: FloatArray,
+    holding: Holding,
+    deviations: FloatArray,
     noise: float,
     cell: float,
 ) -> tuple[Finding, ...]:
@@ -491,10 +531,10 @@ def _warnings(
         warnings.append(
             Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
-    if trim is not None and found.other is not None:
+    if trim is not None and holding.other is not None:
         one, other = (
             np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
-            for plane in (found.plane, found.other)
+            for plane in (holding.plane, holding.other)
         )
         angle = math.atan2(float(np.linalg.norm(np.cross(one, other))), abs(float(one @ other)))
         warnings.append(
@@ -502,10 +542,10 @@ def _warnings(
                 "patch.two-planes",
                 angle_deg=math.degrees(angle),
                 share_percent=100.0 * (1.0 - trim.share),
-                other_percent=100.0 * found.other_share,
+                other_percent=100.0 * holding.other_share,
             )
         )
-    spread = 1.4826 * float(np.median(np.abs(known - np.median(known))))
+    spread = 1.4826 * float(np.median(np.abs(deviations - np.median(deviations))))
     if bent_share > 0.9 and spread > 2.0 * noise:
         warnings.append(Finding("patch.bent", share_percent=100.0 * bent_share))
     return tuple(warnings)

@@ -1,4 +1,4 @@
-"""The figure of a patch's deviations: the signed map, and profiles along and across."""
+"""Figure of a patch's deviations: the signed map, and profiles along and across."""
 
 from __future__ import annotations
 
@@ -16,64 +16,68 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PALETTE = "RdBu_r"
-"""Blue below, red above: that of signed fields on models."""
+"""Blue below, red above, as for signed fields on models."""
 _COLORS = {"along": "#0072b2", "across": "#d55e00"}
 _NAMES = {
     "along": (to_translate("along the smoothest direction"), to_translate("down the dip")),
     "across": (to_translate("across it"), to_translate("along the strike")),
 }
-"""Of profiles where there is a smoothest direction, and where there is none."""
-_ARROW = 0.3
+"""Names of profiles with a smoothest direction, and without one."""
+_ARROW_SHARE = 0.3
 
 
-def draw_surface(figure: Figure, found: SurfaceFigures, *, metric: bool = True) -> None:
-    """On an empty figure. metric : lengths are metres, else units of the model"""
+def draw_surface(figure: Figure, figures: SurfaceFigures, *, metric: bool = True) -> None:
+    """Draw the deviations on an empty figure; without `metric`, lengths are model units."""
     unit = "m" if metric else tr("units")
     figure.set_layout_engine("constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))
-    _draw_map(figure, figure.add_subplot(grid[0]), found, unit)
-    _draw_profiles(figure.add_subplot(grid[1]), found, unit)
+    _draw_map(figure, figure.add_subplot(grid[0]), figures, unit)
+    _draw_profiles(figure.add_subplot(grid[1]), figures, unit)
 
 
-def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures, unit: str) -> None:
-    values = found.deviations
+def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) -> None:
+    values = figures.deviations
     rows, columns = values.shape
-    cell = found.cell_m
+    cell = figures.cell_m
     known = np.abs(values[np.isfinite(values)])
     reach = max(float(np.percentile(known, 98.0)), 1e-12)
     extent = (0.0, columns * cell, rows * cell, 0.0)
-    shown = axes.imshow(
+    image = axes.imshow(
         values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent, interpolation="nearest"
     )
-    bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8)
+    bar = figure.colorbar(image, ax=axes, location="bottom", shrink=0.8)
     bar.set_label(tr("deviation ({unit})", unit=unit))
     axes.set_xlabel(tr("along the strike ({unit})", unit=unit))
     axes.set_ylabel(tr("down the dip ({unit})", unit=unit))
-    if found.plan is not None and found.plan.is_map:
+    if figures.plan is not None and figures.plan.is_map:
         axes.set_xlabel(tr("to the east ({unit})", unit=unit))
         axes.set_ylabel(tr("to the south ({unit})", unit=unit))
-    line = found.smoothest
-    if line is not None and found.plan is not None:
+    line = figures.smoothest
+    if line is not None and figures.plan is not None:
         trend, plunge = np.radians([line.trend_deg, line.plunge_deg])
         vector = np.array(
             [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
         )
-        way = np.array([vector @ found.plan.frame.right, vector @ found.plan.frame.down])
-        way *= _ARROW * min(rows, columns) * cell / np.linalg.norm(way)
+        arrow = np.array([vector @ figures.plan.frame.right, vector @ figures.plan.frame.down])
+        arrow *= _ARROW_SHARE * min(rows, columns) * cell / np.linalg.norm(arrow)
         middle = np.array([columns, rows]) * cell / 2
         axes.annotate(
             "",
-            xy=tuple(middle + way),
-            xytext=tuple(middle - way),
+            xy=tuple(middle + arrow),
+            xytext=tuple(middle - arrow),
             arrowprops={"arrowstyle": "<->", "color": "black", "linewidth": 2.0},
         )
 
 
-def _draw_profiles(axes: Axes, found: SurfaceFigures, unit: str) -> None:
-    for one in found.profiles:
-        name = tr(_NAMES[one.name][0 if found.smoothest is not None else 1])
+def _draw_profiles(axes: Axes, figures: SurfaceFigures, unit: str) -> None:
+    for profile in figures.profiles:
+        name = tr(_NAMES[profile.name][0 if figures.smoothest is not None else 1])
         axes.plot(
-            one.distance_m, one.deviation_m, color=_COLORS[one.name], linewidth=1.2, label=name
+            profile.distance_m,
+            profile.deviation_m,
+            color=_COLORS[profile.name],
+            linewidth=1.2,
+            label=name,
         )
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.set_xlabel(tr("distance from the middle ({unit})", unit=unit))
@@ -81,43 +85,43 @@ def _draw_profiles(axes: Axes, found: SurfaceFigures, unit: str) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
-def in_lines(found: SurfaceFigures, *, metric: bool = True) -> list[str]:
-    """What the figure shows, in sentences. metric : as in `draw_surface`"""
+def describe_figures(figures: SurfaceFigures, *, metric: bool = True) -> list[str]:
+    """Describe the figures in sentences; `metric` as in `draw_surface`."""
 
     def length(value: float) -> str:
         return length_text(value, metric=metric)
 
-    said = [
+    sentences = [
         tr(
             "Deviations from {low} to {high}, RMS {rms}. The model's own noise: {noise}.",
-            low=length(found.lowest_m),
-            high=length(found.highest_m),
-            rms=length(found.rms_m),
-            noise=length(found.noise_m),
+            low=length(figures.lowest_m),
+            high=length(figures.highest_m),
+            rms=length(figures.rms_m),
+            noise=length(figures.noise_m),
         )
     ]
-    if found.noise_from == "mesh":
-        said[-1] += " " + tr(
+    if figures.noise_from == "mesh":
+        sentences[-1] += " " + tr(
             "It was taken as a quarter of the mesh's edges, since a mesh smooths; state it where "
             "it is known."
         )
-    if found.hurst is None:
-        said.append(tr("No Hurst exponent: {reason}", reason=found.hurst_reason))
+    if figures.hurst is None:
+        sentences.append(tr("No Hurst exponent: {reason}", reason=figures.hurst_reason))
     else:
-        said.append(
+        sentences.append(
             tr(
                 "Hurst exponent {H:.2f} ± {error:.2f} (95 %) over {from_} to {to}.",
-                H=found.hurst.H,
-                error=found.hurst.error95,
-                from_=length(found.hurst.from_m),
-                to=length(found.hurst.to_m),
+                H=figures.hurst.H,
+                error=figures.hurst.error95,
+                from_=length(figures.hurst.from_m),
+                to=length(figures.hurst.to_m),
             )
         )
-    line = found.smoothest
+    line = figures.smoothest
     if line is None:
-        said.append(tr("No smoothest direction: {reason}", reason=found.smoothest_reason))
+        sentences.append(tr("No smoothest direction: {reason}", reason=figures.smoothest_reason))
     else:
-        said.append(
+        sentences.append(
             tr(
                 "Smoothest along {trend}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
                 "(95 %): across it {ratio:.1f} times as rough. On a fault this may be the line of "
@@ -129,6 +133,6 @@ def in_lines(found: SurfaceFigures, *, metric: bool = True) -> list[str]:
                 ratio=line.ratio,
             )
         )
-    if found.trim is None:
-        said.append(tr("The plane holds all over the patch."))
-    return [*said, *map(str, found.warnings)]
+    if figures.trim is None:
+        sentences.append(tr("The plane holds all over the patch."))
+    return [*sentences, *map(str, figures.warnings)]

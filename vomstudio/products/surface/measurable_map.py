@@ -1,4 +1,4 @@
-"""The map of how well a plane could be measured on an outcrop: its figures, fields and raster."""
+"""Map of measurable planes on an outcrop: figures, fields and raster."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.extraction.measurable import (
     CLASSES,
-    USUAL_RESOLUTIONS,
+    DEFAULT_LENGTH_RESOLUTIONS,
     Measurable,
-    measurable,
-    usual_resolution,
+    map_measurability,
+    typical_resolution,
 )
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.notation import plain_azimuth
@@ -29,10 +29,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 FIELDS = ("expected_error95_deg", "trace_error95_deg", "patch_error95_deg", "measurable")
-"""Of the points of the model; the last is the row in CLASSES."""
+"""Fields of the model's points; the last is an index into `CLASSES`."""
 RASTER_ENDINGS = (".tif", ".tiff")
-_MOST_CELLS = 25_000_000
-_PATCHES = 10
+_MAX_CELLS = 25_000_000
+_MAX_PATCHES = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,15 +109,30 @@ def measurable_map(
 ) -> MeasurableMap:
     """Map how well a plane could be measured on a model in World.
 
-    Raises the errors of `extraction.measurable.measurable`.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        World, m.
+    plane : Plane
+    options : MeasurableOptions
+    progress : Progress, optional
+
+    Returns
+    -------
+    MeasurableMap
+
+    Raises
+    ------
+    GeometryError, Cancelled
+        As `extraction.measurable.map_measurability`.
     """
     warnings: list[Finding] = []
     length = options.length_m
     if length is None:
-        resolution = options.resolution_m or usual_resolution(data)
-        length = float(f"{USUAL_RESOLUTIONS * resolution:.2g}")
-        warnings.append(Finding("measurable.length-assumed", times=USUAL_RESOLUTIONS))
-    measured = measurable(data, plane.normal(), replace(options, length_m=length), progress)
+        resolution = options.resolution_m or typical_resolution(data)
+        length = float(f"{DEFAULT_LENGTH_RESOLUTIONS * resolution:.2g}")
+        warnings.append(Finding("measurable.length-assumed", times=DEFAULT_LENGTH_RESOLUTIONS))
+    measured = map_measurability(data, plane.normal(), replace(options, length_m=length), progress)
     area = measured.areas
     total = float(area.sum())
     if not total > 0.0:
@@ -150,7 +165,7 @@ def measurable_map(
         best=_best(measured),
         warnings=(*warnings, *measured.warnings),
         measurable=measured,
-        values=_on_points(data, measured),
+        values=_point_values(data, measured),
     )
 
 
@@ -189,13 +204,13 @@ def _patches(measured: Measurable) -> list[dict[str, float | None]]:
     numbers = measured.patches[inside]
     areas = np.bincount(numbers, measured.areas[inside])
     patches: list[dict[str, float | None]] = []
-    for number in np.argsort(-areas)[:_PATCHES]:
+    for number in np.argsort(-areas)[:_MAX_PATCHES]:
         rows = np.flatnonzero(measured.patches == number)
         error = float(measured.patch_deg[rows[0]])
         if np.isnan(error):
             continue
         places = measured.elements.places[rows] + measured.elements.origin
-        # A place of it, not its middle, which may lie off a bent one.
+        # Use a point of the patch: its mean may be off a bent one.
         middle = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
         x, y, z = middle.tolist()
         patches.append(
@@ -204,10 +219,10 @@ def _patches(measured: Measurable) -> list[dict[str, float | None]]:
     return patches
 
 
-def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float32Array]:
+def _point_values(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float32Array]:
     """Return the values of a cloud's points, or area-weighted means at the vertices of a mesh."""
     rows = measured.elements.rows
-    each = (measured.best_deg, measured.trace_deg, measured.patch_deg)
+    errors = (measured.best_deg, measured.trace_deg, measured.patch_deg)
     values: dict[str, Float32Array] = {}
     if measured.elements.of == "face" and isinstance(data, Mesh):
         nodes = measured.nodes
@@ -215,11 +230,13 @@ def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float
         corners = corners if nodes is None else nodes[corners]
         count = len(data.vertices) if nodes is None else int(nodes.max()) + 1
         weights = np.repeat(measured.areas, 3)
-        for name, error in zip(FIELDS, each, strict=False):
-            own = np.repeat(error, 3)
-            known = np.isfinite(own)
+        for name, error in zip(FIELDS, errors, strict=False):
+            corner_errors = np.repeat(error, 3)
+            known = np.isfinite(corner_errors)
             total = np.bincount(corners[known], weights[known], count)
-            sums = np.bincount(corners[known], (weights * np.nan_to_num(own))[known], count)
+            sums = np.bincount(
+                corners[known], (weights * np.nan_to_num(corner_errors))[known], count
+            )
             with np.errstate(invalid="ignore", divide="ignore"):
                 values[name] = (sums / total).astype(np.float32)
         votes = np.stack(
@@ -237,25 +254,36 @@ def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float
     points = data.vertices if isinstance(data, Mesh) else data.points
     row_of = measured.elements.row_of
     known = row_of >= 0
-    for name, value in zip(FIELDS, (*each, measured.classes), strict=True):
-        at_points = np.full(len(points), np.nan, np.float32)
-        at_points[known] = np.asarray(value, np.float32)[row_of[known]]
-        values[name] = at_points
+    for name, value in zip(FIELDS, (*errors, measured.classes), strict=True):
+        point_values = np.full(len(points), np.nan, np.float32)
+        point_values[known] = np.asarray(value, np.float32)[row_of[known]]
+        values[name] = point_values
     return values
 
 
 def write_raster(
     path: str | Path,
     data: Mesh | PointCloud,
-    found: MeasurableMap,
+    measurable: MeasurableMap,
     *,
     crs: str | None,
     cell_m: float | None = None,
     force: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """GeoTIFF of the expected 95 % error, degrees, NaN where nothing is seen, over the outcrop's
-    best plane, seen against its upward normal; what it is. Raises UsageError, TargetError."""
+    """Write a GeoTIFF of the expected 95 % error, degrees, over the outcrop's best plane.
+
+    The view is against its upward normal; cells without a surface are NaN.
+
+    Returns
+    -------
+    dict
+        width, height and gsd_m of the raster.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     from scipy.spatial import cKDTree
 
     from vomstudio.core.errors import UsageError
@@ -266,22 +294,24 @@ def write_raster(
     from vomstudio.products.elevation.planning import plan_heights
     from vomstudio.products.ortho.tiles import TILE
 
-    elements = found.measurable.elements
+    elements = measurable.measurable.elements
     places = elements.places + elements.origin
     view = Plane.from_normal(fit_plane(places[:: max(1, len(places) // 20_000)]).normal)
-    cell = cell_m or max(found.length_m / 40.0, found.resolution_m)
+    cell = cell_m or max(measurable.length_m / 40.0, measurable.resolution_m)
     plan = plan_heights(data, view, to_world=np.eye(4), gsd=cell)
-    if plan.grid.width * plan.grid.height > _MOST_CELLS:
+    if plan.grid.width * plan.grid.height > _MAX_CELLS:
         count = plan.grid.width * plan.grid.height
         raise UsageError(
-            Finding("raster.too-many-cells", count=count, maximum=_MOST_CELLS), field="--gsd"
+            Finding("raster.too-many-cells", count=count, maximum=_MAX_CELLS), field="--gsd"
         )
     heights, _ = draw_heights(data, plan, None, progress)
     rows, columns = np.nonzero(np.isfinite(heights))
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])
-    seen = (plan.cell_to_world @ cells)[:3].T - elements.origin
+    cell_points = (plan.cell_to_world @ cells)[:3].T - elements.origin
     values = np.full((plan.grid.height, plan.grid.width), np.nan, np.float32)
-    values[rows, columns] = found.measurable.best_deg[cKDTree(elements.places).query(seen)[1]]
+    values[rows, columns] = measurable.measurable.best_deg[
+        cKDTree(elements.places).query(cell_points)[1]
+    ]
     raster = Raster(
         plan.grid.width,
         plan.grid.height,
@@ -291,8 +321,8 @@ def write_raster(
         {
             "VOMSTUDIO_VERSION": __version__,
             "VOMSTUDIO_PLANE": "dip direction "
-            f"{plain_azimuth(found.plane['dip_direction_deg'])} dip "
-            f"{found.plane['dip_deg']:.4f} deg; expected 95 % error in degrees, 90 for none",
+            f"{plain_azimuth(measurable.plane['dip_direction_deg'])} dip "
+            f"{measurable.plane['dip_deg']:.4f} deg; expected 95 % error in degrees, 90 for none",
             "VOMSTUDIO_VIEW": f"against the upward normal of the plane with dip direction "
             f"{plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
         },

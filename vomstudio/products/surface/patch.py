@@ -1,4 +1,4 @@
-"""The part of a model that is looked at as a surface."""
+"""Part of a model that is analysed as a surface."""
 
 from __future__ import annotations
 
@@ -13,29 +13,35 @@ from vomstudio.geometry.mesh import Mesh
 FACET = "facet"
 
 
-def around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -> Mesh | PointCloud:
-    """Return the faces with all corners, or the points, within a radius of a place.
+def extract_around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -> Mesh | PointCloud:
+    """Extract the faces with all corners, or the points, within a radius of a place.
 
-    Raises InputError if there are none.
+    Raises
+    ------
+    InputError
+        If the radius contains no points.
     """
     points = data.vertices if isinstance(data, Mesh) else data.points
     near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
-    return _where(data, near, Finding("patch.empty"))
+    return _extract(data, near, Finding("patch.empty"))
 
 
-def of_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
-    """Return the faces or points of a facet of a model written by `facets --labels`.
+def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
+    """Extract the faces or points of a facet of a model written by `facets --labels`.
 
-    Raises InputError if the model has no such field or no such facet.
+    Raises
+    ------
+    InputError
+        If the model has no such field or facet.
     """
     if FACET not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--facet")
     selection = np.asarray(data.fields[FACET]) == number
-    return _where(data, selection, Finding("facet.missing", number=number))
+    return _extract(data, selection, Finding("facet.missing", number=number))
 
 
-def of_faces(mesh: Mesh, faces: IntArray) -> Mesh:
-    """Return a mesh of these faces (k,), with colours and fields but without textures."""
+def extract_faces(mesh: Mesh, faces: IntArray) -> Mesh:
+    """Extract faces (k,) of a mesh, with colours and fields but without textures."""
     corners = np.asarray(mesh.faces)[faces]
     ids, which = np.unique(corners, return_inverse=True)
     return Mesh(
@@ -47,7 +53,12 @@ def of_faces(mesh: Mesh, faces: IntArray) -> Mesh:
 
 
 def parse_around(text: str) -> tuple[FloatArray, float]:
-    """Parse the place (3,) and the radius of "x,y,z,r". Raises UsageError."""
+    """Parse the place (3,) and the radius of "x,y,z,r".
+
+    Raises
+    ------
+    UsageError
+    """
     try:
         values = np.array([float(word) for word in text.replace(";", ",").split(",")])
     except ValueError:
@@ -57,14 +68,14 @@ def parse_around(text: str) -> tuple[FloatArray, float]:
     return values[:3], float(values[3])
 
 
-def _where(
+def _extract(
     data: Mesh | PointCloud, selection: BoolArray, empty_finding: Finding
 ) -> Mesh | PointCloud:
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.flatnonzero(selection[data.faces].all(axis=1))
         if not len(faces):
             raise InputError(empty_finding)
-        return of_faces(data, faces)
+        return extract_faces(data, faces)
     if not selection.any():
         raise InputError(empty_finding)
     if isinstance(data, Mesh):

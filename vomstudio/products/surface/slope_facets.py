@@ -1,5 +1,4 @@
-"""Facets as slopes: read from their table and their labels on a model, and written with what the
-kinematic analysis says of each."""
+"""Facets as slopes: input from tables and labels, and output of the kinematic analysis."""
 
 from __future__ import annotations
 
@@ -27,79 +26,126 @@ from vomstudio.products.surface.patch import FACET
 _FIELDS = {mode: f"{mode}_percent" for mode in MODES}
 
 
-def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> list[FacetFace]:
-    """The planes of a table that `facets` wrote. What overhangs is told by a column `overhangs`, or
-    by data, the model with the labels in World. Raises InputError where the labels are not those of
-    the table."""
+def read_facet_slopes(
+    table: OrientationTable, data: Mesh | PointCloud | None = None
+) -> list[FacetFace]:
+    """Read the facets of a table written by `facets`.
+
+    Parameters
+    ----------
+    table : OrientationTable
+        Its column `overhangs` is used without `data`.
+    data : Mesh or PointCloud, optional
+        Model with labels, World, from which overhangs are determined.
+
+    Returns
+    -------
+    list of FacetFace
+
+    Raises
+    ------
+    InputError
+        If the labels are not those of the table.
+    """
     areas = _areas(table)
-    over = _told(table) if data is None else overhanging(data, labels_of(data))
-    found = [
+    overhangs = (
+        _read_overhangs(table) if data is None else find_overhangs(data, read_facet_labels(data))
+    )
+    faces = [
         FacetFace(
             table.ids[i],
             Plane(float(table.dip_direction_deg[i]), float(table.dip_deg[i])),
             areas[i],
-            over.get(table.ids[i]),
+            overhangs.get(table.ids[i]),
         )
         for i in np.flatnonzero(table.is_plane).tolist()
     ]
-    if data is not None and over and not {f.id for f in found} & over.keys():
+    if data is not None and overhangs and not {f.id for f in faces} & overhangs.keys():
         raise InputError(Finding("facet.other-labels", table=table.path), field="--labelled-model")
-    return found
+    return faces
 
 
-def labels_of(data: Mesh | PointCloud) -> IntegerArray:
-    """(points,) of a model that `facets --labels` wrote. Raises InputError where it has none."""
+def read_facet_labels(data: Mesh | PointCloud) -> IntegerArray:
+    """Return the labels (points,) of a model written by `facets --labels`.
+
+    Raises
+    ------
+    InputError
+        If the model has none.
+    """
     if FACET not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--labelled-model")
     return np.asarray(data.fields[FACET]).astype(np.int64)
 
 
-def overhanging(
+def find_overhangs(
     data: Mesh | PointCloud, labels: IntegerArray, up: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> dict[str, bool]:
-    """By facet, whether its outside points down: by the winding of a mesh's faces, by the normals
-    of a cloud, which says nothing without them. up : (3,) in the frame of the data"""
+    """Determine which facets overhang, from the winding of faces or the normals of a cloud.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    labels : (points,) int array
+    up : (3,) sequence
+        In the frame of the data.
+
+    Returns
+    -------
+    dict of str to bool
+        By facet; empty for a cloud without normals.
+    """
     if isinstance(data, Mesh):
         corners = np.asarray(data.faces, np.int64)
-        of = labels[corners]
-        # A face counts for its facet where all its corners lie in it.
-        own = (of == of[:, :1]).all(axis=1) & (of[:, 0] >= 0)
-        a, b, c = (np.asarray(data.vertices, np.float64)[corners[own, k]] for k in range(3))
-        height, number = np.cross(b - a, c - a) @ np.asarray(up), of[own, 0]
+        corner_labels = labels[corners]
+        # A face belongs to a facet if all its corners do.
+        is_used = (corner_labels == corner_labels[:, :1]).all(axis=1) & (corner_labels[:, 0] >= 0)
+        a, b, c = (np.asarray(data.vertices, np.float64)[corners[is_used, k]] for k in range(3))
+        height, number = np.cross(b - a, c - a) @ np.asarray(up), corner_labels[is_used, 0]
     elif data.normals is not None:
-        own = labels >= 0
-        height, number = np.asarray(data.normals, np.float64)[own] @ np.asarray(up), labels[own]
+        is_used = labels >= 0
+        height, number = (
+            np.asarray(data.normals, np.float64)[is_used] @ np.asarray(up),
+            labels[is_used],
+        )
     else:
         return {}
-    named, which = np.unique(number, return_inverse=True)
-    sums = np.bincount(which, height, minlength=len(named))
-    return {str(int(n)): bool(s < 0.0) for n, s in zip(named, sums, strict=True)}
+    facet_ids, facet_of = np.unique(number, return_inverse=True)
+    sums = np.bincount(facet_of, height, minlength=len(facet_ids))
+    return {str(int(n)): bool(s < 0.0) for n, s in zip(facet_ids, sums, strict=True)}
 
 
-def painted(found: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
-    """Fields of the model's points, percent, NaN where no facet is: `planar_percent` and so on."""
+def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
+    """Return fields of the model's points, such as `planar_percent`; NaN outside facets."""
     fields = {}
     for mode, name in _FIELDS.items():
-        by_label = {f.id: share for f, share in zip(found.facets, found.shares(mode), strict=True)}
-        named, which = np.unique(labels, return_inverse=True)
-        values = np.array([by_label.get(str(int(n)), np.nan) for n in named])
-        fields[name] = (100.0 * values[which]).astype(np.float32)
+        share_of = {
+            f.id: share for f, share in zip(slopes.facets, slopes.shares(mode), strict=True)
+        }
+        unique_labels, label_of = np.unique(labels, return_inverse=True)
+        values = np.array([share_of.get(str(int(n)), np.nan) for n in unique_labels])
+        fields[name] = (100.0 * values[label_of]).astype(np.float32)
     return fields
 
 
-def write_facet_slopes(path: str | Path, found: FacetSlopes, *, force: bool = False) -> None:
-    """CSV, a row for each facet. Raises TargetError."""
+def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = False) -> None:
+    """Write the slopes as CSV, one row per facet.
+
+    Raises
+    ------
+    TargetError
+    """
     file = io.StringIO()
     file.write(f"# VOM Studio {__version__}, kinematic analysis of each facet as a slope\n")
     file.write(
-        f"# {found.n} planes, friction {found.friction_deg:g} deg, lateral limit "
-        f"{found.lateral_deg:g} deg ({found.limits}); shares from 0 to 1\n"
+        f"# {slopes.n} planes, friction {slopes.friction_deg:g} deg, lateral limit "
+        f"{slopes.lateral_deg:g} deg ({slopes.limits}); shares from 0 to 1\n"
     )
     out = csv.writer(file, lineterminator="\n")
     parts = ("critical", "of", "share")
     columns = [f"{mode}_{part}" for mode in MODES for part in parts]
     out.writerow(["id", "dip_direction_deg", "dip_deg", "overhangs", "area_m2", *columns])
-    for facet in found.facets:
+    for facet in slopes.facets:
         cells = [escape_formula(facet.id), f"{plain_azimuth(facet.face.dip_direction_deg)}"]
         cells += [
             f"{facet.face.dip_deg:.4f}",
@@ -115,7 +161,12 @@ def write_facet_slopes(path: str | Path, found: FacetSlopes, *, force: bool = Fa
 
 
 def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
-    """The table that `faces_of` reads, in place of what is there. Raises TargetError."""
+    """Write the table that `read_facet_slopes` reads; an existing file is replaced.
+
+    Raises
+    ------
+    TargetError
+    """
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["id", "dip_direction_deg", "dip_deg", "area_m2", "overhangs"])
@@ -128,30 +179,30 @@ def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
     write_bytes(path, file.getvalue().encode("utf-8"), force=True)
 
 
-def _told(table: OrientationTable) -> dict[str, bool]:
-    """By facet, where a column says so."""
+def _read_overhangs(table: OrientationTable) -> dict[str, bool]:
+    """Return the overhangs of a table's column, by facet."""
     try:
         cells = table.column("overhangs")
     except UsageError:
         return {}
-    known = {"true": True, "false": False}
+    values = {"true": True, "false": False}
     return {
-        id_: known[cell.casefold()]
+        id_: values[cell.casefold()]
         for id_, cell in zip(table.ids, cells, strict=True)
-        if cell.casefold() in known
+        if cell.casefold() in values
     }
 
 
 def _areas(table: OrientationTable) -> list[float | None]:
-    """m2, None where the table does not tell."""
+    """Return areas, m²; None if the table has no such column."""
     try:
         cells = table.column("area_m2")
     except UsageError:
         return [None] * len(table)
-    found: list[float | None] = []
+    areas: list[float | None] = []
     for cell in cells:
         try:
-            found.append(float(cell))
+            areas.append(float(cell))
         except ValueError:
-            found.append(None)
-    return found
+            areas.append(None)
+    return areas

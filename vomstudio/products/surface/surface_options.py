@@ -10,7 +10,13 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class SurfaceOptions(Options):
-    """Patch and map of its deviations. Raises UsageError for a value outside its bounds."""
+    """Patch and map of its deviations.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
 
     around: str | None = option(
         None,

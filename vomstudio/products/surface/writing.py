@@ -1,4 +1,4 @@
-"""The map of a patch's deviations as a raster, as points, or as a table; profiles as a table."""
+"""Output of a patch's deviations as a raster, points or a table, and of profiles as a table."""
 
 from __future__ import annotations
 
@@ -29,39 +29,60 @@ PROFILE_COLUMNS = ("profile", "distance_m", "deviation_m", "x", "y", "z")
 
 
 def format_of(path: str | Path) -> str:
-    """Raises UsageError for another ending."""
+    """Return the extension of a file of deviations.
+
+    Raises
+    ------
+    UsageError
+        For another extension.
+    """
     return check_extension(path, ENDINGS)
 
 
-def as_fields(found: SurfaceFigures) -> dict[str, Float32Array]:
-    """Of the points of the patch: deviation, m, and 1 where the plane holds, else 0."""
+def deviation_fields(figures: SurfaceFigures) -> dict[str, Float32Array]:
+    """Return fields of the patch's points: deviation, m, and 1 where the plane holds, else 0."""
     return {
-        FIELDS[0]: found.at_points.astype(np.float32),
-        FIELDS[1]: found.holds.astype(np.float32),
+        FIELDS[0]: figures.at_points.astype(np.float32),
+        FIELDS[1]: figures.holds.astype(np.float32),
     }
 
 
 def write_deviations(
     path: str | Path,
-    found: SurfaceFigures,
+    figures: SurfaceFigures,
     data: Mesh | PointCloud,
     *,
     crs: str | None,
     force: bool,
     axes: Axes = WORLD,
 ) -> list[Finding]:
-    """One file, whole or not at all; what its writer says. data : the patch; axes : what is known
-    of the model's. Raises UsageError, TargetError."""
+    """Write the deviations to one file, completely or not at all; return warnings of the writer.
+
+    Parameters
+    ----------
+    path : str or Path
+    figures : SurfaceFigures
+    data : Mesh or PointCloud
+        The patch.
+    crs : str or None
+    force : bool
+    axes : Axes
+        Units and axes of the model.
+
+    Raises
+    ------
+    UsageError, TargetError
+    """
     ending = format_of(path)
     if ending == ".csv":
-        write_bytes(path, _table(found, data, crs, axes).encode("utf-8"), force=force)
+        write_bytes(path, _table(figures, data, crs, axes).encode("utf-8"), force=force)
         return []
     if ending == ".ply":
         from vomstudio.io.models.writing import write_model
 
-        fields = {**data.fields, **as_fields(found)}
+        fields = {**data.fields, **deviation_fields(figures)}
         return write_model(replace(data, fields=fields), crs, path, force=force)
-    plan = found.plan
+    plan = figures.plan
     assert plan is not None
     raster = Raster(
         plan.grid.width,
@@ -76,14 +97,14 @@ def write_deviations(
         },
     )
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
-        values = found.deviations.astype(np.float32)
+        values = figures.deviations.astype(np.float32)
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):
                 write_tile(out, column, row, values[row : row + TILE, column : column + TILE])
     return []
 
 
-def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, axes: Axes) -> str:
+def _table(figures: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, axes: Axes) -> str:
     points = data.vertices if isinstance(data, Mesh) else data.points
     file = io.StringIO()
     file.write(_head(crs, axes))
@@ -92,26 +113,30 @@ def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, axes
     out.writerows(
         [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
         for (x, y, z), off, holds in zip(
-            points.tolist(), found.at_points.tolist(), found.holds.tolist(), strict=True
+            points.tolist(), figures.at_points.tolist(), figures.holds.tolist(), strict=True
         )
     )
     return file.getvalue()
 
 
 def write_profiles(
-    path: str | Path, found: SurfaceFigures, *, crs: str | None, force: bool, axes: Axes = WORLD
+    path: str | Path, figures: SurfaceFigures, *, crs: str | None, force: bool, axes: Axes = WORLD
 ) -> None:
-    """CSV with a row for each cell of the profiles along and across. axes : what is known of the
-    model's. Raises TargetError."""
+    """Write the cells of the profiles along and across as CSV.
+
+    Raises
+    ------
+    TargetError
+    """
     file = io.StringIO()
     file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
     out.writerow(columns_of(PROFILE_COLUMNS, metric=axes.metric))
-    for one in found.profiles:
+    for profile in figures.profiles:
         out.writerows(
-            [one.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
+            [profile.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
             for distance, off, (x, y, z) in zip(
-                one.distance_m, one.deviation_m, one.points.tolist(), strict=True
+                profile.distance_m, profile.deviation_m, profile.points.tolist(), strict=True
             )
         )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)

@@ -31,7 +31,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
-from vomstudio.extraction.selection.visible_region import Looking
+from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
 from vomstudio.rendering.qt.display import Display
@@ -212,7 +212,7 @@ class Viewport(QWidget):
         """Return origin and unit direction in World of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
 
-    def looking(self) -> Looking | None:
+    def looking(self) -> ViewSnapshot | None:
         """Return the current view as numbers, None before the first picture."""
         scene = self._life.scene
         return None if scene is None else scene.looking(self.devicePixelRatioF())

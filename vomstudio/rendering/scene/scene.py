@@ -12,7 +12,7 @@ import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 
 from vomstudio.core.arrays import BoolArray, FloatArray, FloatingArray
-from vomstudio.extraction.selection.visible_region import Looking
+from vomstudio.extraction.selection.visible_region import ViewSnapshot
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -274,7 +274,7 @@ class Scene:
         candidates = [model for model in models if not model.model_id.startswith(PREVIEW)]
         return picking.pick_front(candidates, self.camera, x, y, size, self._planes.box)
 
-    def looking(self, ratio: float) -> Looking | None:
+    def looking(self, ratio: float) -> ViewSnapshot | None:
         """Return the current view as numbers, None before the first picture.
 
         Parameters
@@ -290,7 +290,7 @@ class Scene:
             pass
         buffer = canvas.surface_depth()[::-1].astype(np.float64)
         depth = np.where(buffer < 1.0, eye.depth_from_buffer(buffer), np.inf).astype(np.float32)
-        return Looking(
+        return ViewSnapshot(
             eye.position,
             eye.right,
             eye.up,

@@ -15,7 +15,7 @@ from vomstudio.studio.jobs.placed_model import PlacedModel, read_in_file_frame
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
-    from vomstudio.products.ortho.back_projection import Brought, Sidecar
+    from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
 
 Point = tuple[float, float, float]
 
@@ -45,10 +45,10 @@ class FittingPictures:
 
 def _find_pictures(request: DrawingFile, progress: Progress) -> FittingPictures:
     from vomstudio.core.errors import InputError
-    from vomstudio.products.ortho.back_projection import fitting_sidecars, read_sidecar
+    from vomstudio.products.ortho.back_projection import find_sidecars, read_sidecar
 
     sidecar = request.sidecar
-    sidecars = fitting_sidecars(request.path, progress) if sidecar is None else [sidecar]
+    sidecars = find_sidecars(request.path, progress) if sidecar is None else [sidecar]
     hashes = []
     for path in sidecars:
         try:
@@ -142,7 +142,7 @@ class DrawnLines:
 
 
 def collect_lines(
-    brought: Brought,
+    brought: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: Iterable[Finding],
@@ -192,10 +192,10 @@ def _point(place: Sequence[float]) -> Point:
 def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     from vomstudio.core.errors import InputError
     from vomstudio.products.ortho.back_projection import (
-        bring_back,
-        in_frame,
+        project_lines,
         read_drawing,
         read_sidecar,
+        transform_sidecar,
     )
 
     picture = read_sidecar(request.sidecar)
@@ -204,7 +204,7 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     data = read_in_file_frame(request.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
-        brought = bring_back(lines, in_frame(picture, request.model.to_world), data)
+        brought = project_lines(lines, transform_sidecar(picture, request.model.to_world), data)
     except InputError as error:
         raise error.with_file(request.drawing) from error
     return collect_lines(brought, (line.name for line in lines), picture, messages)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vomstudio.core.progress import CancelToken, Progress
-from vomstudio.extraction.proposals.edge_pictures import Find
+from vomstudio.extraction.proposals.edge_pictures import EdgeDetector
 from vomstudio.studio.jobs.proposal_tasks import FIND_EDGES, EdgesRequest
 from vomstudio.studio.jobs.run_job import run_job
 
@@ -16,7 +16,7 @@ from vomstudio.studio.jobs.run_job import run_job
 @contextmanager
 def open_edge_finder(
     network: str | None, progress: Progress, cancel: CancelToken | None = None
-) -> Iterator[tuple[Find, Path] | None]:
+) -> Iterator[tuple[EdgeDetector, Path] | None]:
     """Yield the edge finder of a network and a temporary folder for pictures.
 
     Parameters

@@ -89,7 +89,7 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> WrittenOrthop
         only = domain_mask.territory(items, request.domain[1])
     if request.draw is not None:
         shown = interpretation.read_items(request.draw) if only is None else only.features(items)
-        features = interpretation.items_shown(shown, request.parts)
+        features = interpretation.select_items(shown, request.parts)
     folder = model_cache.folder_of(request.path, request.cache)
     loaded = model_cache.load(request.path, folder, progress)
     plan = planning.plan(

@@ -69,8 +69,8 @@ class FoundTraces:
 def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     import numpy as np
 
-    from vomstudio.extraction.followed_trace import near_surface
-    from vomstudio.extraction.proposals.edge_pictures import wearing_edges, write_edges
+    from vomstudio.extraction.followed_trace import index_vertices
+    from vomstudio.extraction.proposals.edge_pictures import colour_by_edges, write_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.geometry import transform
@@ -80,7 +80,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     spacing, network = resolution(data), request.options.onnx_model
     if network is not None:
         file = Path(network)
-        data = wearing_edges(
+        data = colour_by_edges(
             data,
             spacing,
             lambda pictures, out: write_edges(file, pictures, out, progress),
@@ -97,7 +97,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     )
     to_file = transform.invert(transform.matrix(request.model.to_world))
     scale = transform.scale_of(request.model.to_world)
-    surface_measures = near_surface(surface) if result.proposals else None
+    surface_measures = index_vertices(surface) if result.proposals else None
     resolutions = [
         surface_measures.resolution_near(proposal.points) if surface_measures else None
         for proposal in result.proposals

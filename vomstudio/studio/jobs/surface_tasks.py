@@ -206,7 +206,7 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     import numpy as np
 
     from vomstudio.extraction.facets import find_facets
-    from vomstudio.extraction.local_parts import Part, part_in_view
+    from vomstudio.extraction.local_parts import Part, extract_visible_part
     from vomstudio.geometry.mesh import Mesh
 
     data = load_in_world(request.model, progress)
@@ -214,7 +214,9 @@ def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
     part = Part(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
     if request.part is not None:
-        part = part_in_view(data, request.part.eye, request.part.toward, request.part.points)
+        part = extract_visible_part(
+            data, request.part.eye, request.part.toward, request.part.points
+        )
     facets = find_facets(part.data, request.options, progress=progress)
     request.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = _facet_arrays(facets, part, count, request.model.to_world)

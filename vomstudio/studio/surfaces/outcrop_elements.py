@@ -9,8 +9,8 @@ from functools import partial
 from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.signals import Signal
-from vomstudio.extraction.selection.neighbours import Neighbours, neighbours_of
-from vomstudio.extraction.selection.visible_region import Looking, count_of
+from vomstudio.extraction.selection.neighbours import Neighbours, build_neighbours
+from vomstudio.extraction.selection.visible_region import ViewSnapshot, element_count
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.project.records import Model
@@ -43,7 +43,7 @@ class OutcropElements:
         background: Background,
         cutting: ModelCutting,
     ) -> None:
-        self.look: Callable[[], Looking | None] = lambda: None
+        self.look: Callable[[], ViewSnapshot | None] = lambda: None
         self.hidden_changed: Signal[str] = Signal()
         self._projects, self._models, self._visibility = projects, models, visibility
         self._background, self._cutting = background, cutting
@@ -51,7 +51,7 @@ class OutcropElements:
         self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
         self._pending: tuple[OpenModel, Callable[[], None]] | None = None
 
-    def looking(self) -> Looking | None:
+    def looking(self) -> ViewSnapshot | None:
         return self.look()
 
     def shown(self) -> list[str]:
@@ -79,7 +79,7 @@ class OutcropElements:
         pending, self._pending = self._pending, (opened, then)
         if pending is None or pending[0] is not opened:
             self._background.run(
-                lambda: neighbours_of(opened.data, opened.resolution or 0.0),
+                lambda: build_neighbours(opened.data, opened.resolution or 0.0),
                 partial(self._store, opened),
                 lambda error: self._store(opened, finding_of(error)),
                 key=_NEIGHBOURS,
@@ -119,7 +119,7 @@ class OutcropElements:
             if (
                 mask is current
                 or data is None
-                or (mask is not None and len(mask) != count_of(data))
+                or (mask is not None and len(mask) != element_count(data))
             ):
                 continue
             self.hide(model_id, mask)
@@ -137,7 +137,7 @@ class OutcropElements:
         hidden, data = self._hidden.get(model_id), self.data(model_id)
         if hidden is None or data is None:
             return
-        if len(hidden) != count_of(data):
+        if len(hidden) != element_count(data):
             # The user has selected a different file for the model.
             del self._hidden[model_id]
         else:

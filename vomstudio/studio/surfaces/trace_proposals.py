@@ -280,12 +280,12 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
 def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
     """Return the way-points of a proposed line for the trace tool, at most `most`."""
-    from vomstudio.extraction.proposals.known_lines import way_points
+    from vomstudio.extraction.proposals.known_lines import simplify_line
 
     line = np.asarray(trace.vertices, np.float64)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     off = MAX_OFFSET_RESOLUTIONS * (trace.resolution or 0.01 * length)
-    return tuple(trace.vertices[row] for row in way_points(line, off, maximum).tolist())
+    return tuple(trace.vertices[row] for row in simplify_line(line, off, maximum).tolist())
 
 
 def _proposed(
@@ -303,7 +303,7 @@ def _proposed(
     OSError, ValueError, KeyError
         If the file has changed.
     """
-    from vomstudio.extraction.proposals.known_lines import run_along
+    from vomstudio.extraction.proposals.known_lines import are_along_known_lines
 
     with open_arrays(result.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}
@@ -311,7 +311,7 @@ def _proposed(
     spacing = of["resolution"][np.isfinite(of["resolution"])]
     lengths = of["length_m"] / transform.scale_of(model.to_world)
     usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
-    is_known = run_along(lines, known, SAME_LINE_RESOLUTIONS * usual)
+    is_known = are_along_known_lines(lines, known, SAME_LINE_RESOLUTIONS * usual)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     traces = list[Trace]()
     rows = list[int]()

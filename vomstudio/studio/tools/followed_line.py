@@ -16,7 +16,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.extraction.path_costs import COLOUR_COSTS
 from vomstudio.studio.tools.interaction_types import Point
 
 
@@ -223,7 +223,7 @@ class FollowedLine:
         """Return the candidates for AUTO; for legs in photos only costs of photos."""
         costs = self._finder.costs(model_id)
         uses_photos = self.in_photos and any(self.photo_of(place) for place in way_points)
-        photo_costs = tuple(cost for cost in costs if cost in OF_COLOURS)
+        photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
 
     def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> FloatArray | None:
@@ -257,7 +257,7 @@ class FollowedLine:
         return points
 
     def _key(self, model_id: str, one: Point, other: Point, cost: str) -> Key:
-        photo = self.photo_of(other) if self.in_photos and cost in OF_COLOURS else ""
+        photo = self.photo_of(other) if self.in_photos and cost in COLOUR_COSTS else ""
         return model_id, cost, one, other, photo
 
     def _has(self, key: Key) -> bool:

@@ -61,7 +61,7 @@ class FollowingTool(PolylineTool[F]):
         self, model_id: str, points: FloatArray, way_points: Sequence[Point], cost: str
     ) -> tuple[int, float]:
         """Return the rank of a line (n, 3) in a model's file frame."""
-        from vomstudio.extraction.best_cost import rank_of
+        from vomstudio.extraction.best_cost import rank_path
 
         model, surface = (
             self._context.session.records.get(model_id),
@@ -76,7 +76,7 @@ class FollowingTool(PolylineTool[F]):
             start, end = transform.apply(to_world, np.stack([np.zeros(3), face]))
             face = (end - start) / np.linalg.norm(end - start)
         doubtful = self._line.doubtful(model_id, way_points, near or 0.0, cost)
-        return rank_of(
+        return rank_path(
             transform.apply(to_world, points), lambda _: resolution, lambda _: face, doubtful
         )[0]
 

@@ -10,7 +10,7 @@ from vomstudio.core.arrays import BoolArray
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
     from vomstudio.extraction.selection.neighbours import Neighbours
-    from vomstudio.extraction.selection.visible_region import Looking
+    from vomstudio.extraction.selection.visible_region import ViewSnapshot
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class OutcropElements(Protocol):
     """Elements are the faces of a mesh or the points of a cloud, by their rows in the file."""
 
-    def looking(self) -> Looking | None:
+    def looking(self) -> ViewSnapshot | None:
         """Return the current view of the outcrop, None if nothing is drawn."""
 
     def shown(self) -> list[str]:

@@ -38,7 +38,7 @@ from vomstudio.studio.tools.tool_context import ToolContext
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 if TYPE_CHECKING:
-    from vomstudio.extraction.selection.visible_region import Looking
+    from vomstudio.extraction.selection.visible_region import ViewSnapshot
 
 MAX_PATCH_ELEMENTS = 2_000_000
 
@@ -456,7 +456,7 @@ class SelectTool:
 
 def inside(
     context: ToolContext,
-    looking: Looking,
+    looking: ViewSnapshot,
     shape: DrawnShape,
     model_ids: list[str],
     *,

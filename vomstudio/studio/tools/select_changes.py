@@ -62,11 +62,13 @@ class SelectChanges:
 
     def everything(self) -> None:
         """Select all elements of the model."""
-        from vomstudio.extraction.selection.visible_region import count_of
+        from vomstudio.extraction.selection.visible_region import element_count
 
         model_id, data = self.model_id(), self.data()
         if model_id is not None and data is not None:
-            self._tool.take(model_id, np.ones(count_of(data), np.bool_), "new", tr("Choose all"))
+            self._tool.take(
+                model_id, np.ones(element_count(data), np.bool_), "new", tr("Choose all")
+            )
 
     def invert(self) -> None:
         """Invert the selection."""
@@ -102,9 +104,9 @@ class SelectChanges:
         if data is None:
             self._context.report(Finding("model.not-open", model=patch.model_id))
             return
-        from vomstudio.extraction.selection.visible_region import count_of
+        from vomstudio.extraction.selection.visible_region import element_count
 
-        mask = np.zeros(count_of(data), np.bool_)
+        mask = np.zeros(element_count(data), np.bool_)
         ids = ids_of(patch.runs)
         mask[ids[ids < len(mask)]] = True
         self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take a patch"))
@@ -112,14 +114,14 @@ class SelectChanges:
     # --- selection by value -------------------------------------------------------------------
     def select_by_field(self, name: str, low: float, high: float) -> None:
         """Select elements with values from `low` to `high`."""
-        from vomstudio.extraction.selection.field_values import within
+        from vomstudio.extraction.selection.field_values import select_by_value
 
         model_id, data = self.model_id(), self.data()
         model = get(self._context.session.records, model_id, Model)
         if model_id is None or data is None or model is None:
             self._context.hint(Finding("selection.empty"))
             return
-        mask = within(data, transform.matrix(model.to_world), name, low, high)
+        mask = select_by_value(data, transform.matrix(model.to_world), name, low, high)
         if not mask.any():
             self._context.hint(Finding("selection.no-such-value"))
             return

@@ -320,7 +320,7 @@ class OrthoDialog(QDialog):
         region = self._seen if self.seen.isChecked() else None
         sheet = self._sheet_of(out)
         try:
-            beside = [*orthophoto.outputs_of(out), *([sheet] if sheet else [])]
+            beside = [*orthophoto.orthophoto_outputs(out), *([sheet] if sheet else [])]
         except VomError as error:
             studio.fail(error)
             return

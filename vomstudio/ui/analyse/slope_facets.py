@@ -74,12 +74,12 @@ class FacetsAnswer:
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
-    from vomstudio.products.surface.slope_facets import overhanging
+    from vomstudio.products.surface.slope_facets import find_overhangs
     from vomstudio.project.exports.feature_table import feature_table
 
     q = question
     # The height over the level, by a model's own coordinates; its scale counts for nothing.
-    over = overhanging(q.data, q.found.label.astype(int), q.to_world[2][:3])
+    over = find_overhangs(q.data, q.found.label.astype(int), q.to_world[2][:3])
     faces = []
     for row in q.rows:
         measured = q.found.measured[row]

@@ -20,12 +20,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.roses import LINES_HAVE
-from vomstudio.products.net.contents import NetContents, NetSet, means_of
+from vomstudio.products.net.contents import NetContents, NetSet, compute_means
 from vomstudio.products.net.figure import NetArtists
-from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
+from vomstudio.products.net.net_options import MAX_PLANES, add_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
-from vomstudio.products.net.set_statistics import with_findings
+from vomstudio.products.net.set_statistics import add_statistics
 from vomstudio.products.net.style import NetStyle
 from vomstudio.project.edit import Edit
 from vomstudio.project.fold_planes import FoldPlanes
@@ -236,7 +236,7 @@ class StereonetPanel(QWidget):
             projection=self.view.projection,
             circles=None if self._circles.isChecked() else False,
             poles=self._poles.isChecked(),
-            means=means_of(sets, studio.settings.notation) if self._means.isChecked() else (),
+            means=compute_means(sets, studio.settings.notation) if self._means.isChecked() else (),
             contour=self.contours.method,
             contouring=replace(self.contours.contouring, levels=wishes.levels),
             selected=frozenset(studio.selection.ids),
@@ -252,10 +252,10 @@ class StereonetPanel(QWidget):
         )
         if "slip planes" in asked:
             net = replace(net, circles_typed=(*net.circles_typed, *source.slip_planes(sets)))
-        net = with_findings(net, asked)
+        net = add_statistics(net, asked)
         planes = sum(len(s) for s in sets if s.kind == "plane")
-        if "intersections" in asked and 2 <= planes <= MOST_PLANES:
-            net = with_intersections(net)
+        if "intersections" in asked and 2 <= planes <= MAX_PLANES:
+            net = add_intersections(net)
         return net, source.fold_planes(sets) if self._beta.isChecked() else None
 
     def rose_contents(self) -> RoseContents:
@@ -312,7 +312,7 @@ class StereonetPanel(QWidget):
             return replace(
                 roses, title=title, notes=(*roses.notes, *self.wishes.turning.notes, *notes)
             )
-        net = self.contents().with_selection(())
+        net = self.contents().replace_selection(())
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
     def redraw(self) -> None:

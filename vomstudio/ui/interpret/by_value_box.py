@@ -67,13 +67,13 @@ class ByValue(QWidget):
 
     def refresh(self) -> None:
         """The fields of the model that is meant now."""
-        from vomstudio.extraction.selection.field_values import fields_of
+        from vomstudio.extraction.selection.field_values import selectable_fields
 
         changes = self._tool.changes
         data = changes.data()
         lacks_color = not self.what.currentData() and not self._tool.count
         allow(self.take, Finding("action.no-elements") if data is None or lacks_color else None)
-        names = () if data is None else fields_of(data)
+        names = () if data is None else selectable_fields(data)
         if (data, names) == self._of:
             return
         self._of = (data, names)
@@ -85,7 +85,7 @@ class ByValue(QWidget):
         self._show_range()
 
     def _show_range(self) -> None:
-        from vomstudio.extraction.selection.field_values import range_of
+        from vomstudio.extraction.selection.field_values import field_range
 
         name = self.what.currentData() or _COLOUR
         self._to.setVisible(name != _COLOUR)
@@ -108,7 +108,7 @@ class ByValue(QWidget):
             model_id, data = self._tool.changes.model_id(), self._tool.changes.data()
             model = get(self._studio.records, model_id, Model)
             if data is not None and model is not None:
-                low, high = range_of(data, transform.matrix(model.to_world), name)
+                low, high = field_range(data, transform.matrix(model.to_world), name)
                 self.low.setValue(low if math.isfinite(low) else 0.0)
                 self.high.setValue(high if math.isfinite(high) else 0.0)
         self._studio.tool_changed()

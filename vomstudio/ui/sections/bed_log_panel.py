@@ -235,7 +235,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: LogAnswer) -> str:
-        from vomstudio.products.section.decimals import with_error
+        from vomstudio.products.section.decimals import format_with_error
 
         q, total = result.question, result.log.total_m
         unit = "m" if q.metric else tr("units")
@@ -244,7 +244,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
                 "{count} bed, {total} {unit} across the bedding (95 %).",
                 "{count} beds, {total} {unit} across the bedding (95 %).",
                 len(result.log.intervals),
-                total=with_error(total.value, total.error95),
+                total=format_with_error(total.value, total.error95),
                 unit=unit,
             ),
             tr(

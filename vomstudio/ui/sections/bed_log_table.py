@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.words import tr
 from vomstudio.geology.beds import lithologies
-from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.decimals import format_with_error
 from vomstudio.products.section.line_log import LogAnswer, RockWords
 from vomstudio.ui.common.widgets import ComboBox
 
@@ -101,7 +101,7 @@ class BedLogTable(QTableWidget):
                 str(each.number),
                 each.base,
                 each.top,
-                with_error(thick.value, thick.error95),
+                format_with_error(thick.value, thick.error95),
                 each.lithology,
                 each.notes,
             )

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.products.ortho.vector_drawing import Drawing, ticks_over
+from vomstudio.products.ortho.vector_drawing import Drawing, choose_ticks
 from vomstudio.studio.tools.interaction_types import is_click
 
 _TICK = 5.0
@@ -217,12 +217,12 @@ class DrawingView(QWidget):
         high = metrics.height()
         low, top, scale = self._seen()
         wide = metrics.horizontalAdvance("-0000")
-        for value in spaced(ticks_over(float(low[0]), float(top[0])), wide / scale):
+        for value in spaced(choose_ticks(float(low[0]), float(top[0])), wide / scale):
             x = room.left() + (value - float(low[0])) * scale
             painter.drawLine(QPointF(x, room.bottom()), QPointF(x, room.bottom() + _TICK))
             box = QRectF(x - 50, room.bottom() + _TICK, 100, high)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
-        for value in spaced(ticks_over(float(low[1]), float(top[1])), high / scale):
+        for value in spaced(choose_ticks(float(low[1]), float(top[1])), high / scale):
             y = room.bottom() - (value - float(low[1])) * scale
             painter.drawLine(QPointF(room.left() - _TICK, y), QPointF(room.left(), y))
             box = QRectF(0, y - high / 2, room.left() - _TICK - 2, high)

@@ -197,9 +197,9 @@ class ElevationPanel(QWidget):
         asked, model = self.order(), self.model.chosen_model()
         if asked is None or model is None:
             return
-        from vomstudio.products.elevation.writing import outputs_of
+        from vomstudio.products.elevation.writing import elevation_outputs
 
-        there = [p.name for p in outputs_of(asked.out, asked.files).values() if p.exists()]
+        there = [p.name for p in elevation_outputs(asked.out, asked.files).values() if p.exists()]
         if there and not may_replace(self, there):
             return
         self.made = None

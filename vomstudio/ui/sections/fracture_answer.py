@@ -136,12 +136,12 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     from vomstudio.geology.fractures.network import Counted
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
-    from vomstudio.products.section.trace_map import face_of, on_face
+    from vomstudio.products.section.trace_map import face_of, map_to_face
 
     q = question
     plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
     face = face_of([trace.points for trace in q.traces], plane)
-    lines = on_face([trace.points for trace in q.traces], face)
+    lines = map_to_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
     cells = _on_face(q.cells, face)
@@ -186,11 +186,11 @@ def _place_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
 
 def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
     """(n, 4, 2) corners as they lie on the face."""
-    from vomstudio.products.section.trace_map import on_face
+    from vomstudio.products.section.trace_map import map_to_face
 
     if cells is None or not len(cells.corners):
         return np.zeros((0, 4, 2))
-    (flat,) = on_face([cells.corners.reshape(-1, 3)], face)
+    (flat,) = map_to_face([cells.corners.reshape(-1, 3)], face)
     return flat.reshape(-1, 4, 2)
 
 

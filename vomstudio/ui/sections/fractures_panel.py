@@ -223,9 +223,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         line = self._selected_line()
         if line is None or self.result is None:
             return
-        from vomstudio.products.section.trace_map import on_face
+        from vomstudio.products.section.trace_map import map_to_face
 
-        (flat,) = on_face([line], self.result.face)
+        (flat,) = map_to_face([line], self.result.face)
         self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
 
     def _edited(self, edit: Edit) -> None:
@@ -415,14 +415,14 @@ def _of_cells(result: FractureAnswer) -> list[str]:
 def words_of(result: FractureAnswer, traces: Path) -> Words:
     """The command that says the same. traces : their GeoPackage, with what they are counted in
     beside it"""
-    from vomstudio.products.section.trace_map import map_files, on_outcrop
+    from vomstudio.products.section.trace_map import map_files, map_to_outcrop
 
     q, counted = result.question, result.counted
     plane = result.plane
     circle = None
     if counted.circle is not None:
         x, y, radius = counted.circle
-        (centre,) = on_outcrop(np.array([[x, y]]), result.face).tolist()
+        (centre,) = map_to_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
         circle = numbers_text((*centre, radius))
     files = map_files(traces, counted)

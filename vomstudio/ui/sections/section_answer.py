@@ -17,7 +17,7 @@ from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 
 if TYPE_CHECKING:
-    from vomstudio.products.ortho.interpretation import Flat
+    from vomstudio.products.ortho.interpretation import ProjectedItem
     from vomstudio.products.ortho.vector_drawing import Drawing
     from vomstudio.products.section.cutting import Cut
     from vomstudio.products.section.section_lines import Curtain
@@ -46,7 +46,7 @@ class SectionQuestion:
 class SectionAnswer:
     question: SectionQuestion
     cut: Cut
-    flats: tuple[Flat, ...]
+    flats: tuple[ProjectedItem, ...]
     figures: SectionFigures
     drawing: Drawing
     warnings: tuple[Finding, ...] = ()
@@ -58,7 +58,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions, by_domain
+    from vomstudio.products.section.directions import Directions, assign_domain_axes
 
     q = question
     data = moved(q.data, q.to_world)
@@ -68,7 +68,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
     parted = q.features.along == DOMAINS and bool(items)
-    directions = by_domain(items, "domains") if parted else Directions(q.along)
+    directions = assign_domain_axes(items, "domains") if parted else Directions(q.along)
     grazing = directions.check(q.curtain)
     flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
     figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)

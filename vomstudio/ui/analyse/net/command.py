@@ -11,7 +11,7 @@ from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.figure_options import RoseFigure, SetColors, StereonetOptions
-from vomstudio.products.net.net_options import plane_of
+from vomstudio.products.net.net_options import parse_net_plane
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
 from vomstudio.ui.forms.copied_planes import beside
@@ -89,7 +89,7 @@ def _net_options(
         return tuple(part.strip() for part in parts if part.strip())
 
     def planes(name: str) -> tuple[str, ...]:
-        read = [plane_of(text, "", notation) for text in texts(name)]
+        read = [parse_net_plane(text, "", notation) for text in texts(name)]
         return tuple(f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}" for plane in read)
 
     values: dict[str, Any] = {name: name in wishes.asked for name in _FLAGS}

@@ -23,7 +23,7 @@ from vomstudio.products.net.contents import (
     NetLive,
     NetSet,
 )
-from vomstudio.products.net.net_options import MOST_PLANES, Turning
+from vomstudio.products.net.net_options import MAX_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
 from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.project.measurement import Measurement
@@ -104,7 +104,7 @@ class NetSource:
         """Those of `sets` that are not hidden, turned as is wished."""
         turning, hidden = self._wishes.turning, self._wishes.hidden
         kept = [s for s in self.sets() if s.name not in hidden]
-        return [turning.of_set(s) for s in kept] if turning.turns else kept
+        return [turning.rotate_set(s) for s in kept] if turning.turns else kept
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """The planes of the fold axis, turned as is wished; None while no bedding is shown."""
@@ -191,7 +191,7 @@ class NetSource:
 
     def _turned(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
         turning = self._wishes.turning
-        return tuple(turning.of_ellipse(e) if turning.turns else e for e in ellipses)
+        return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
 
     # --- what is being picked ----------------------------------------------------------------
     def live(self) -> NetLive | None:
@@ -216,7 +216,7 @@ class NetSource:
             measured = self._studio.measured(s.ids)
             for id_ in s.ids:
                 plane = measured[id_].on_plane
-                if plane is None or len(found) >= MOST_PLANES:
+                if plane is None or len(found) >= MAX_PLANES:
                     continue
                 pole = Line.from_vector(turning.vectors(plane.normal()))
                 key = round(pole.trend_deg, 6), round(pole.plunge_deg, 6)
@@ -236,7 +236,7 @@ def ellipse_of(measured: Measurement) -> AnyEllipse | None:
         return None
     plane = Plane.from_normal(fit.normal)
     own, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
-    return NetEllipse.with_total(plane, own, smallest, fit.error_rake_deg, total)
+    return NetEllipse.enlarge_to_total(plane, own, smallest, fit.error_rake_deg, total)
 
 
 def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
@@ -264,7 +264,7 @@ def _turned_live(live: NetLive, turning: Turning) -> NetLive:
         plane = Plane(float(direction[0]), float(dip[0]))
     if line is not None:
         line = Line.from_vector(turning.vectors(line.vector()))
-    ellipse = None if live.ellipse is None else turning.of_ellipse(live.ellipse)
+    ellipse = None if live.ellipse is None else turning.rotate_ellipse(live.ellipse)
     return replace(live, plane=plane, line=line, ellipse=ellipse)
 
 

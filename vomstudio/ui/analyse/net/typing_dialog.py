@@ -22,11 +22,11 @@ from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.figure_options import parse_levels
 from vomstudio.products.net.net_options import (
     Turning,
-    plane_of,
-    turn_of,
-    typed_cone,
-    typed_plane,
-    typed_slip,
+    parse_cone,
+    parse_net_plane,
+    parse_plane_circle,
+    parse_rotation,
+    parse_slip,
 )
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
@@ -79,7 +79,7 @@ class NetTypingDialog(QDialog):
         self.setWindowTitle(tr("Draw and turn on the net"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
-        example = format_plane(plane_of("120/60", ""), studio.settings.notation)
+        example = format_plane(parse_net_plane("120/60", ""), studio.settings.notation)
         for name, title, about in _FIELDS:
             field = QLineEdit(wishes.texts.get(name, ""))
             field.setObjectName(f"net_{name}")
@@ -117,11 +117,11 @@ class NetTypingDialog(QDialog):
         notation = self._studio.settings.notation
         texts = {name: field.text().strip() for name, field in self.fields.items()}
         try:
-            planes = _each(texts["planes"], lambda text: typed_plane(text, notation))
-            cones = _each(texts["cones"], typed_cone)
-            slips = _each(texts["slips"], typed_slip)
-            plane = plane_of(texts["untilt"], "", notation) if texts["untilt"] else None
-            turn = turn_of(texts["rotate"]) if texts["rotate"] else (None, 0.0)
+            planes = _each(texts["planes"], lambda text: parse_plane_circle(text, notation))
+            cones = _each(texts["cones"], parse_cone)
+            slips = _each(texts["slips"], parse_slip)
+            plane = parse_net_plane(texts["untilt"], "", notation) if texts["untilt"] else None
+            turn = parse_rotation(texts["rotate"]) if texts["rotate"] else (None, 0.0)
             levels = parse_levels(texts["levels"].replace(";", ",").strip(", ") or None)
         except VomError as error:
             self.said.setText(error.message)

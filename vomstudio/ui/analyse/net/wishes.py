@@ -44,8 +44,8 @@ class NetWishes(QObject):
         if not turning.turns:
             return self.circles, self.marks
         notation = self._studio.settings.notation
-        circles = tuple(turning.of_circle(circle, notation) for circle in self.circles)
-        return circles, tuple(map(turning.of_mark, self.marks))
+        circles = tuple(turning.rotate_circle(circle, notation) for circle in self.circles)
+        return circles, tuple(map(turning.rotate_mark, self.marks))
 
     # --- what is typed -----------------------------------------------------------------------
     def draw(

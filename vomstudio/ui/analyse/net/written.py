@@ -27,7 +27,7 @@ def style_of(studio: Studio) -> FigureStyle:
     """Of printed figures, as the user has chosen it."""
     from vomstudio.products.net.figure_style import FigureStyle
 
-    return FigureStyle.kept(studio.settings.figure_style)
+    return FigureStyle.restore(studio.settings.figure_style)
 
 
 def write_shown(
@@ -47,13 +47,13 @@ def write_shown(
     if isinstance(shown, RoseContents):
         check_roses(shown, None)
         width = style.width_mm or SIZE_MM[0]
-        write_roses(target, shown, format=format_, style=style.of_net(), width_mm=width, dpi=dpi)
+        write_roses(target, shown, format=format_, style=style.net_style(), width_mm=width, dpi=dpi)
         return
     write_stereonet(
         target,
         shown,
         format=format_,
-        style=style.of_net(),
+        style=style.net_style(),
         width_mm=style.width_mm,
         height_mm=style.height_mm,
         dpi=dpi,

@@ -27,8 +27,8 @@ from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.patches import ids_of
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
-from vomstudio.products.surface.figure import draw_surface, in_lines
-from vomstudio.products.surface.patch import of_faces
+from vomstudio.products.surface.figure import describe_figures, draw_surface
+from vomstudio.products.surface.patch import extract_faces
 from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.project import edits
@@ -115,7 +115,9 @@ class SurfaceDialog(QDialog):
     def _came(self, made: tuple[Mesh | PointCloud, SurfaceFigures, QImage]) -> None:
         self._part, self.found, image = made
         self.picture.setPixmap(QPixmap.fromImage(image))
-        self.said.setText("\n".join(in_lines(self.found, metric=axes_of(self._studio).metric)))
+        self.said.setText(
+            "\n".join(describe_figures(self.found, metric=axes_of(self._studio).metric))
+        )
         if self._looked_at == SurfaceOptions():
             self.limits.show_automatic("noise_m", self.found.noise_m)
         self._refresh_buttons()
@@ -196,7 +198,7 @@ def _look(
     from matplotlib.figure import Figure
 
     ids = ids_of(patch.runs)
-    part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
+    part = extract_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
     part = moved(part, model.to_world)
     found = analyse(part, noise_m=options.noise_m, model=model.name)
     dpi = 100.0 * ratio

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.extraction.path_costs import COLOUR_COSTS
 from vomstudio.studio.tools.followed_line import AUTO
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
@@ -42,7 +42,7 @@ class InPhotosBox(QWidget):
             return Finding("follow.continued")
         if cost is None:
             return Finding("follow.no-cost")
-        if cost not in (*OF_COLOURS, AUTO):
+        if cost not in (*COLOUR_COSTS, AUTO):
             return Finding("follow.not-in-photos")
         if links.models():
             return None
