@@ -10,20 +10,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.orientation import Array, lines_to_vectors, planes_to_poles
+from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 
 METHODS = densities.DENSITY_METHODS
 SMOOTH = ("exponential_kamb", "linear_kamb")
 
 
-def scatter(n: int, seed: int, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
+def scatter(n: int, seed: int, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
     v = np.random.default_rng(seed).normal(size=(n, 3)) + pull
     return np.asarray(v / np.linalg.norm(v, axis=1)[:, None])
 
 
-def even(n: int) -> Array:
+def even(n: int) -> FloatArray:
     """Unit vectors, spread as evenly over the hemisphere as a spiral of the golden angle does."""
     i = np.arange(n) + 0.5
     z, turn = -i / n, math.pi * (1.0 + math.sqrt(5.0)) * i
@@ -31,7 +32,7 @@ def even(n: int) -> Array:
     return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
 
 
-def turned(vectors: Array, axis: Array, degrees: float) -> Array:
+def turned(vectors: FloatArray, axis: FloatArray, degrees: float) -> FloatArray:
     """About an axis, by Rodrigues' formula."""
     a, t = axis / np.linalg.norm(axis), math.radians(degrees)
     along = (vectors @ a)[:, None] * a
@@ -191,7 +192,7 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
     for angle in (2.0, 4.0, *((9.0,) if method in SMOOTH else ())):
         tip = math.cos(math.radians(angle)) * axis + math.sin(math.radians(angle)) * first
         v += [turned(tip[None], axis, t)[0] for t in np.arange(0.0, 360.0, 30.0)]
-    place, top = densities.densest(np.array(v), method)
+    place, top = densities.find_maximum(np.array(v), method)
     assert place[2] <= 0.0
     away = math.degrees(math.acos(min(abs(float(place @ axis)), 1.0)))
     assert away < (1e-4 if method in SMOOTH else 2.0)
@@ -202,6 +203,6 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
 @pytest.mark.parametrize("method", SMOOTH)
 def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
     v = np.vstack([scatter(60, 1, (2.0, 2.0, -1.0)), scatter(90, 2, (-3.0, 1.0, -2.0))])
-    place, top = densities.densest(v, method)
+    place, top = densities.find_maximum(v, method)
     assert top >= densities.density(v, even(20_000), method).max() - 1e-9
     assert abs(place @ np.array([-3.0, 1.0, -2.0]) / math.sqrt(14.0)) > 0.97

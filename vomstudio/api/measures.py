@@ -177,9 +177,9 @@ def threepoint(
     options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
     frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        point_table = read_boundaries(_table(points, 3, "points"), frame)
-    result = plane_of_three_points(point_table.points, options.sigma_m).of_table(
-        point_table.dropped, point_table.warnings
+        read = read_boundaries(_table(points, 3, "points"), frame)
+    found = plane_of_three_points(read.points, options.sigma_m).with_table_findings(
+        read.dropped, read.warnings
     )
     warn(result.warnings)
     return result

@@ -9,8 +9,8 @@ from vomstudio.api.checking import points as checked
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
-from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, band_of, crossing_plane
+from vomstudio.geology.band_figures import BandFigures, describe_band, table_priors
+from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, crossing_plane, find_plane_band
 from vomstudio.geometry.planes import fit_plane
 
 
@@ -64,8 +64,8 @@ def plane_band(
     (20, 20, 90)
     """
     band = _band(points, resolution_m, "points")
-    priors = [] if sets is None else table_priors(to_orientation_table(sets, name="sets"))
-    return None if band is None else band_figures(band, priors)
+    priors = [] if sets is None else table_priors(rows_of(sets, name="sets"))
+    return None if band is None else describe_band(band, priors)
 
 
 def plane_of_crossing(
@@ -125,5 +125,5 @@ def plane_of_crossing(
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
     resolution_m = positive(resolution_m, "resolution_m")
     array = checked(points, name)
-    with errors_named(name):
-        return band_of(fit_plane(array), resolution_m=resolution_m)
+    with naming(name):
+        return find_plane_band(fit_plane(array), resolution_m=resolution_m)

@@ -27,7 +27,7 @@ from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import Range, rest_of
+from vomstudio.geology.doubtful_stretches import Range, fit_remaining_plane
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
@@ -150,7 +150,7 @@ def rank_of(
         return (3, 90.0), None
     resolution = resolution_near(points)
     face = None if face_near is None else face_near(points)
-    rest = rest_of(points, doubtful)
+    rest = fit_remaining_plane(points, doubtful)
     stretch = None if rest is None else rest.error95_deg(fit, resolution, face)
     error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
     if face is not None and abs(float(fit.normal @ face)) > _ALONG_FACE:
@@ -159,7 +159,7 @@ def rank_of(
         fit,
         resolution_m=resolution,
         outcrop_normal=face,
-        seen=() if rest is None else rest.findings(),
+        surface_findings=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
     )
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -11,8 +11,13 @@ from vomstudio.extraction.facet_table import WKT, FacetTable
 from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
-from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, described, sets_among
-from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
+from vomstudio.geology.sets.proposals import (
+    DescribedSet,
+    SetProposal,
+    describe_proposal,
+    propose_sets_of_poles,
+)
+from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
 
 
 def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
@@ -21,12 +26,12 @@ def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
     by place among the sets, -1 for none. facets : of the rows"""
     if not found.rows:
         return found
-    return with_proposal(found, facets, sets_among(poles_of(found)))
+    return with_proposal(found, facets, propose_sets_of_poles(poles_of(found)))
 
 
 def with_proposal(found: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
     """The same with sets that are already known; `proposal` : for the facets in their order."""
-    proposal = described(proposal, poles_of(found), pieces_of_facets(found, facets))
+    proposal = describe_proposal(proposal, poles_of(found), pieces_of_facets(found, facets))
     names = [one.name for one in proposal.sets]
     number = np.full(len(found.rows) + 1, -1, np.int32)
     rows = list(found.rows)

@@ -321,7 +321,7 @@ def _facet(
         outcrop_normal=None,
         kind="patch",
         thresholds=thresholds,
-        seen=level_findings(gap),
+        surface_findings=level_findings(gap),
         bend_deg=(bend := bend_of(points, fit.normal)),
     )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)

@@ -21,9 +21,13 @@ from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.band_figures import BandFigures, band_figures
-from vomstudio.geology.doubtful_stretches import DoubtfulStretch, Rest, rest_of
-from vomstudio.geology.plane_bands import SetPrior, band_of
+from vomstudio.geology.band_figures import BandFigures, describe_band
+from vomstudio.geology.doubtful_stretches import (
+    DoubtfulStretch,
+    RemainingTrace,
+    fit_remaining_plane,
+)
+from vomstudio.geology.plane_bands import SetPrior, find_plane_band
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.mesh import Mesh
@@ -110,7 +114,7 @@ def followed_trace(
     cost = called or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     own = near.resolution_near(path.points) or 0.0
-    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
+    rest = fit_remaining_plane(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
         path.points,
         near,
@@ -165,7 +169,7 @@ def plane_of(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-    rest: Rest | None = None,
+    rest: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """The row of the plane through points (n, 3) of the model `near`, or None; the band of planes
     that they allow where they are straight; why there is no plane, and which stretches are
@@ -182,7 +186,7 @@ def plane_of(
         resolution_m=own,
         outcrop_normal=face,
         thresholds=thresholds,
-        seen=() if rest is None else rest.findings(),
+        surface_findings=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(
@@ -196,8 +200,8 @@ def plane_of(
         frame=frame,
         notes=notes,
     )
-    band = band_of(fit, resolution_m=own, outcrop_normal=face)
-    return row, None if band is None else band_figures(band, priors), findings
+    band = find_plane_band(fit, resolution_m=own, outcrop_normal=face)
+    return row, None if band is None else describe_band(band, priors), findings
 
 
 def write_path(

@@ -25,7 +25,7 @@ from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import rest_of
+from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 
@@ -114,7 +114,7 @@ def photo_trace(
         photo=photos.name,
     )
     own = near.resolution_near(path.points) or 0.0
-    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
+    rest = fit_remaining_plane(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
         path.points,
         near,

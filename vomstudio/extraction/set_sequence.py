@@ -31,7 +31,7 @@ from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets, facets_of_labels
 from vomstudio.extraction.kernels import local_planes
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.geology.sets.proposals import SetProposal, given_sets
+from vomstudio.geology.sets.proposals import SetProposal, sets_from_means
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
@@ -84,7 +84,7 @@ def find_sequence(
         cloud, elements, labels, options, options.used_min_points, thresholds, progress
     )
     normals_of = [facet.fit.normal for facet in facets.facets]
-    return Sequence(facets, given_sets(means, normals_of, sets[was]))
+    return Sequence(facets, sets_from_means(means, normals_of, sets[was]))
 
 
 def _normals(elements: Elements, progress: Progress) -> FloatArray:

@@ -20,7 +20,7 @@ Z95 = 1.959963984540054
 """Standard deviations either side that hold 95 % of one figure."""
 
 
-def across(directions: FloatArray) -> FloatArray:
+def cross_matrix(directions: FloatArray) -> FloatArray:
     """(n, 3, 3) the matrices of the cross product with unit vectors (n, 3)."""
     x, y, z = directions.T
     zero = np.zeros_like(x)
@@ -37,7 +37,7 @@ def across(directions: FloatArray) -> FloatArray:
 def direction_covariance(rotation: FloatArray, directions: FloatArray) -> FloatArray:
     """(n, 3, 3) of unit vectors (n, 3), by the (3, 3) covariance of the rotation, radians squared
     about east, north, up."""
-    skew = across(np.asarray(directions, np.float64).reshape(-1, 3))
+    skew = cross_matrix(np.asarray(directions, np.float64).reshape(-1, 3))
     return np.asarray(skew @ rotation @ np.swapaxes(skew, 1, 2))
 
 

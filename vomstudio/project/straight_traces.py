@@ -15,9 +15,9 @@ def band_of_measured(measured: Measurement) -> PlaneBand | None:
     """Return the band of planes that a straight trace allows; None for other features."""
     if measured.fit is None or measured.judged_as != "trace" or measured.line is not None:
         return None
-    from vomstudio.geology.plane_bands import band_of
+    from vomstudio.geology.plane_bands import find_plane_band
 
-    return band_of(
+    return find_plane_band(
         measured.fit,
         resolution_m=measured.resolution_m,
         registration_deg=measured.registration_error_deg,
@@ -31,11 +31,9 @@ def priors_among(
     set_name: Callable[[Any], str],
     excluded_id: str,
 ) -> list[SetPrior]:
-    """Return the sets of planes, by name, to which a trace may belong.
-
-    The trace itself and planes of poor quality are excluded.
-    """
-    from vomstudio.geology.band_figures import priors_of
+    """The sets of planes, by their names, that a trace may belong to: without the trace itself, and
+    without planes that are poor."""
+    from vomstudio.geology.band_figures import fit_priors
 
     groups: dict[str, list[Any]] = {}
     for feature in features:
@@ -44,5 +42,5 @@ def priors_among(
             continue
         if measurement.verdict is not None and measurement.verdict.quality == "poor":
             continue
-        groups.setdefault(set_name(feature), []).append(measurement.plane.normal())
-    return priors_of(groups)
+        groups.setdefault(name_of(feature), []).append(found.plane.normal())
+    return fit_priors(groups)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import Bowing, bowing_of_turns
+from vomstudio.geology.bowing import Bowing, fit_bowing_to_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
     error_axes,
@@ -175,7 +175,7 @@ def bowing_by_tilts(
     places = placed(np.array([view.centre for view in views]))
     reach = None if extent is None or not len(extent) else placed(extent)
     cameras = placed.rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    return bowing_of_turns(places[is_inlier], turns[is_inlier], cameras[is_inlier], reach)
+    return fit_bowing_to_turns(places[right], turns[right], cameras[right], reach)
 
 
 def _turns(

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geology.common_rotation_errors import Turns, together
+from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
@@ -46,8 +46,8 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
             variance = math.radians(max_error_deg[model]) ** 2 / CHI2_TWO
             row_errors.append((("column", model), variance * np.eye(3)))
         else:
-            row_errors.append((None, None))
-    turns = together(row_errors)
+            rows.append((None, None))
+    turns = shared_rotations(rows)
     return turns if turns.known else None
 
 

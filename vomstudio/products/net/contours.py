@@ -124,7 +124,7 @@ def density_found(net: NetContents) -> dict[str, Any] | None:
         return None
     look, parts = net.contouring, []
     for of, v in contoured_groups(net):
-        place, top = densities.densest(v, net.contour, look.sigma)
+        place, top = densities.find_maximum(v, net.contour, look.sigma)
         line = Line.from_vector(place)
         parts.append(
             {

@@ -18,7 +18,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
-from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
+from vomstudio.geology.beds.extended import (
+    PlaneDistances,
+    PlaneEstimate,
+    PlaneSeries,
+    bands,
+    repeat_planes,
+)
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -80,7 +86,7 @@ class ExtendedPlane(PrintableResult):
     within_share: float
     warnings: tuple[Finding, ...]
     traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
-    bands: Bands | None = field(default=None, metadata=HIDDEN)
+    bands: PlaneDistances | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, Float32Array]:
         """Fields of the model's points: distance from the nearest plane, the error of its position
@@ -96,7 +102,7 @@ class ExtendedPlane(PrintableResult):
 
 def extend(
     data: Mesh | PointCloud,
-    belief: PlaneBelief,
+    belief: PlaneEstimate,
     options: ExtendOptions = DEFAULT_OPTIONS,
     spacing: float | None = None,
 ) -> ExtendedPlane:
@@ -122,7 +128,7 @@ def extend(
     sound = points[np.isfinite(points).all(axis=1)]
     if not len(sound):
         raise GeometryError(Finding("model.no-points"))
-    repeats = repeated(belief, sound, thickness_m, thickness_error_m)
+    repeats = repeat_planes(belief, sound, thickness_m, thickness_error_m)
     found = bands(belief, repeats, points)
     beds, traces = [], []
     for number in repeats.numbers.tolist():
@@ -162,11 +168,11 @@ def extend(
     )
 
 
-_THE_PLANE = Repeats(np.zeros(1, np.int64), None)
+_THE_PLANE = PlaneSeries(np.zeros(1, np.int64), None)
 
 
 def band_edges(
-    mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _THE_PLANE, number: int = 0
+    mesh: Mesh, belief: PlaneEstimate, repeats: PlaneSeries = _THE_PLANE, number: int = 0
 ) -> tuple[FloatArray, FloatArray]:
     """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends, above and below
     it: pieces, one for each triangle that an edge of it crosses. number : of the repeated plane"""
@@ -196,7 +202,11 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
 
 
 def _cut(
-    data: Mesh | PointCloud, belief: PlaneBelief, repeats: Repeats, number: int, spacing: float
+    data: Mesh | PointCloud,
+    belief: PlaneEstimate,
+    repeats: PlaneSeries,
+    number: int,
+    spacing: float,
 ) -> Cut:
     """Of the part of the model that the plane can meet, so that many planes cost no more than the
     model has faces."""
@@ -238,17 +248,19 @@ def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArr
     return np.asarray(points[rows[0]] + near[one] + share[:, None] * (near[two] - near[one]))
 
 
-def _trace(line: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
+def _trace(line: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int) -> Trace:
     return Trace(number, line, _error95(line, belief, repeats, number))
 
 
-def _error95(points: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> FloatArray:
-    variance = belief.sd(points) ** 2 + number**2 * repeats.of_thickness
+def _error95(
+    points: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int
+) -> FloatArray:
+    variance = belief.position_sd(points) ** 2 + number**2 * repeats.thickness_variance
     return np.asarray(belief.t95 * np.sqrt(variance))
 
 
-def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
-    """Of the joint 95 % region, as `belief_of_fit` and `belief_of_attitude` took them."""
+def _half_angles(belief: PlaneEstimate) -> tuple[float, float]:
+    """Return the half-angles of the joint 95 % region of a plane, degrees."""
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
@@ -256,7 +268,7 @@ def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
     limit = CHI2_TWO
     if np.isfinite(free):
         limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.of_tilts) * limit)))
+    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.tilt_variances) * limit)))
     return float(small), float(large)
 
 

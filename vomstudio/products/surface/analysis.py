@@ -19,8 +19,8 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.gaps import lacking
-from vomstudio.geology.roughness.planar_part import Holding, where_it_holds
+from vomstudio.geology.roughness.gaps import missing_variance
+from vomstudio.geology.roughness.planar_part import PlanarPart, find_planar_part
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.heights.levels import level_findings, level_gap
@@ -36,7 +36,7 @@ from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
 FEWEST_CELLS = 100
-MOST_CELLS = 1_000_000
+MAX_CELLS = 1_000_000
 NOISE_OF_EDGE = 0.25
 """Of a mesh, which smooths its points' noise away but not its own errors: depths of photos err by
 about a pixel, and an edge is some pixels long."""
@@ -210,10 +210,10 @@ def analyse(
     noise, source = _noise(data, noise_m, edge)
     plane = Plane.from_normal(fit.normal)
     plan = plan_heights(data, plane, to_world=np.eye(4), gsd=cell_m)
-    if plan.grid.width * plan.grid.height > MOST_CELLS:
+    if plan.grid.width * plan.grid.height > MAX_CELLS:
         count = plan.grid.width * plan.grid.height
         raise UsageError(
-            Finding("raster.too-many-cells", count=count, maximum=MOST_CELLS), field="--gsd"
+            Finding("raster.too-many-cells", count=count, maximum=MAX_CELLS), field="--gsd"
         )
     heights, _ = draw_heights(data, plan, None, progress)
     base = fit.centroid[2] if plan.is_map else (fit.centroid - plan.reference) @ plane.normal()
@@ -224,7 +224,7 @@ def analyse(
             Finding("patch.too-small", count=cells, least=FEWEST_CELLS, cell_m=plan.grid.gsd)
         )
     row = _row(fit, points, area, edge, model, frame, thresholds)
-    found = where_it_holds(deviations, noise)
+    found = find_planar_part(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
     rounding = _ROUNDINGS * max(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
@@ -233,7 +233,7 @@ def analyse(
     off = (points - fit.centroid) @ np.asarray(fit.axes).T
     is_cloud = not (isinstance(data, Mesh) and len(data.faces))
     known_at = np.isfinite(off).all(axis=1)
-    lack = lacking(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
+    lack = missing_variance(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
     rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
@@ -287,7 +287,7 @@ def _row(
         outcrop_normal=None,
         kind="patch",
         thresholds=thresholds,
-        seen=level_findings(level_gap(finite, fit.normal)),
+        surface_findings=level_findings(level_gap(finite, fit.normal)),
         bend_deg=bend,
     )
     return plane_row(
@@ -324,7 +324,7 @@ def _trim(
     fit: PlaneFit,
     deviations: FloatArray,
     plan: HeightPlan,
-    found: Holding,
+    found: PlanarPart,
     edge: float,
     model: str,
     frame: str,
@@ -379,12 +379,12 @@ def _roughness(
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
         return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
-    found = increments.variations(deviations, plan.grid.gsd, shortest)
+    found = increments.measure_variations(deviations, plan.grid.gsd, shortest)
     if found is None:
         reason = Finding("roughness.small-patch", shortest_m=shortest)
         return {**made, "hurst_reason": reason, "smoothest_reason": reason}
-    whole = increments.exponent(found, noise, lack)
-    over = increments.range_told(found, noise)
+    whole = increments.fit_exponent(found, noise, lack)
+    over = increments.resolved_range(found, noise)
     if whole is None and over is not None and over[0] <= 1.01 * float(found.lags[0]):
         made["hurst_reason"] = Finding("roughness.short-range", from_m=over[0], to_m=over[1])
     elif whole is None:
@@ -398,11 +398,11 @@ def _roughness(
     else:
         each = tuple(
             DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
-            for one in increments.exponents(found, noise, lack)
+            for one in increments.fit_directional_exponents(found, noise, lack)
         )
         made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
-    straight = increments.variations(flat, plan.grid.gsd, shortest)
-    line = None if straight is None else increments.smoothest(straight, noise)
+    straight = increments.measure_variations(flat, plan.grid.gsd, shortest)
+    line = None if straight is None else increments.find_smoothest_direction(straight, noise)
     if line is None or math.isnan(line.p):
         made["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
     elif not line.claimed:
@@ -481,7 +481,7 @@ def _profiles(
 def _warnings(
     bent_share: float,
     trim: Trim | None,
-    found: Holding,
+    found: PlanarPart,
     known: FloatArray,
     noise: float,
     cell: float,
