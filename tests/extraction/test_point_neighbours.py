@@ -10,7 +10,7 @@ from tests.extraction.planes_by_construction import angle_deg, sheet
 from vomstudio.core.progress import Silent
 from vomstudio.extraction.elements import FEWEST_AROUND
 from vomstudio.extraction.point_neighbours import AROUND, NEIGHBOURS, scattered, seen_around
-from vomstudio.geometry.nearby.cell_grid import grid_of
+from vomstudio.geometry.nearby.cell_grid import create_cell_grid
 
 
 def cloud(rng: np.random.Generator) -> np.ndarray:
@@ -23,7 +23,7 @@ def cloud(rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize("known", [16, 32, 64])
 def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     rng = np.random.default_rng(1)
-    grid = grid_of(cloud(rng), 16.0)
+    grid = create_cell_grid(cloud(rng), 16.0)
     few = grid.count_around() < FEWEST_AROUND
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
     around, seen = seen_around(grid, rows, few, known, 20.0, Silent())

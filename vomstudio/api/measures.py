@@ -25,7 +25,7 @@ from vomstudio.geology.faults.displacement_pairs import Displacements, displacem
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
 from vomstudio.geology.notation import exact_line
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import no_places
+from vomstudio.geometry.coordinate_limits import invalid_places
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 
 
@@ -282,5 +282,5 @@ def _table(value: Any, width: int, name: str) -> Any:
     array = numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
-    refuse_rows(no_places(array[:, :3]) | no_places(array[:, -3:]), name)
-    return to_text_table(DataFrame(array, columns=list(names)), name)
+    refuse_rows(invalid_places(array[:, :3]) | invalid_places(array[:, -3:]), name)
+    return text_of(DataFrame(array, columns=list(names)), name)

@@ -31,12 +31,12 @@ from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.cell_lists import bounds_of
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.shared_corners import (
-    across_gaps,
     check_connected,
     first_faces,
-    snapped,
+    neighbours_across_gaps,
+    snap_corners,
 )
 
 _SMOOTHINGS = 12
@@ -226,7 +226,7 @@ def _grid_of(
     noisy = begin is not None and len(local) < MANY and drowned(local)
     if begin is not None and (noisy or len(local) >= MANY):
         return *begin(local, noisy), sound, origin
-    return grid_of(local, _PER_CELL), None, sound, origin
+    return create_cell_grid(local, _PER_CELL), None, sound, origin
 
 
 def _without_scattered(
@@ -346,7 +346,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         raise GeometryError(Finding("model.no-faces"))
     origin = np.floor(vertices[whole].min(axis=0))
     local = np.where(whole[:, None], vertices, 0.0) - origin
-    local = snapped(local, faces[sound])
+    local = snap_corners(local, faces[sound])
     corners = local[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
@@ -415,7 +415,7 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
     one, two = order[:-1][same] // 3, order[1:][same] // 3
-    before, _, beyond = across_gaps(nodes, corners)
+    before, _, beyond = neighbours_across_gaps(nodes, corners)
     source = np.concatenate([one, two, before, beyond])
     target = np.concatenate([two, one, beyond, before])
     by = np.argsort(source, kind="stable")

@@ -41,9 +41,9 @@ from vomstudio.geometry.plane_sizes import (
     PlaneSizes,
 )
 from vomstudio.geometry.resolution import (
-    COUNTS,
+    NEIGHBOUR_COUNTS,
     effective_resolution,
-    of_neighbours,
+    neighbour_statistics,
     resolving_points,
 )
 from vomstudio.geometry.rotation_errors import CHI2_TWO
@@ -233,8 +233,8 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     evenly = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * total[-1]
     rows = np.unique(np.minimum(np.searchsorted(total, evenly), len(weight) - 1))
     nearest = sound[tree.query(elements.places[rows])[1]]
-    near = tree.query(nearest, k=min(COUNTS[0], len(sound)))[1].reshape(len(rows), -1)
-    area, _ = of_neighbours(sound[near])
+    near = tree.query(nearest, k=min(NEIGHBOUR_COUNTS[0], len(sound)))[1].reshape(len(rows), -1)
+    area, _ = neighbour_statistics(sound[near])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
     usual = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
     whole = effective_resolution(sound, tree, nearest[:: max(1, len(nearest) // _OF_ALL)])

@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 # Of the length: the strip on either side of the line, at least, and where the mesh must be cut.
 _STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 40.0, 12.0, 40.0
@@ -194,7 +194,7 @@ def _moments(
         line_moments(at, sorted_own, *arrays, first, last, half, width, out)
         found[block] = out
 
-    in_blocks(work, len(rows), _After(progress, before), _BLOCK)
+    run_in_blocks(work, len(rows), _After(progress, before), _BLOCK)
     return found
 
 

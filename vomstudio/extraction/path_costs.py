@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.surface_graph import Graph
-from vomstudio.geometry.kernels.pieces import in_pieces
+from vomstudio.geometry.kernels.pieces import split_work
 
 COSTS = ("colour", "dark", "light", "gradient", "curvature")
 """The others are names of fields."""
@@ -65,7 +65,7 @@ def smoothed(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
     from vomstudio.extraction.path_kernels import means
 
     now, next_ = np.array(values, np.float64), np.empty(len(values))
-    with in_pieces(len(values)) as run:
+    with split_work(len(values)) as run:
         for _ in range(times):
             run(partial(means, graph.starts, graph.near, now, next_))
             now, next_ = next_, now

@@ -13,8 +13,8 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import local_planes
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments, nearest_in_block
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 NEIGHBOURS = 12
 """Of a point of a cloud, that it hands a facet on to."""
@@ -71,7 +71,7 @@ def scattered(places: FloatArray) -> tuple[BoolArray, float]:
     """Which of points (n, 3) scatter in all directions as far as a hundred of them reach, so that
     none tells a plane; and the area that each of these stands for."""
     low = places.min(axis=0)
-    grid = grid_of(places - low, _IN_CELL)
+    grid = create_cell_grid(places - low, _IN_CELL)
     starts, near = grid.around()
     m = len(grid.keys)
     means, inner = np.empty((m, 3)), np.empty((m, 6))
@@ -97,7 +97,7 @@ def normals_of_places(
         near = np.ascontiguousarray(tree.query(places[rows], k=around)[1], np.int32)
         normals[block], variation[block] = _planes(places, rows, near)
 
-    in_blocks(work, len(places), progress, _BLOCK)
+    run_in_blocks(work, len(places), progress, _BLOCK)
     return normals if float(np.nanmedian(variation)) < _FLAT_AROUND else None
 
 
@@ -207,7 +207,7 @@ def _by_blocks(
         seen.near[at], seen.far[at] = near[:, 1 : kept + 1], np.sqrt(squares[known, kept])
         left[at] = False
 
-    in_blocks(work, len(own), progress, _BLOCK)
+    run_in_blocks(work, len(own), progress, _BLOCK)
 
 
 def _by_tree(
@@ -232,7 +232,7 @@ def _by_tree(
         seen.normals[at], seen.variation[at] = _planes(places, rows[at], near)
         seen.near[at], seen.far[at] = near[:, 1 : kept + 1], distance[:, kept]
 
-    in_blocks(work, len(own), progress, _BLOCK)
+    run_in_blocks(work, len(own), progress, _BLOCK)
 
 
 def _tree(places: FloatArray) -> Any:

@@ -35,7 +35,7 @@ from vomstudio.geology.sets.proposals import SetProposal, sets_from_means
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 NEIGHBOURS = 30
 COPLANAR = 0.2
@@ -104,7 +104,7 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
         local_planes(places, for_kernels(places[block], np.float64), own, *found)
         normals[block], variation[block] = found
 
-    in_blocks(work, n, progress, _BLOCK)
+    run_in_blocks(work, n, progress, _BLOCK)
     normals[~(variation <= COPLANAR)] = np.nan
     return normals
 

@@ -21,7 +21,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
+from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 
 PARALLEL_DEG = 0.01
 
@@ -139,12 +139,12 @@ def t95(free: float) -> float:
     """Return the two-sided 95 % quantile of Student's t."""
     from scipy.special import stdtrit
 
-    return NORMAL_QUANTILE95 if math.isinf(free) else float(stdtrit(free, 1.0 - LEVEL / 2.0))
+    return NORMAL_QUANTILE95 if math.isinf(free) else float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
 
 
 def _marginal_factor(free: float) -> float:
     if math.isinf(free):
-        return NORMAL_QUANTILE95 / math.sqrt(-2.0 * math.log(LEVEL))
+        return NORMAL_QUANTILE95 / math.sqrt(-2.0 * math.log(SIGNIFICANCE))
     return t95(free) / math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
 
 

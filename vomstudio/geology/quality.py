@@ -300,7 +300,7 @@ def _judge_by_error(
                     # Rounded down: never the recommended figure itself.
                     ratio=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
                     recommended=thresholds.extent_over_resolution,
-                    error_deg=PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0,
+                    error_deg=PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0,
                 )
             )
     return poor, reasons, notes

@@ -12,7 +12,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import MIN_POINTS, Bowing, fit_bowing, model_shape
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import (
@@ -250,7 +250,7 @@ def _require_values(kinds: Sequence[Observed]) -> None:
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
         wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):
-            finding = why_no_error(float(sigma[wrong][0]))
+            finding = check_error(float(sigma[wrong][0]))
             assert finding is not None
             raise GeometryError(finding, field=kind.labels[int(np.argwhere(wrong)[0, 0])])
 

@@ -18,8 +18,8 @@ from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
 from vomstudio.extraction.point_neighbours import drowned
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 _PER_CELL = 16.0
 _WIDER = 2.5
@@ -126,7 +126,7 @@ def _quiet_cells(
     """The smallest cells of ten times as many points at most whose surroundings are flat."""
     most, least = 10.0 * per_cell, np.inf
     while True:
-        grid = grid_of(local, per_cell)
+        grid = create_cell_grid(local, per_cell)
         per_cell *= wider
         found = _cells(grid, quiet if quiet <= _QUIET and per_cell <= most else np.inf, progress)
         if found is None:
@@ -175,7 +175,7 @@ def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, 
         flat = spreads[some, 0] / np.maximum(spreads[some].sum(axis=1), 1e-300)
         if float(np.median(np.repeat(flat, points[some]))) > _BY_FAR * quiet:
             return None
-    in_blocks(work, m, progress, _BLOCK)
+    run_in_blocks(work, m, progress, _BLOCK)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
     cell_figures(
         grid.begins, count, inner, spreads, _FEWEST_WITHIN, _THIN, normals, area, variation, noise

@@ -21,8 +21,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
-from vomstudio.geometry.nearby.shared_corners import across_gaps
+from vomstudio.geometry.nearby.point_grid import PointGrid, run_in_blocks
+from vomstudio.geometry.nearby.shared_corners import neighbours_across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
 MOST = 2_000_000
@@ -100,8 +100,8 @@ class MeshNeighbours:
             smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
             across_edges(self._corners, starts, near, rows.start, self._beside[rows])
 
-        in_blocks(own, len(faces), Silent(), _AT_ONCE)
-        in_blocks(mean, len(faces), Silent(), _AT_ONCE)
+        run_in_blocks(own, len(faces), Silent(), _AT_ONCE)
+        run_in_blocks(mean, len(faces), Silent(), _AT_ONCE)
         self._reach_over_gaps(nodes)
 
     def _reach_over_gaps(self, nodes: Int32Array) -> None:
@@ -114,7 +114,7 @@ class MeshNeighbours:
         sound = np.isfinite(own).all(axis=(1, 2))
         free, own = free[sound], own[sound]
         corners = nodes[self._faces[free]].astype(np.int64)
-        row, side, other = across_gaps(corners, own, alone[free])
+        row, side, other = neighbours_across_gaps(corners, own, alone[free])
         self._beside[free[row], side] = free[other]
 
     def piece(
@@ -162,8 +162,8 @@ class MeshNeighbours:
         def read(rows: slice) -> None:
             at_marked(self._corners[rows], marked, out[rows])
 
-        in_blocks(mark, len(out), Silent(), _AT_ONCE)
-        in_blocks(read, len(out), Silent(), _AT_ONCE)
+        run_in_blocks(mark, len(out), Silent(), _AT_ONCE)
+        run_in_blocks(read, len(out), Silent(), _AT_ONCE)
         return out
 
     def narrower(self, chosen: BoolArray) -> BoolArray:
@@ -274,7 +274,7 @@ class CloudNeighbours:
                 lost,
             )
 
-        in_blocks(work, len(some), Silent(), _AT_ONCE // 4)
+        run_in_blocks(work, len(some), Silent(), _AT_ONCE // 4)
         result = chosen.copy()
         result[self._rows[gained if gains else lost]] = gains
         return result

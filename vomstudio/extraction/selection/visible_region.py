@@ -14,7 +14,7 @@ from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
 _AT_ONCE = 1_000_000
@@ -120,7 +120,7 @@ class Looking:
         def work(rows: slice) -> None:
             faces_inside(vertices, faces[rows], matrix, *told, out[rows])
 
-        in_blocks(work, len(faces), Silent(), _AT_ONCE)
+        run_in_blocks(work, len(faces), Silent(), _AT_ONCE)
 
     def _points(self, cloud: PointCloud, matrix: FloatArray, told: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import points_inside
@@ -132,7 +132,7 @@ class Looking:
             def work(rows: slice, points: FloatArray = points, own: BoolArray = own) -> None:
                 points_inside(points[rows], matrix, *told, own[rows])
 
-            in_blocks(work, len(points), Silent(), _AT_ONCE)
+            run_in_blocks(work, len(points), Silent(), _AT_ONCE)
 
     def _uncut(
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, chosen: BoolArray

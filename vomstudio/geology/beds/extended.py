@@ -19,7 +19,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
+from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
@@ -68,7 +68,7 @@ class PlaneEstimate:
         """Two-sided 95 % quantile in standard deviations."""
         from scipy.special import ndtri, stdtrit
 
-        level = 1.0 - LEVEL / 2.0
+        level = 1.0 - SIGNIFICANCE / 2.0
         return float(ndtri(level) if np.isinf(self.free) else stdtrit(self.free, level))
 
 

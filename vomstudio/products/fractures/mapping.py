@@ -28,7 +28,7 @@ from vomstudio.geology.fractures.trace_plane import (
 from vomstudio.geology.fractures.windows import trace_directions
 from vomstudio.geology.notation import format_plane, plane_option
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.outlines.self_crossing import taken_apart
+from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     RawLayer,
@@ -130,7 +130,9 @@ def map_fractures(
         warnings += _new_findings(read.warnings, warnings)
         counted = SamplingRegion(polygon)
     elif area is not None:
-        polygon, crossings = taken_apart(placed.window(raw_shapes(area, "area"), "area").shapes)
+        polygon, crossings = resolve_crossings(
+            placed.window(raw_shapes(area, "area"), "area").shapes
+        )
         counted = SamplingRegion(polygon, warnings=tuple(crossings))
     elif options.scanline is not None:
         raw = read_raw_lines(Path(options.scanline), progress=progress, model=ModelFrame(drawn.crs))

@@ -22,13 +22,13 @@ from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.gaps import missing_variance
 from vomstudio.geology.roughness.planar_part import PlanarPart, find_planar_part
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import level_findings, level_gap
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.resolution import COUNTS, of_neighbours
+from vomstudio.geometry.resolution import NEIGHBOUR_COUNTS, neighbour_statistics
 from vomstudio.geometry.vectors import strike_and_dip_lines
 from vomstudio.io.models.opening import resolution
 from vomstudio.products.elevation.heights import draw_heights
@@ -280,7 +280,7 @@ def _row(
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
     finite = points[np.isfinite(points).all(axis=1)]
-    bend = bend_of(finite, fit.normal)
+    bend = measure_bend(finite, fit.normal)
     verdict = judge(
         fit,
         resolution_m=resolution_m,
@@ -314,8 +314,8 @@ def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[f
     points = points[np.isfinite(points).all(axis=1)]
     local = points - points.mean(axis=0)
     at = local[:: max(1, len(local) // _SAMPLED)]
-    _, near = cKDTree(local).query(at, k=min(COUNTS[0], len(local)))
-    _, noises = of_neighbours(local[near])
+    _, near = cKDTree(local).query(at, k=min(NEIGHBOUR_COUNTS[0], len(local)))
+    _, noises = neighbour_statistics(local[near])
     return float(np.median(noises[np.isfinite(noises)])), "points"
 
 

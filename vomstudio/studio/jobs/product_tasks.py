@@ -145,16 +145,16 @@ class ElevationRequest:
 def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevation:
     import numpy as np
 
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
     from vomstudio.io.models import model_cache
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
 
-    folder = model_cache.folder_of(request.path, request.cache)
-    loaded = model_cache.load(request.path, folder, progress)
-    data = moved(loaded.data, request.to_world)
-    options = request.options
+    folder = model_cache.folder_of(asked.path, asked.cache)
+    loaded = model_cache.load(asked.path, folder, progress)
+    data = transform_model(loaded.data, asked.to_world)
+    options = asked.options
     plan = plan_heights(
         data,
         reference_plane(options.plane),

@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.records import Model, Painted
 from vomstudio.studio.tools.interaction_types import Area
 
@@ -19,8 +19,9 @@ MAX_BORDERED_FACES = 30_000
 
 
 def known_ids(patch: Painted, count: int) -> IntArray:
-    """Return the indices (k,) of a patch that exist in a model with `count` elements."""
-    ids = ids_of(patch.runs)
+    """(k,) indices of a patch's faces or points, without those that a model with `count` of them
+    does not have."""
+    ids = runs_to_ids(patch.runs)
     return ids[ids < count]
 
 

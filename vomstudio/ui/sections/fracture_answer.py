@@ -210,7 +210,7 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Sa
 
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.pieces import circle_area
-    from vomstudio.geometry.outlines.self_crossing import taken_apart
+    from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 
     if mark is None:
         return SamplingRegion()
@@ -218,7 +218,7 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Sa
         x, y, radius = place
         return SamplingRegion(circle_area(x, y, radius), circle=(x, y, radius))
     if counted_in == WINDOW:
-        area, said = taken_apart(shapely.Polygon(mark.points))
+        area, said = resolve_crossings(shapely.Polygon(mark.points))
         return SamplingRegion(area, warnings=tuple(said))
     return SamplingRegion(scanlines=_shapes([mark.points]))
 

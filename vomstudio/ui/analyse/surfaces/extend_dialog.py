@@ -24,7 +24,7 @@ from vomstudio.geology.beds.extended import plane_estimate_from_fit, repeat_plan
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.model_transform import moved
+from vomstudio.geometry.model_transform import transform_model
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
@@ -212,7 +212,7 @@ def _carry_on(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
     """Carry a plane on through the model, in World. Runs in a worker thread."""
-    world = moved(data, model.to_world)
+    world = transform_model(data, model.to_world)
     belief = plane_estimate_from_fit(fit)
     found = extend(world, belief, options)
     edges = [np.zeros((0, 2, 3))]
