@@ -112,7 +112,7 @@ def test_a_ball_holds_what_is_within_its_radius(built):
     centre = points[700] + [0.02, 0.03, 0.01]
     for radius in (0.01, 0.15, 0.8):
         wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= radius)
-        assert np.array_equal(np.sort(surface._in_ball(centre, radius)), wanted)
+        assert np.array_equal(np.sort(surface._ids_in_ball(centre, radius)), wanted)
 
 
 def test_the_face_is_that_of_the_cliff_and_not_the_ledge_that_a_trace_runs_along():
@@ -140,7 +140,7 @@ def test_a_plain_search_in_pieces_finds_all_of_a_ball(step, monkeypatch):
     points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)[:1681]
     centre = points[900]
     wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= 0.5)
-    assert np.array_equal(np.sort(VertexSurface(points)._in_ball(centre, 0.5)), wanted)
+    assert np.array_equal(np.sort(VertexSurface(points)._ids_in_ball(centre, 0.5)), wanted)
 
 
 @pytest.mark.parametrize("built", [False, True])

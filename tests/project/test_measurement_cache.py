@@ -372,7 +372,7 @@ def test_the_error_of_a_patch_is_the_one_that_patches_are_judged_by():
     fit = measured.fit
     assert fit.max_angular_error_deg > fit.max_confidence95_deg
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    found = math.degrees(math.atan(deviation95(as_uncertain(measured), worst)))
+    found = math.degrees(math.atan(deviation95(plane_with_error(measured), worst)))
     assert found == pytest.approx(fit.max_angular_error_deg)
 
 
@@ -393,7 +393,7 @@ def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
     )
     records = {"m1": MODEL, "t1": base, "l1": line}
     found = measure_all(records, [line])[0]
-    fitted = as_uncertain(measure_all(records, [base])[0])
+    fitted = plane_with_error(measure_all(records, [base])[0])
     across = math.degrees(math.atan(deviation95(fitted, found.line.vector())))
     within = found.line_fit.confidence95_deg
     assert found.max_confidence95_deg == pytest.approx(max(across, within))

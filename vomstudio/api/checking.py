@@ -19,7 +19,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.coordinate_limits import invalid_places
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
 MAX_ANGLE_DEG = 720

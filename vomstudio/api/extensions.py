@@ -100,7 +100,7 @@ def _belief(of: Any, options: ExtendOptions) -> PlaneEstimate:
     """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
     if of is not None:
         array = points(of, "of")
-        with naming("of"):
+        with errors_named("of"):
             return plane_estimate_from_fit(fit_plane(array))
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))

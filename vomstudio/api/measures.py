@@ -177,9 +177,9 @@ def threepoint(
     options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
     frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        read = read_boundaries(_table(points, 3, "points"), frame)
-    found = plane_of_three_points(read.points, options.sigma_m).with_table_findings(
-        read.dropped, read.warnings
+        point_table = read_boundaries(_table(points, 3, "points"), frame)
+    result = plane_of_three_points(point_table.points, options.sigma_m).with_table_findings(
+        point_table.dropped, point_table.warnings
     )
     warn(result.warnings)
     return result
@@ -283,4 +283,4 @@ def _table(value: Any, width: int, name: str) -> Any:
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
     refuse_rows(invalid_places(array[:, :3]) | invalid_places(array[:, -3:]), name)
-    return text_of(DataFrame(array, columns=list(names)), name)
+    return to_text_table(DataFrame(array, columns=list(names)), name)

@@ -64,7 +64,7 @@ def plane_band(
     (20, 20, 90)
     """
     band = _band(points, resolution_m, "points")
-    priors = [] if sets is None else table_priors(rows_of(sets, name="sets"))
+    priors = [] if sets is None else table_priors(to_orientation_table(sets, name="sets"))
     return None if band is None else describe_band(band, priors)
 
 
@@ -125,5 +125,5 @@ def plane_of_crossing(
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
     resolution_m = positive(resolution_m, "resolution_m")
     array = checked(points, name)
-    with naming(name):
+    with errors_named(name):
         return find_plane_band(fit_plane(array), resolution_m=resolution_m)

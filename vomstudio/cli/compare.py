@@ -126,7 +126,7 @@ def _agreement(args: argparse.Namespace) -> Agreement:
         tables.append(read_planes(path, args.azimuth))
     table, other_table = tables
     progress_of(args).stage(tr("Comparing orientations"))
-    return compare_orientations(table, other)
+    return compare_orientations(table, other_table)
 
 
 def _agreement_text(comparison: Agreement) -> str:

@@ -105,7 +105,7 @@ def _belief(
         point_table = read_points(points, model=ModelFrame(model.crs))
         groups = point_table.groups
         with numbers_of(points):
-            return plane_estimate_from_fit(fit_plane(given.points)), given.warnings
+            return plane_estimate_from_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
     return plane_estimate_from_attitude(

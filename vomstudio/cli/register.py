@@ -95,8 +95,8 @@ def _written(
 
     known_parts = registered.placed.known
     warnings = write_model(
-        transform_model(loaded.data, made.placed.matrix),
-        made.crs if known.all else None,
+        transform_model(loaded.data, registered.placed.matrix),
+        registered.crs if known_parts.all else None,
         args.output,
         force=args.force,
         inputs=[loaded.path, *companions(loaded.path)],

@@ -17,7 +17,7 @@ from vomstudio.geology.sets.proposals import (
     describe_proposal,
     propose_sets_of_poles,
 )
-from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
+from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
 
 
 def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:

@@ -23,7 +23,7 @@ MAX_KAPPA = 1e5
 
 
 @dataclass(frozen=True, repr=False)
-class BandFigures(Shown):
+class BandFigures(PrintableResult):
     """Band of planes that a straight trace allows, compared with sets.
 
     Attributes

@@ -23,7 +23,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.serial_errors import fit_serial_correlation, whiten
 
-MIN_POINTS = 6
+MIN_BOWING_POINTS = 6
 """Four unknowns and two degrees of freedom."""
 
 SIGNIFICANCE = 0.05
@@ -232,7 +232,7 @@ def fit_bowing(
         middle.
     """
     n = len(places)
-    if n < MIN_POINTS:
+    if n < MIN_BOWING_POINTS:
         return None
     middle, axes, reach = _shape_or_places(places, extent)
     if normal is not None:
@@ -300,7 +300,7 @@ def fit_bowing_to_turns(
         None if there are too few photos, or if they are all at one place along the model.
     """
     n = len(places)
-    if n < MIN_POINTS:
+    if n < MIN_BOWING_POINTS:
         return None
     middle, axes, reach = _shape_or_places(places, extent)
     u, v = ((places - middle) @ axes[:2].T).T
@@ -357,7 +357,7 @@ def _shape_or_places(
     places: FloatArray, extent: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return `model_shape` of the model, or of the places if its points are unknown."""
-    return model_shape(places if extent is None or len(extent) < MIN_POINTS else extent)
+    return model_shape(places if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
 
 
 def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> tuple[float, float]:

@@ -394,21 +394,19 @@ def _direction_findings(
         return False, [Finding("plane.too-few-points", minimum=int(MIN_INDEPENDENT_POINTS))]
     poor = angle > t.poor_confidence95_deg
     limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
-    without_registration = angle
+    model_error = angle
     if registration_deg is not None:
-        without_registration = (
-            total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
-        )
-    if registration_deg is not None and registration_deg > without_registration:
+        model_error = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
+    if registration_deg is not None and registration_deg > model_error:
         return poor, [
             Finding("plane.registration", error_deg=registration_deg, limit_deg=limit_deg)
         ]
     if is_within_wander(fit, kind, resolution_m, face):
         return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
-    if stretch_error_deg is not None and without_registration <= stretch_error_deg:
+    if stretch_error_deg is not None and model_error <= stretch_error_deg:
         # The stretches are already a reason.
         return poor, []
-    if without_registration > (governing_confidence_deg(fit, kind) or 0.0):
+    if model_error > (governing_confidence_deg(fit, kind) or 0.0):
         return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
     if kind == "patch":
         code = "plane.uncertain-patch"

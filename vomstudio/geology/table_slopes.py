@@ -22,10 +22,10 @@ from vomstudio.geology.slopes import (
     count_pairs,
     direct_toppling,
     flexural_toppling,
-    in_face_frame,
     pair_members,
     pairs_of_sets,
     planar_sliding,
+    to_face_frame,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
 
@@ -99,7 +99,7 @@ class Face:
 
 
 @dataclass(frozen=True, repr=False)
-class TableSlope(Shown):
+class TableSlope(PrintableResult):
     """Kinematic analysis of n planes.
 
     Attributes
@@ -159,7 +159,7 @@ def table_slope(
         )
     planes = tilted_planes(table, rows)
     ids = [table.ids[row] for row in rows]
-    normals = in_face_frame(face, planes.normals)
+    normals = to_face_frame(face, planes.normals)
     zones = _plane_zones(face, normals)
     sets = set_numbers(table)
     n_pairs = pairs_of_sets(len(rows), sets)
@@ -251,7 +251,7 @@ def critical_planes(
     """
     rows = np.flatnonzero(table.is_plane)
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
-    members = pair_members(face, in_face_frame(face, normals), set_numbers(table))
+    members = pair_members(face, to_face_frame(face, normals), set_numbers(table))
     planes_by_mode = {
         "planar": slope.planar.ids,
         "flexural_toppling": slope.flexural_toppling.ids,
@@ -307,7 +307,7 @@ def _expected(
     progress.stage(tr("Estimating probabilities of planes"), draws)
     for done, portion in _portions(draws, n):
         progress.step(done)
-        normals = in_face_frame(face, planes.drawn(portion, generator))
+        normals = to_face_frame(face, planes.draw(portion, generator))
         critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
     a, b, c = (critical / (draws * n)).tolist()
     if n < 2:
@@ -319,8 +319,8 @@ def _expected(
     of = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
     for done, portion in _portions(pair_draws, n):
-        normals = in_face_frame(face, planes.drawn(portion, generator))
-        counts = count_pairs(face, normals, Ahead(progress, done * pairs), sets)
+        normals = to_face_frame(face, planes.draw(portion, generator))
+        counts = count_pairs(face, normals, ResumedProgress(progress, done * pairs), sets)
         of += int(counts.of.sum())
         wedge += int(counts.wedge.sum())
         topple += int(counts.toppling.sum())

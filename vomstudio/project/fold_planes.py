@@ -107,9 +107,9 @@ def fold_planes(
 
     Repeats of other features and features without a plane are excluded.
     """
-    own = [f for f in firsts(features, records) if measured[f.id].plane is not None]
-    verdicts = [measured[f.id].verdict for f in own]
-    chosen = select_planes(
+    planar = [f for f in first_picks(features, records) if measured[f.id].plane is not None]
+    verdicts = [measured[f.id].verdict for f in planar]
+    selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
         [f.set_name for f in planar],
         which,

@@ -234,7 +234,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
     if fit is None or fit.error_rake_deg is None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    resolution = measured.resolution_m if measured.by_this_rule else None
+    resolution = measurement.resolution_m if measurement.uses_current_rule else None
     largest, smallest = governing_half_angles(
         fit,
         measurement.judged_as,

@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import orientation
-from vomstudio.geology.bowing import MIN_POINTS, Bowing, bowing_deg, fit_bowing
+from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, bowing_deg, fit_bowing
 from vomstudio.geology.common_rotation_errors import Turns, shared_rotations, squared_region
 from vomstudio.geology.quality import governing_half_angles, resolution_tilt_deg
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
@@ -45,8 +45,8 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
             registration = None if model is None else model.registration
             rotation = None if registration is None else registration.rotation_covariance()
             known[id(model)] = (None if registration is None else registration.id, rotation)
-        found.append(known[id(model)])
-    return shared_rotations(found)
+        turns.append(known[id(model)])
+    return shared_rotations(turns)
 
 
 def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
@@ -100,21 +100,21 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     if registration is None or not registration.control:
         return None
     points: Sequence[RegistrationPoint] = registration.control
-    judges = [p for p in points if p.check]
-    # A model that was bent to its control fits that, bowed or not.
-    if registration.method == "control" and len(judges) >= MIN_POINTS:
-        points = judges
-    world, left = (
+    check_points = [p for p in points if p.check]
+    # A model that was fitted to its control agrees with it, bowed or not.
+    if registration.method == "control" and len(check_points) >= MIN_BOWING_POINTS:
+        points = check_points
+    world, residuals = (
         np.array([getattr(p, name) for p in points], np.float64) for name in ("world", "residual")
     )
     sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in points], np.float64)
     length = np.linalg.norm(residuals, axis=1)
     inliers = length <= OUTLIER_RATIO * float(np.median(length))
     normal = None if registration.normal is None else np.array(registration.normal)
-    found = fit_bowing(world[right], left[right], sigma[right], normal=normal)
-    # The edge is that of the model, which may reach farther than its points.
-    reach = registration.reach_m
-    return found if found is None or reach is None else replace(found, reach_m=reach)
+    bowing = fit_bowing(world[inliers], residuals[inliers], sigma[inliers], normal=normal)
+    # The edge is that of the model, which may extend beyond its points.
+    reach_m = registration.reach_m
+    return bowing if bowing is None or reach_m is None else replace(bowing, reach_m=reach_m)
 
 
 def bowing_limit_deg(registration: Registration) -> float | None:

@@ -31,8 +31,10 @@ def priors_among(
     set_name: Callable[[Any], str],
     excluded_id: str,
 ) -> list[SetPrior]:
-    """The sets of planes, by their names, that a trace may belong to: without the trace itself, and
-    without planes that are poor."""
+    """Return the sets of planes, by name, to which a trace may belong.
+
+    The trace itself and planes of poor quality are excluded.
+    """
     from vomstudio.geology.band_figures import fit_priors
 
     groups: dict[str, list[Any]] = {}
@@ -42,5 +44,5 @@ def priors_among(
             continue
         if measurement.verdict is not None and measurement.verdict.quality == "poor":
             continue
-        groups.setdefault(name_of(feature), []).append(found.plane.normal())
+        groups.setdefault(set_name(feature), []).append(measurement.plane.normal())
     return fit_priors(groups)

@@ -152,12 +152,12 @@ def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
         if place is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
-        if (finding_ := check_on_earth(*there)) is not None:
+        if (reason := check_on_earth(*place)) is not None:
             if back is None and check_on_earth(y, x) is None:
-                raise _exchanged(positions, photo, x, y)
-            raise InputError(finding_, file=positions.file, field=photo)
-        found[row] = there
-    return found
+                raise _exchanged_error(positions, photo, x, y)
+            raise InputError(reason, file=positions.file, field=photo)
+        degrees[row] = place
+    return degrees
 
 
 def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None) -> None:

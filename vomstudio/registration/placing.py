@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import MIN_POINTS, Bowing, fit_bowing, model_shape
+from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, fit_bowing, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.registrations import ObservationGroup
@@ -224,8 +224,8 @@ def _matrix(fit: Similarity) -> FloatArray:
 def _shape(
     extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
-    """How far the model reaches, and the normal of its mean plane."""
-    if extent is None or len(extent) < MIN_POINTS:
+    """Return the distance from the middle of the model to its edge, and its mean normal."""
+    if extent is None or len(extent) < MIN_BOWING_POINTS:
         return None, None
     _, axes, reach = model_shape(fit(extent))
     x, y, z = (float(v) for v in axes[2])

@@ -173,9 +173,12 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
     """
     correlations = {}
     for group in RECEIVERS:
-        own = np.flatnonzero(np.array(rows.groups) == group)
-        if len(own):
-            along = _along_axes(rows, own, moves), _along_axes(rows, own, misses)
+        rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
+        if len(rows_of_group):
+            along = (
+                _along_axes(rows, rows_of_group, moves),
+                _along_axes(rows, rows_of_group, misses),
+            )
             correlations[group] = fit_serial_correlation(*along)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
@@ -247,8 +250,8 @@ def estimate_covariance(
             pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
             variances[which] = np.maximum(variances[which], min_variance(pooled, free[which]))
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    for g, o, v, f in zip(parts, own, variances, free, strict=True):
-        worth = independent_share(drift.get(rows.groups[g[0]], 0.0))
+    for g, o, v, f in zip(parts, responses, variances, free, strict=True):
+        independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * variance_inflation(o, inverse @ (moves[g].T @ follow[g]), len(g))
         share[g] = np.sqrt(variance) * doubt[g]
         worse = doubt[g][:, None] ** 2

@@ -113,7 +113,7 @@ def scatter_of(
         if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
             _CONFIDENCE, freedom
         ):
-            rho = fit_serial_correlation(weights @ moves, white) if in_order else 0.0
+            rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
             middle = np.einsum("nik,nil->kl", spread, correlated(spread, rho))
             covariance = inverse @ middle @ inverse / np.outer(units, units)
@@ -123,12 +123,14 @@ def scatter_of(
     variances, free = _variances(groups, n, inverse, information, (residuals**2).sum(axis=0))
     if known is not None:
         variances = np.maximum(variances, np.einsum("nii->i", known) / n)
-    usable = in_order and (variances > 0.0).all()
+    usable = is_ordered and (variances > 0.0).all()
     rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if usable else 0.0
-    following = own if rho == 0.0 else _following(moves, rho)
+    following = information if rho == 0.0 else _information(moves, rho)
     for g in groups if rho > 0.0 else ():
-        alone, all_ = (inverse @ each[list(g)].sum(axis=0) for each in (own, following))
-        variances[list(g)] *= variance_inflation(alone, all_, n * len(g))
+        response, correlated_response = (
+            inverse @ each[list(g)].sum(axis=0) for each in (information, following)
+        )
+        variances[list(g)] *= variance_inflation(response, correlated_response, n * len(g))
     free = free * independent_share(rho)
     shares = np.array(
         [

@@ -62,7 +62,7 @@ class BlindRepeats:
         ]
 
     def begin(self, share: float = SHARE, interpreter: str = "", seed: str = "") -> None:
-        """Offer a random share of the picks. Raises UsageError for a share that is none."""
+        """Offer a random share of the picks. Raises UsageError for an invalid share."""
         self.chosen = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped.clear()

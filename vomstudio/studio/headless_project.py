@@ -487,7 +487,7 @@ class HeadlessProject:
             return None
         low, high = bounds
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-        # The farthest says it for all; what is no number counts as the farthest.
+        # The farthest point represents all; a point that is not finite counts as the farthest.
         return check_near_model(points[int(np.argmax(off))], bounds)
 
     def register(

@@ -37,8 +37,8 @@ def _add_names(value: Any) -> Any:
         return value
     renamed: dict[str, Any] = {}
     for name, each in value.items():
-        bare = strip_metric_suffix(name, value)
-        told[name] = _bare(each)
-        if bare != name:
-            told[bare] = told[name]
-    return told
+        plain_name = strip_metric_suffix(name, value)
+        renamed[name] = _add_names(each)
+        if plain_name != name:
+            renamed[plain_name] = renamed[name]
+    return renamed

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.beds.lithologies import strabospot_fields
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
@@ -55,7 +55,7 @@ class Interval:
 
 
 @dataclass(frozen=True, repr=False)
-class BedLog(Shown):
+class BedLog(PrintableResult):
     """Bed log with true thickness.
 
     Attributes

@@ -54,7 +54,7 @@ class CellShare:
 
 
 @dataclass(frozen=True, repr=False)
-class FaceCoverage(Shown):
+class FaceCoverage(PrintableResult):
     """Coverage of a face: how much of it was inspected.
 
     Areas are in the square of the grid's unit, metres in a project.

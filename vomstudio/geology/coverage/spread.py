@@ -205,15 +205,15 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     """Test the stated errors of repeated picks; None if no pair of picks states them."""
     from scipy.stats import beta, chi2
 
-    with_errors = [s for s in structures if s.stated and len(s.rows) > 1]
-    n = sum(len(s.rows) - 1 for s in with_errors)
+    stated_structures = [s for s in structures if s.stated and len(s.rows) > 1]
+    n = sum(len(s.rows) - 1 for s in stated_structures)
     if not n:
         return None
-    total, free = sum(s.chi_square() for s in with_errors), 2 * n
+    total, free = sum(s.chi_square() for s in stated_structures), 2 * n
     low, high = (np.sqrt(total / float(chi2.ppf(q, free))) for q in (0.975, 0.025))
     within = sum(
         int(sum(squared_difference(s, 0, k) <= CHI2_TWO for k in range(1, len(s.rows))))
-        for s in with_errors
+        for s in stated_structures
     )
     low_share = float(beta.ppf(0.025, within, n - within + 1)) if within else 0.0
     high_share = float(beta.ppf(0.975, within + 1, n - within)) if within < n else 1.0

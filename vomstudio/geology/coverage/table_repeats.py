@@ -78,7 +78,7 @@ class ExcludedPick:
 
 
 @dataclass(frozen=True, repr=False)
-class TableRepeats(Shown):
+class TableRepeats(PrintableResult):
     """Repeated picks of a table.
 
     Attributes

@@ -243,19 +243,19 @@ def separations(
 
     at = np.concatenate([points, np.zeros(2)])
     values, sigmas = _propagate(thickness, at, _parameter_sigmas(errors, bed95=errors.bed95_deg))
-    by_rake: dict[float, Displacement | None] = {}
+    slips: dict[float, Displacement | None] = {}
     errors_without_rake = DisplacementErrors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
     for rake in (90.0, 0.0):
         try:
-            by_rake[rake] = net_slip_of_cutoffs(
+            slips[rake] = net_slip_of_cutoffs(
                 hanging_wall, footwall, fault, bed, rake, errors_without_rake, what="separation"
             )
         except GeometryError:
-            by_rake[rake] = None
-    strike = by_rake[0.0]
+            slips[rake] = None
+    strike = slips[0.0]
     return Separations(
         _measured(abs(float(values[0])), float(sigmas[0]), errors),
-        by_rake[90.0],
+        slips[90.0],
         None if strike is None else strike.strike_slip_m,
     )
 

@@ -40,7 +40,7 @@ class Pair:
 
 
 @dataclass(frozen=True, repr=False)
-class Displacements(Shown):
+class Displacements(PrintableResult):
     """Displacements of pairs on one fault.
 
     Attributes

@@ -103,7 +103,7 @@ class TableDihedra:
 
 
 @dataclass(frozen=True, repr=False)
-class TableSlip(Shown):
+class TableSlip(PrintableResult):
     """Kinematics of n faults; `dropped_lines` and `warnings` are those of the table."""
 
     n: int

@@ -37,7 +37,7 @@ CONE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 
 
 @dataclass(frozen=True, repr=False)
-class ThreePoints(Shown):
+class ThreePoints(PrintableResult):
     """Plane through three points, or the best plane through more of them, with 95 % errors.
 
     Attributes

@@ -388,8 +388,8 @@ def _test_mixture(
     """Return p of the great circle against the small circle with unknown ends, and the 95 %
     half-width of its half-angle."""
     n = len(poles)
-    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    gain = around.log_likelihood - _log_likelihood(n, rms(on_great))
+    great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
     free = n - 3
     # For normal residuals with known ends this is the ratio of the sums of squares.
     p = f_tail(1, free, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * free)
@@ -422,8 +422,11 @@ def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tu
     design, _ = _design(flip_into_arc(poles, axes), axes[2])
     singular = np.linalg.svd(design, compute_uv=False)
     is_determined = bool(singular[-1] > 1e-6 * singular[0])
-    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    cone_squares, cylinder_squares = float(np.sum(residuals**2)), float(np.sum(on_great**2))
+    great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    cone_squares, cylinder_squares = (
+        float(np.sum(residuals**2)),
+        float(np.sum(great_circle_angles**2)),
+    )
     is_exact = math.degrees(math.sqrt(cylinder_squares / n)) < MIN_SCATTER_DEG
     if is_exact or not is_determined:
         return 1.0, 0.0 if is_exact and is_determined else math.inf

@@ -26,10 +26,10 @@ from vomstudio.geology.slopes import (
     SlopeFace,
     critical_lines,
     flexural_toppling,
-    in_face_frame,
     intersections,
     pairs_of_sets,
     planar_sliding,
+    to_face_frame,
 )
 from vomstudio.geology.table_slopes import Face, set_numbers
 
@@ -89,7 +89,7 @@ class FacetSlope:
 
 
 @dataclass(frozen=True, repr=False)
-class FacetSlopes(Shown):
+class FacetSlopes(PrintableResult):
     """Kinematic analysis of facets.
 
     Attributes
@@ -228,7 +228,7 @@ def _count_critical(
     pair_counts = np.zeros((len(slopes), 3), np.int64)
     progress.stage(tr("Analysing slopes"), max(pairs_of_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
-        rotated = in_face_frame(slope, normals)
+        rotated = to_face_frame(slope, normals)
         plane_counts[k] = (
             planar_sliding(slope, rotated).critical.sum(),
             flexural_toppling(slope, rotated).critical.sum(),
@@ -261,7 +261,7 @@ def _exclude_own_plane(
 
     Nothing slides out of a face on its own plane or along a line in it.
     """
-    rotated = in_face_frame(slope, normals[own_row][None])
+    rotated = to_face_frame(slope, normals[own_row][None])
     plane_counts -= np.array(
         [
             planar_sliding(slope, rotated).critical.sum(),

@@ -147,7 +147,7 @@ class FractureSet:
 
 
 @dataclass(frozen=True, repr=False)
-class FractureNetwork(Shown):
+class FractureNetwork(PrintableResult):
     """Figures of a fracture network, see docs/cli.md; None for what cannot be computed.
 
     `P21_unclipped_1_per_m` includes the parts of traces outside the area and is too large. Names

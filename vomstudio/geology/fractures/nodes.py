@@ -242,7 +242,7 @@ def _count_branches(
     piece: IntArray,
     pair: IntArray,
     touches: _Touches,
-    at_edge: IntArray,
+    edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
     """Return the number (count,) of branches at each node, and whether it lies on the edge."""
     n_free = len(free)
@@ -256,7 +256,7 @@ def _count_branches(
     passing = np.bincount(both[:, 0], minlength=count)
     ending = np.bincount(ends_here[:, 0], minlength=count)
     is_edge = np.zeros(count, np.bool_)
-    is_edge[group[n_free:][at_edge]] = True
+    is_edge[group[n_free:][edge_crossings]] = True
     return (2 * passing - ending).astype(np.int64), is_edge
 
 

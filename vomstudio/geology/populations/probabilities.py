@@ -66,10 +66,10 @@ def _beta(a: float, b: float, x: float) -> float:
     c, d = 1.0, 1.0 / _not_zero(1.0 - (a + b) * x / (a + 1.0))
     fraction = d
     for m in range(1, MAX_STEPS):
-        even = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
-        odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
+        even_step = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
+        odd_step = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
         previous = fraction
-        for step in (even, odd):
+        for step in (even_step, odd_step):
             d = 1.0 / _not_zero(1.0 + step * d)
             c = _not_zero(1.0 + step / c)
             fraction *= c * d

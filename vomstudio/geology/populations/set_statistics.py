@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_rotation_errors import (
     Region,
     Turns,
@@ -106,7 +106,7 @@ class VollmerFigures:
 
 
 @dataclass(frozen=True, repr=False)
-class SetStatistics(Shown):
+class SetStatistics(PrintableResult):
     """Statistics of one set of orientations.
 
     Attributes

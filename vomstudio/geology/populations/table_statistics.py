@@ -19,7 +19,7 @@ UNNAMED = "unassigned"
 
 
 @dataclass(frozen=True, repr=False)
-class TableStatistics(Shown):
+class TableStatistics(PrintableResult):
     """Statistics of the sets by name, in order of appearance, with properties of the table."""
 
     n: int

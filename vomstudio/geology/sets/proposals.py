@@ -102,7 +102,7 @@ class DescribedSet(Arrangement, ProposedSet):
 
 
 @dataclass(frozen=True, repr=False)
-class SetProposal(Shown):
+class SetProposal(PrintableResult):
     """Proposed sets of n planes.
 
     Attributes

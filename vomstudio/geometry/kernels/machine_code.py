@@ -60,7 +60,10 @@ def entry(
     source: Source, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
     """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
-    numba. by_numba : makes the kernel that says what an error inside of the code was."""
+    numba.
+
+    `compile_by_numba` makes the kernel that reports errors inside the code.
+    """
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
     try:

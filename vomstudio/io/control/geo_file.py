@@ -107,8 +107,8 @@ def read_geo(path: Path) -> GeoFile:
             field=_COLUMNS[6 + int(column)],
         )
     for row, column in np.ndindex(len(table), table.shape[1] - 6):
-        if (said := check_error(float(table[row, 6 + column]))) is not None:
-            raise InputError(said, file=path, line=lines[row], field=_COLUMNS[6 + column])
+        if (finding := check_error(float(table[row, 6 + column]))) is not None:
+            raise InputError(finding, file=path, line=lines[row], field=_COLUMNS[6 + column])
     return GeoFile(
         path, crs, line, tuple(photos), tuple(lines), table[:, :3], table[:, 3:6], table[:, 6:]
     )

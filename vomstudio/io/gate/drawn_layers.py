@@ -20,7 +20,7 @@ from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import resolve_crossings
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.gis.axis_units import MAX_DEGREES, suggested_zone

@@ -251,8 +251,8 @@ class CopcFile:
             if len(chunk) != size or not is_valid_chunk(chunk, int(points), self.top):
                 raise self._damaged(tr("a node does not agree with the hierarchy"))
             chunks.append(chunk)
-        found = unpack(chunks, nodes.points.tolist(), self.top, FETCH_BATCH_POINTS)
-        if found is None:
+        records = decompress(chunks, nodes.points.tolist(), self.top, FETCH_BATCH_POINTS)
+        if records is None:
             raise self._damaged(tr("a node cannot be decompressed"))
         return records.reshape(-1).view(self._layout.kind)
 
@@ -375,14 +375,14 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
         nodes.spacing,
         nodes.points,
         starts,
-        parent_rows(found.keys),
+        parent_rows(nodes.keys),
         read,
         budget,
         rows,
     )
     weakref.finalize(store, file.close)
     for row, part in zip(
-        rows, split_cloud(overview, found.points[list(rows)].tolist()), strict=True
+        rows, split_cloud(overview, nodes.points[list(rows)].tolist()), strict=True
     ):
         store.put(row, part)
     return StreamedCloud(

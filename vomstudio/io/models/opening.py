@@ -23,7 +23,12 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.model_transform import transform_model
-from vomstudio.geometry.resolution import NEIGHBOUR_COUNTS, FewPoints, effective_resolution, resolving_points
+from vomstudio.geometry.resolution import (
+    NEIGHBOUR_COUNTS,
+    FewPoints,
+    effective_resolution,
+    resolving_points,
+)
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
@@ -140,9 +145,9 @@ def resolution(data: Mesh | PointCloud) -> float:
     if not isinstance(data, Mesh):
         return point_resolution
     edge = point_spacing(data.undivided)
-    # Of few vertices neither density nor noise can be told.
-    few = len(data.undivided.vertices) < NEIGHBOUR_COUNTS[0]
-    return edge if few or np.isnan(of_points) else max(edge, of_points)
+    # Few vertices determine neither density nor noise.
+    has_few_vertices = len(data.undivided.vertices) < NEIGHBOUR_COUNTS[0]
+    return edge if has_few_vertices or np.isnan(point_resolution) else max(edge, point_resolution)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:
@@ -319,9 +324,9 @@ def _reprojected(
     conversion = Reprojection.create(
         require_crs(axes, loaded.path), options.to_crs, height_factor=axes.metres[2]
     )
-    data, turned = loaded.data, loaded.turned_about
-    if options.up == "y" and turned is None:
-        data, turned = transform_model(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
+    data, turned_about = loaded.data, loaded.turned_about
+    if options.up == "y" and turned_about is None:
+        data, turned_about = transform_model(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
     if isinstance(data, Mesh):
         data = replace(data, vertices=conversion.apply(data.vertices))
     else:

@@ -17,7 +17,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_error
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.commented_rows import commented_finding
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.rows import parse_number, shorten
@@ -207,8 +207,8 @@ class NamedTable:
         for row in np.flatnonzero(values <= 0):
             raise self.at(int(row), Finding("table.not-positive"), title)
         for line, value in enumerate(values.tolist()):
-            if (said := check_error(value)) is not None:
-                raise self.at(line, said, called)
+            if (finding := check_error(value)) is not None:
+                raise self.at(line, finding, title)
         return values
 
     def sigma(self) -> FloatArray:
@@ -254,8 +254,8 @@ class NamedTable:
     def require_coordinates(self, places: FloatArray) -> None:
         """Raise InputError for coordinates (n, 3) that are out of range."""
         for row, place in enumerate(places.tolist()):
-            if (said := check_coordinates((place[0], place[1], place[2]))) is not None:
-                raise self.at(row, said, "x")
+            if (finding := check_coordinates((place[0], place[1], place[2]))) is not None:
+                raise self.at(row, finding, "x")
 
     def at(self, row: int, cause: Finding, title: str) -> InputError:
         """Return an error with file, line and column."""

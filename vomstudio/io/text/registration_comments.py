@@ -46,8 +46,8 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
             variance = math.radians(max_error_deg[model]) ** 2 / CHI2_TWO
             row_errors.append((("column", model), variance * np.eye(3)))
         else:
-            rows.append((None, None))
-    turns = shared_rotations(rows)
+            row_errors.append((None, None))
+    turns = shared_rotations(row_errors)
     return turns if turns.known else None
 
 

@@ -26,9 +26,9 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
-from vomstudio.io.text.column_names import doubtful_cell, plain
-from vomstudio.io.text.file_text import MOST_LINES
-from vomstudio.io.text.group_columns import COLUMNS, Words, words_of_groups
+from vomstudio.io.text.column_names import doubtful_cell, normalise_name
+from vomstudio.io.text.file_text import MAX_LINES
+from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
@@ -453,8 +453,8 @@ def coordinate_columns(table: TextTable) -> list[int]:
     return columns
 
 
-def _refuse_no_places(table: TextTable, columns: list[int], points: FloatArray) -> None:
-    """Coordinates whose squares would overflow, and that are no metres on any planet."""
+def _refuse_large_coordinates(table: TextTable, columns: list[int], points: FloatArray) -> None:
+    """Raise InputError for coordinates too large for metres, whose squares may overflow."""
     far = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
     if far.any():
         row, place = np.argwhere(far)[0]

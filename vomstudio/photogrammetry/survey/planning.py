@@ -140,7 +140,7 @@ class SurveyPlan(PrintableResult):
 
     @property
     def planes(self) -> PlaneSizes:
-        """How well planes will be known against their size, without an error of registration."""
+        """Return the expected errors of planes by size, without that of the registration."""
         return PlaneSizes.from_pixel_size(self.gsd_m)
 
     @property

@@ -15,7 +15,7 @@ from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import line_segments
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.notation import format_wind
-from vomstudio.geology.roses import rose_of
+from vomstudio.geology.roses import count_rose
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.figure_file import sizes_of, write_figure
 from vomstudio.products.net.rose import rings_of
@@ -211,7 +211,7 @@ def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     start, end, _ = line_segments(mapped.pieces.lines)
     plane = mapped.found.plane
     directions = end - start
-    rose = rose_of(
+    rose = count_rose(
         trace_azimuths_deg(directions, plane),
         axial=True,
         bin_deg=BIN_DEG,

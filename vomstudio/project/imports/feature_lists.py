@@ -266,8 +266,8 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
     if bounds is None:
         return None
     low, high = bounds
-    off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-    return check_near_model(points[int(np.argmax(off))], bounds)
+    distances = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+    return check_near_model(points[int(np.argmax(distances))], bounds)
 
 
 # --- files -----------------------------------------------------------------------------------

@@ -291,11 +291,11 @@ def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
-    said = check_coordinates(value for value in (x, y, z) if value is not None)
+    finding = check_coordinates(value for value in (x, y, z) if value is not None)
     if longitude is not None and latitude is not None:
-        said = said or check_on_earth(longitude, latitude)
-    if said is not None:
-        raise InputError(said)
+        finding = finding or check_on_earth(longitude, latitude)
+    if finding is not None:
+        raise InputError(finding)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
         grid = to_grid(longitude, latitude)
         x, y = grid if grid is not None else (None, None)

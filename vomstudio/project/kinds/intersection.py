@@ -122,9 +122,9 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
             moved_means.append(_registered_mean(usable, turns.of(rows)))
         intersection = intersection_line(*means)
     except GeometryError as error:
-        return nothing_measured(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
-    covariance = intersect_planes(*turned).covariance()[0] if turns.known else None
-    direction = found.line.vector()
+        return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
+    covariance = intersect_planes(*moved_means).covariance()[0] if turns.known else None
+    direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
     total = region_of_line(
         direction,
@@ -158,10 +158,10 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
     )
 
 
-def _turned(planes: list[UncertainPlane], turns: Turns) -> MovedVectors:
-    """The mean of a group's planes as their registrations move it."""
+def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> MovedVectors:
+    """Return the mean of a group's planes as moved by their registrations."""
     normals = np.array([plane.normal for plane in planes])
-    given = move_vectors(normals, turns)
+    moved_normals = move_vectors(normals, turns)
     if len(planes) == 1:
         return moved_normals
     return principal_axis(moved_normals, *orientation_tensor(normals), 0)

@@ -174,8 +174,10 @@ def _registration_covariance(
 def _projected_error(
     direction: FloatArray, fit: LineFit, base: UncertainPlane
 ) -> tuple[float | None, float | None, FloatArray | None]:
-    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
-    plane it strays with the fit, across it with the plane."""
+    """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
+
+    Its error is that of the fit within the plane, and that of the plane across it.
+    """
     across = deviation95(base, direction)
     if across is None or fit.confidence95_deg is None:
         return None, None, None

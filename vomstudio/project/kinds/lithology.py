@@ -38,7 +38,7 @@ from vomstudio.project.measurement import (
 )
 from vomstudio.project.records import Model, Picked, Repeatable
 
-GROUP = OwnGroup("lithologies", _("Lithologies"), "layers")
+GROUP = KindGroup("lithologies", _("Lithologies"), "layers")
 CHOICES = (("", _("not known")), *((word, word) for word in LITHOLOGIES))
 
 

@@ -122,7 +122,7 @@ def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
         thresholds=at.thresholds,
         registration_deg=tilt,
         surface_findings=(
-            *level_findings(in_world(patch.level_gap, rows)),
+            *level_findings(length_in_metres(patch.level_gap, rows)),
             *bend_findings(patch.bent),
         ),
         bend_deg=patch.bend_deg,

@@ -112,10 +112,16 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
     inputs = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
     for trace, frame, face, trace_points, (fit, problem), tilt, length in inputs:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
-        rest = (
-            fit_remaining_plane(own, trace.doubtful) if trace.doubtful and fit is not None else None
+        doubtful_parts = (
+            fit_remaining_plane(trace_points, trace.doubtful)
+            if trace.doubtful and fit is not None
+            else None
         )
-        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution, face)
+        stretch = (
+            None
+            if doubtful_parts is None or fit is None
+            else doubtful_parts.error95_deg(fit, resolution, face)
+        )
         verdict = (
             None
             if fit is None
@@ -126,7 +132,7 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
                     outcrop_normal=face,
                     thresholds=at.thresholds,
                     registration_deg=tilt,
-                    surface_findings=() if rest is None else rest.findings(),
+                    surface_findings=() if doubtful_parts is None else doubtful_parts.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,

@@ -93,8 +93,8 @@ class MeshSides:
         def work(rows: slice) -> None:
             distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
 
-        run_in_blocks(work, n, progress or Silent(), _BLOCK)
-        return Opposite(distance, beside, normal)
+        run_in_blocks(work, n, progress or Silent(), _BLOCK_SIZE)
+        return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         near = self._tree.nearest(places)

@@ -47,8 +47,8 @@ def read_in_file_frame(model: PlacedModel, progress: Progress) -> LoadedModel:
     return model_cache.load(model.path, model_cache.folder_of(model.path, model.cache), progress)
 
 
-def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
-    """Its data as it stands in World, m."""
+def load_in_world(model: PlacedModel, progress: Progress) -> Mesh | PointCloud:
+    """Return the model in World, metres."""
     from vomstudio.geometry.model_transform import transform_model
 
-    return transform_model(read_standing(one, progress).data, one.to_world)
+    return transform_model(read_in_file_frame(model, progress).data, model.to_world)

@@ -151,10 +151,10 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
     from vomstudio.products.elevation.heights import draw_heights
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
 
-    folder = model_cache.folder_of(asked.path, asked.cache)
-    loaded = model_cache.load(asked.path, folder, progress)
-    data = transform_model(loaded.data, asked.to_world)
-    options = asked.options
+    folder = model_cache.folder_of(request.path, request.cache)
+    loaded = model_cache.load(request.path, folder, progress)
+    data = transform_model(loaded.data, request.to_world)
+    options = request.options
     plan = plan_heights(
         data,
         reference_plane(options.plane),

@@ -43,11 +43,11 @@ def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
 def compute_exposed(
     grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
 ) -> ExposedArea:
-    """Of a model's data; areas in the square of the file's unit."""
+    """Measure the exposed surface in the cells; areas in the square of the file's unit."""
     if isinstance(data, Mesh) and len(data.faces):
-        return measure_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
+        return measure_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
-    return measure_points(file_grid(grid), points, resolution or 0.0)
+    return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)
 
 
 def picked_lines(
@@ -73,14 +73,14 @@ def picked_lines(
     return lines
 
 
-def share_of(
+def compute_coverage(
     grid: FaceGrid, model: Model | None, exposed: ExposedArea, lines: Iterable[FloatArray]
 ) -> FaceCoverage:
-    """lines : as of `lines_on`"""
-    in_world = world_grid(grid, model)
-    unit = (in_world.cell / grid.cell) ** 2
+    """Compute the coverage of a grid by the `lines` of `picked_lines`."""
+    grid_in_world = world_grid(grid, model)
+    unit = (grid_in_world.cell / grid.cell) ** 2
     return measure_coverage(
-        in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
+        grid_in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
     )
 
 
@@ -105,7 +105,7 @@ class FaceGrids:
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
-        self._known: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
+        self._exposed: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
@@ -145,7 +145,7 @@ class FaceGrids:
         self._exposed[grid.id] = (geometry, None)
 
         def store(exposed: ExposedArea | None) -> None:
-            self._known[grid.id] = (geometry, exposed)
+            self._exposed[grid.id] = (geometry, exposed)
             self.changed.emit(grid.id)
 
         self._background.run(

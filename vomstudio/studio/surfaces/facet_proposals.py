@@ -363,7 +363,7 @@ def _proposals(
                 type_id,
                 model.id,
                 model.content_hash,
-                "face" if told.element == "face" else "point",
+                "face" if result.element == "face" else "point",
                 ids_to_runs(rows),
                 int(of["n"][i]),
                 _triple(of["mean"][i]),

@@ -134,7 +134,7 @@ def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
             points, fit_moments(patch_moments.n, patch_moments.mean, patch_moments.scatter).normal
         )
     return {
-        **_moments_and_area(surface, ids, points, known),
+        **_moments_and_area(surface, ids, points, patch_moments),
         "runs": ids_to_runs(ids),
         "outline": ring,
         "resolution": surface.resolution_near(points),

@@ -19,8 +19,7 @@ MAX_BORDERED_FACES = 30_000
 
 
 def known_ids(patch: Painted, count: int) -> IntArray:
-    """(k,) indices of a patch's faces or points, without those that a model with `count` of them
-    does not have."""
+    """Return the indices (k,) of a patch that exist in a model with `count` elements."""
     ids = runs_to_ids(patch.runs)
     return ids[ids < count]
 

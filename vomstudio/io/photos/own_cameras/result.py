@@ -81,8 +81,8 @@ def view_of_pose(
 
 
 def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
-    """As `posed`, from the projection centre."""
-    view = posed(name, lens, rotation, np.zeros(3))
+    """Return `view_of_pose` for a projection centre."""
+    view = view_of_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or invalid_places(centre[None]).any():
         raise ValueError(tr("the position is nowhere on Earth"))
     return View(name, lens, view.rotation, -view.rotation @ centre)
