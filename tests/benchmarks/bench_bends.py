@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.spatial.distance import cdist
 
 from vomstudio.geology.quality import is_local, total_error_deg
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import moments
 
@@ -44,7 +44,7 @@ def rates(count: int, seed: int, length: float) -> tuple[float, float, float, fl
         known = moments(points)
         fit = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
         total = total_error_deg(fit, 1.0 / SIDE, "patch") or 90.0
-        bend = bend_of(points, fit.normal)
+        bend = measure_bend(points, fit.normal)
         off = np.degrees(np.arccos(min(1.0, abs(float(fit.normal[2])))))
         row[:] = (
             off <= total,

@@ -19,7 +19,7 @@ import numpy as np
 
 from tests.geology import folded
 from tests.geology.folded import Rng, planes
-from vomstudio.geology.folding.limbs import limbs_of
+from vomstudio.geology.folding.limbs import find_limbs
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.statistics import orientation_tensor
 
@@ -111,7 +111,7 @@ def limb_row(apart_deg: float, scatter_deg: float, runs: int, seed: int) -> str:
         )
         poles = poles @ folded.axis_frame(rng)
         _, axes = orientation_tensor(poles)
-        limbs = limbs_of(poles, axes)
+        limbs = find_limbs(poles, axes)
         if limbs is None or limbs.doubt:
             continue
         told += 1

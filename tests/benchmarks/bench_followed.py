@@ -35,8 +35,8 @@ from vomstudio.extraction.followed_trace import index_vertices
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import Rest, rest_of
-from vomstudio.geology.plane_bands import band_of
+from vomstudio.geology.doubtful_stretches import RemainingTrace, fit_remaining_plane
+from vomstudio.geology.plane_bands import find_plane_band
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -161,7 +161,7 @@ class Followed:
     fit: PlaneFit
     face: Floats | None
     path: Path
-    rest: Rest | None
+    rest: RemainingTrace | None
     error_deg: float
     resolution: float
 
@@ -180,7 +180,7 @@ class Followed:
             self.fit,
             resolution_m=self.resolution,
             outcrop_normal=self.face,
-            seen=() if rest is None else rest.findings(),
+            surface_findings=() if rest is None else rest.findings(),
             stretch_error_deg=stretch,
         )
         return 90.0 if total is None else total, verdict.quality == "good"
@@ -208,7 +208,9 @@ def measured(made: Outcrop, cost: str) -> Followed | None:
     face = near.outcrop_normal(path.points)
     cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
     error = float(np.degrees(np.arccos(cosine)))
-    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, made.spacing))
+    rest = fit_remaining_plane(
+        path.points, find_jumps(path.points, path.costs, path.at, made.spacing)
+    )
     return Followed(fit, face, path, rest, error, made.spacing)
 
 
@@ -251,9 +253,9 @@ def population(
         total.append(found.error_deg <= found.total_deg)
         stated.append(found.total_deg)
         true.append(found.error_deg)
-        straight = band_of(fit, resolution_m=made.spacing, outcrop_normal=face)
+        straight = find_plane_band(fit, resolution_m=made.spacing, outcrop_normal=face)
         if straight is not None:
-            band.append(bool(straight.holds(made.normal)[0]))
+            band.append(bool(straight.contains(made.normal)[0]))
         good.append(found.judged(plain=False)[1])
     return {
         "joint": float(np.mean(joint)),

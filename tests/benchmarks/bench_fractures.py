@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from vomstudio.geology.fractures.network import densities_of
-from vomstudio.geology.fractures.pieces import pieces_of
-from vomstudio.geology.fractures.scanlines import crossings_of, spacing_of
+from vomstudio.geology.fractures.network import trace_densities
+from vomstudio.geology.fractures.pieces import clip_traces
+from vomstudio.geology.fractures.scanlines import find_crossings, measure_spacing
 
 Floats = npt.NDArray[np.float64]
 Rng = np.random.Generator
@@ -62,8 +62,8 @@ def map_row(number: int, cluster: tuple[float, float] | None, runs: int, seed: i
     held = np.zeros(2)
     widths, dispersions = [], []
     for _ in range(runs):
-        pieces = pieces_of(traces(rng, middles(rng, density, cluster)), window)
-        found = densities_of(pieces, np.ones(len(pieces), np.bool_), window)
+        pieces = clip_traces(traces(rng, middles(rng, density, cluster)), window)
+        found = trace_densities(pieces, np.ones(len(pieces), np.bool_), window)
         intervals = (
             (found.P20_nodes_95_1_per_m2, density),
             (
@@ -114,8 +114,8 @@ def line_row(
         along = places(rng, density)
         across = np.stack([along, np.full(len(along), -1.0)], -1)
         lines = np.asarray(shapely.linestrings(np.stack([across, across + [0.0, 2.0]], axis=1)))
-        crossings = crossings_of(lines, line)
-        found = spacing_of(crossings, np.ones(len(crossings.trace), np.bool_))
+        crossings = find_crossings(lines, line)
+        found = measure_spacing(crossings, np.ones(len(crossings.trace), np.bool_))
         held[0] += _holds(found.P10_95_1_per_m, density)
         if found.mean_95_m[0] is not None:
             told += 1

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from tests.messages import by_code, error_of, shown_codes
-from vomstudio.geology.roses import rose_of
+from vomstudio.geology.roses import count_rose
 from vomstudio.products.net.rose import choose_rings, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 
@@ -91,7 +91,7 @@ def test_wrong_wishes_are_refused_and_nothing_is_drawn(
 @pytest.mark.parametrize("by_area", [True, False])
 def test_petals_are_to_scale(by_area: bool) -> None:
     """Area by Gauss's formula: that of a sector of the rose, or its length as its share."""
-    rose = rose_of([5, 5, 5, 5, 15, 15, 95], axial=False)
+    rose = count_rose([5, 5, 5, 5, 15, 15, 95], axial=False)
     figure = Figure(figsize=(6.7, 4.0))
     (ax,) = draw_roses(figure, RoseContents("trend", {"a": rose}, None, by_area)).axes.values()
     petals = [p.get_xy() for p in ax.patches if isinstance(p, Polygon)]
@@ -116,7 +116,7 @@ def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
 
 
 def test_many_roses_stand_side_by_side_and_apart() -> None:
-    roses = {f"Set {i}": rose_of([10.0 * i + j for j in range(9)], axial=True) for i in range(7)}
+    roses = {f"Set {i}": count_rose([10.0 * i + j for j in range(9)], axial=True) for i in range(7)}
     drawn = draw_roses(Figure(figsize=(6.7, 8.0)), RoseContents("strike", roses))
     boxes = [ax.get_position() for ax in drawn.axes.values()]
     for i, a in enumerate(boxes):

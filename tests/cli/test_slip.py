@@ -11,7 +11,7 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import by_code
-from vomstudio.geology.faults.kinematics import movements
+from vomstudio.geology.faults.kinematics import fault_movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.io.text.slip_reading import read_slips
 from vomstudio.project.exports.export import export_project
@@ -188,7 +188,9 @@ def test_rakes_on_a_vertical_plane_count_from_the_stated_strike(
         )
         ways, walls = [], []
         for table in (steep, upright):
-            normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
+            normals, slips = fault_movements(
+                table.dip_direction_deg, table.dip_deg, table.slip_rake_deg
+            )
             ways.append(slips[0])
             walls.append(normals[0])
         # The dyad of normal and slip is the movement, whichever wall is told.
@@ -205,5 +207,7 @@ def test_directed_rakes_on_a_horizontal_plane_count_from_the_stated_strike(
     for dip in (0.0005, 0):
         text = f"dip_direction,dip,slip_rake\n{dip_direction},{dip},-60\n"
         table = read_slips(write(text))
-        ways.append(movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)[1][0])
+        ways.append(
+            fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)[1][0]
+        )
     np.testing.assert_allclose(ways[0], ways[1], atol=1e-4)

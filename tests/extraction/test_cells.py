@@ -12,7 +12,7 @@ from vomstudio.extraction.cells.planes import find_cell_planes
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.nearby.cell_grid import grid_of
+from vomstudio.geometry.nearby.cell_grid import create_cell_grid
 
 ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
 
@@ -22,7 +22,7 @@ def test_cells_hold_all_points_and_know_the_cells_around_them(per_cell: float) -
     rng = np.random.default_rng(1)
     points = np.concatenate([sheet(rng, (40.0, 70.0), (0.0, 0.0, 0.0)), rng.normal(size=(500, 3))])
     local = points - np.floor(points.min(axis=0))
-    grid = grid_of(local, per_cell)
+    grid = create_cell_grid(local, per_cell)
     assert np.array_equal(np.sort(grid.rows), np.arange(len(local)))
     assert np.array_equal(local[grid.rows], grid.places)
     assert np.array_equal(grid.places[grid.row_of], local)
@@ -43,7 +43,7 @@ def test_points_at_one_place_are_one_point_of_the_grid() -> None:
     few = np.concatenate([local, local[:1]])
     many = np.concatenate([local, np.tile(local[5], (1000, 1))])
     for points in (few, many):
-        grid = grid_of(points, 16.0)
+        grid = create_cell_grid(points, 16.0)
         assert len(grid.places) == 3000
         assert np.array_equal(grid.places[grid.row_of], points)
 

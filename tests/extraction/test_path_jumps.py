@@ -8,7 +8,7 @@ import pytest
 from vomstudio.extraction.followed_trace import followed_trace
 from vomstudio.extraction.path_jumps import MAX_VERTICES, find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import rest_of
+from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
 
@@ -41,7 +41,7 @@ def test_a_stretch_beside_the_plane_is_found(offset: float, stretch: tuple[int, 
     result = find_jumps(points, crossed(150, *stretch), np.array([0, 75, 149]), STEP)
     assert len(result) == 1
     assert np.abs(np.subtract(result[0], stretch)).max() <= 2
-    rest = rest_of(points, result)
+    rest = fit_remaining_plane(points, result)
     assert rest is not None
     assert rest.fit is not None
     assert abs(rest.stretches[0].offset_m) == pytest.approx(abs(offset), abs=0.01)
@@ -103,7 +103,7 @@ def test_pixels_of_a_photo_are_taken_together() -> None:
 
 
 def test_ranges_that_are_not_of_the_trace_are_left_out() -> None:
-    assert rest_of(bent_line(), [(-1, 4), (3, 150), (9, 2)]) is None
+    assert fit_remaining_plane(bent_line(), [(-1, 4), (3, 150), (9, 2)]) is None
 
 
 def two_seams() -> tuple[Mesh, np.ndarray, float]:

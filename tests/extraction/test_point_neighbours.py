@@ -15,7 +15,7 @@ from vomstudio.extraction.point_neighbours import (
     find_scattered_points,
     find_surroundings,
 )
-from vomstudio.geometry.nearby.cell_grid import grid_of
+from vomstudio.geometry.nearby.cell_grid import create_cell_grid
 
 
 def cloud(rng: np.random.Generator) -> np.ndarray:
@@ -28,7 +28,7 @@ def cloud(rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize("known", [16, 32, 64])
 def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     rng = np.random.default_rng(1)
-    grid = grid_of(cloud(rng), 16.0)
+    grid = create_cell_grid(cloud(rng), 16.0)
     few = grid.count_around() < MIN_POINTS_AROUND
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
     around, seen = find_surroundings(grid, rows, few, known, 20.0, Silent())

@@ -9,7 +9,7 @@ from tests.messages import by_code, with_code
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.beds.bed_log import bed_log
-from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.beds.lithologies import strabospot_fields
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Line, Plane
 
@@ -110,10 +110,10 @@ def test_what_is_no_log_is_refused() -> None:
 
 
 def test_rocks_are_told_in_the_words_of_strabospot() -> None:
-    assert in_strabospot("Sandstone")["siliciclastic_type"] == "sandstone"
-    assert in_strabospot("mudstone")["primary_lithology"] == "siliciclastic"
-    assert in_strabospot("lime mudstone")["dunham_classification"] == "mudstone"
-    assert in_strabospot("Organic/Coal")["primary_lithology"] == "organic_coal"
-    assert in_strabospot("welded_tuff")["primary_lithology"] == "volcaniclastic"
-    assert not any(in_strabospot("covered").values())
-    assert in_strabospot("granite") is None
+    assert strabospot_fields("Sandstone")["siliciclastic_type"] == "sandstone"
+    assert strabospot_fields("mudstone")["primary_lithology"] == "siliciclastic"
+    assert strabospot_fields("lime mudstone")["dunham_classification"] == "mudstone"
+    assert strabospot_fields("Organic/Coal")["primary_lithology"] == "organic_coal"
+    assert strabospot_fields("welded_tuff")["primary_lithology"] == "volcaniclastic"
+    assert not any(strabospot_fields("covered").values())
+    assert strabospot_fields("granite") is None

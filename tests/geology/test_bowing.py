@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.tiers import first_in_default_tier
-from vomstudio.geology.bowing import bowing_of, bowing_of_turns
+from vomstudio.geology.bowing import fit_bowing, fit_bowing_to_turns
 from vomstudio.registration.placing import register_points
 
 CLIFF = Rotation.from_euler("xz", [90.0, 35.0], degrees=True).as_matrix()
@@ -39,7 +39,7 @@ def test_a_known_curvature_is_found_from_control_and_check_points(curvature: flo
         noisy = world + 0.01 * rng.normal(size=world.shape)
         check = np.arange(16) >= 10
         fit = register_points(model, noisy, check=check)
-        found = bowing_of(noisy, fit(model) - noisy)
+        found = fit_bowing(noisy, fit(model) - noisy)
         assert found is not None
         assert found.significant
         inside += abs(abs(found.curvature_per_m) - abs(curvature)) <= found.error95_per_m
@@ -53,7 +53,7 @@ def test_the_change_of_dip_is_that_of_the_bent_surface() -> None:
     places = places[np.hypot(places[:, 0], places[:, 1]) <= 30.0]
     residuals = np.zeros_like(places)
     residuals[:, 2] = 0.001 * (places[:, :2] ** 2).sum(axis=1)
-    found = bowing_of(places, residuals)
+    found = fit_bowing(places, residuals)
     assert found is not None
     assert found.curvature_per_m == pytest.approx(0.001)
     assert found.reach_m == pytest.approx(30.0)
@@ -71,7 +71,7 @@ def test_flat_models_are_called_bowed_once_in_twenty(n: int) -> None:
         # As a registration leaves them: noise with a shift and a tilt.
         turn = np.cross(0.01 * rng.normal(size=3), places - places.mean(axis=0))
         noise = rng.normal(size=places.shape) * [0.02, 0.02, 0.04]
-        found = bowing_of(places, noise + turn + rng.normal(size=3))
+        found = fit_bowing(places, noise + turn + rng.normal(size=3))
         # Six points may happen to lie all at one distance.
         assert found is not None or n == 6
         alarms += found is not None and found.significant
@@ -84,7 +84,7 @@ def test_stated_accuracies_weigh_the_points() -> None:
     rng = np.random.default_rng(6)
     sigma = np.where(np.arange(24)[:, None] < 12, 0.01, 1.0) * np.ones(3)
     residuals = bowed(world, 0.001) - world + sigma * rng.normal(size=world.shape)
-    weighed, alike = bowing_of(world, residuals, sigma), bowing_of(world, residuals)
+    weighed, alike = fit_bowing(world, residuals, sigma), fit_bowing(world, residuals)
     assert weighed is not None
     assert alike is not None
     assert weighed.error95_per_m < 0.05 * alike.error95_per_m
@@ -95,7 +95,7 @@ def test_the_edge_is_that_of_the_model_where_it_is_known() -> None:
     world = face(10, 7)
     residuals = bowed(world, 0.001) - world
     wide = face(4000, 8)
-    found = bowing_of(world, residuals, extent=wide)
+    found = fit_bowing(world, residuals, extent=wide)
     assert found is not None
     assert found.reach_m == pytest.approx(np.hypot(30.0, 15.0), rel=0.03)
 
@@ -109,7 +109,7 @@ def test_what_tells_nothing_of_it_is_not_judged(case: str) -> None:
         "ring": np.stack([10 * np.cos(t), 10 * np.sin(t), np.zeros(20)], axis=1),
         "spot": np.ones((9, 3)),
     }[case]
-    assert bowing_of(places, np.random.default_rng(2).normal(size=places.shape)) is None
+    assert fit_bowing(places, np.random.default_rng(2).normal(size=places.shape)) is None
 
 
 # --- by the verticals of photos ------------------------------------------------------------------
@@ -152,7 +152,7 @@ def test_a_known_curvature_is_found_from_verticals(wall: bool, curvature: float)
         mount = cameras @ np.radians([0.7, -0.4, 0.3])
         turns = turns_of_bend(places, curvature, wall=wall) + mount
         turns += np.radians(0.2) * rng.normal(size=turns.shape) + np.radians([1.0, -0.5, 20.0])
-        found = bowing_of_turns(places, turns, cameras)
+        found = fit_bowing_to_turns(places, turns, cameras)
         assert found is not None
         up = 1.0 if not wall or CLIFF[2, 2] >= 0.0 else -1.0
         inside += abs(found.curvature_per_m - up * curvature) <= found.error95_per_m
@@ -165,7 +165,7 @@ def test_verticals_of_a_flat_block_are_called_bowed_once_in_twenty() -> None:
         rng = np.random.default_rng(seed)
         places, cameras = block(12, rng, wall=bool(seed % 2))
         turns = np.radians(0.3) * rng.normal(size=(12, 3)) + rng.normal(size=3)
-        found = bowing_of_turns(places, turns, cameras)
+        found = fit_bowing_to_turns(places, turns, cameras)
         assert found is not None
         alarms += found.significant
     assert 0.035 < alarms / rounds < 0.067
@@ -182,13 +182,13 @@ def test_a_mount_out_of_line_all_around_a_rock_is_no_bowing() -> None:
     down = np.tile([0.0, 0.0, -1.0], (24, 1))
     cameras = np.stack([np.cross(down, ahead), down, ahead], axis=2)
     turns = cameras @ np.radians([1.0, 0.0, 0.0]) + np.radians(0.05) * rng.normal(size=(24, 3))
-    found = bowing_of_turns(places, turns, cameras)
+    found = fit_bowing_to_turns(places, turns, cameras)
     assert found is None or not found.significant
 
 
 def test_few_photos_or_photos_at_one_place_tell_nothing() -> None:
     rng = np.random.default_rng(0)
     places, cameras = block(5, rng, wall=False)
-    assert bowing_of_turns(places, np.zeros((5, 3)), cameras) is None
+    assert fit_bowing_to_turns(places, np.zeros((5, 3)), cameras) is None
     places, cameras = block(9, rng, wall=False)
-    assert bowing_of_turns(np.zeros((9, 3)), rng.normal(size=(9, 3)), cameras) is None
+    assert fit_bowing_to_turns(np.zeros((9, 3)), rng.normal(size=(9, 3)), cameras) is None

@@ -10,17 +10,17 @@ from scipy.stats import chi2
 from tests.messages import by_code
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_rotation_errors import (
-    NO_TURN,
-    Moved,
+    NO_ROTATION,
+    MovedVectors,
     Turns,
     cone,
-    joined,
-    meeting,
-    moved,
+    intersect_planes,
+    join_results,
+    move_vectors,
     principal_axis,
     region,
     resultant,
-    together,
+    shared_rotations,
 )
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, normals_to_planes
@@ -33,7 +33,7 @@ TILTED = np.array([[4.0, 1.0, 0.5], [1.0, 2.0, -0.3], [0.5, -0.3, 9.0]]) * np.ra
 
 
 def one_model(n: int, rotation: np.ndarray = TILTED) -> Turns:
-    return together([("r1", rotation)] * n)
+    return shared_rotations([("r1", rotation)] * n)
 
 
 def girdle(n: int, noise: float, seed: int = 2) -> np.ndarray:
@@ -66,7 +66,7 @@ def scatter_of(results: np.ndarray, about: np.ndarray) -> np.ndarray:
 def test_the_axes_of_a_model_turn_as_one_vector_does(index: int) -> None:
     poles = girdle(40, 0.1)
     values, axes = orientation_tensor(poles)
-    found = principal_axis(moved(poles, one_model(40)), values, axes, index)
+    found = principal_axis(move_vectors(poles, one_model(40)), values, axes, index)
     expected = direction_covariance(TILTED, axes[index])[0]
     assert found.covariance()[0] == pytest.approx(expected, abs=1e-9)
 
@@ -76,14 +76,14 @@ def test_so_does_the_mean_however_many_planes_there_are() -> None:
     for n in (2, 30, 3000):
         lines = np.array([0.3, 0.5, -0.8]) + 0.1 * rng.normal(size=(n, 3))
         lines /= np.linalg.norm(lines, axis=1)[:, None]
-        found = resultant(moved(lines, one_model(n)))
+        found = resultant(move_vectors(lines, one_model(n)))
         expected = direction_covariance(TILTED, found.vectors)[0]
         assert found.covariance()[0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_so_does_the_line_where_two_of_its_planes_meet() -> None:
     a, b = np.array([[0.0, 0.6, 0.8]]), np.array([[0.96, 0.0, 0.28]])
-    found = meeting(moved(a, one_model(1)), moved(b, one_model(1)))
+    found = intersect_planes(move_vectors(a, one_model(1)), move_vectors(b, one_model(1)))
     expected = direction_covariance(TILTED, found.vectors)[0]
     assert found.covariance()[0] == pytest.approx(expected, abs=1e-12)
     assert found.vectors[0] @ a[0] == pytest.approx(0.0, abs=1e-12)
@@ -94,24 +94,24 @@ def test_equal_halves_of_two_models_halve_the_variance_of_the_mean() -> None:
     """Of parallel planes: the mean of two independent turns."""
     turns = Turns(np.array([0, 0, 1, 1]), np.array([TILTED, TILTED]))
     pole = np.array([0.0, 0.6, -0.8])
-    found = resultant(moved(np.tile(pole, (4, 1)), turns))
+    found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 2)
 
 
 def test_readings_of_a_compass_hold_the_mean_still() -> None:
-    turns = Turns(np.array([0, NO_TURN, NO_TURN, NO_TURN]), TILTED[None])
+    turns = Turns(np.array([0, NO_ROTATION, NO_ROTATION, NO_ROTATION]), TILTED[None])
     pole = np.array([0.0, 0.6, -0.8])
-    found = resultant(moved(np.tile(pole, (4, 1)), turns))
+    found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 16)
 
 
 def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None:
     """3,000 pairs of turns drawn, against the first order."""
     poles = girdle(24, 0.05)
-    group = np.array([0] * 10 + [1] * 12 + [NO_TURN] * 2)
+    group = np.array([0] * 10 + [1] * 12 + [NO_ROTATION] * 2)
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     values, axes = orientation_tensor(poles)
-    found = principal_axis(moved(poles, Turns(group, rotations)), values, axes, 2)
+    found = principal_axis(move_vectors(poles, Turns(group, rotations)), values, axes, 2)
     turns = drawn(rotations, group, 3000, 5)
     strayed = np.array([orientation_tensor(np.einsum("nij,nj->ni", t, poles))[1][2] for t in turns])
     expected = scatter_of(strayed, axes[2])
@@ -124,8 +124,8 @@ def test_the_meeting_line_of_two_models_strays_as_when_both_are_turned() -> None
     a, b = np.array([0.0, 0.6, 0.8]), np.array([0.8, 0.36, 0.48])
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     both = Turns(np.array([0, 1]), rotations)
-    parts = [moved(v[None], both.of([i])) for i, v in enumerate((a, b))]
-    found = meeting(*parts)
+    parts = [move_vectors(v[None], both.of([i])) for i, v in enumerate((a, b))]
+    found = intersect_planes(*parts)
     turns = drawn(rotations, both.group, 6000, 6)
     lines = np.cross(turns[:, 0] @ a, turns[:, 1] @ b)
     lines /= np.linalg.norm(lines, axis=1)[:, None]
@@ -255,15 +255,15 @@ def test_sets_of_one_model_share_its_turn() -> None:
 
 
 def test_registrations_are_told_apart_by_their_key() -> None:
-    turns = together([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
-    assert turns.group.tolist() == [0, NO_TURN, 1, 0]
+    turns = shared_rotations([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
+    assert turns.group.tolist() == [0, NO_ROTATION, 1, 0]
     assert turns.known
-    assert not together([(None, None)]).known
-    assert turns.of([1]).group.tolist() == [NO_TURN]
+    assert not shared_rotations([(None, None)]).known
+    assert turns.of([1]).group.tolist() == [NO_ROTATION]
 
 
 def test_results_of_sets_are_vectors_of_further_results() -> None:
-    parts = [moved(np.eye(3)[i : i + 1], one_model(1)) for i in range(2)]
-    both = joined(parts)
-    assert isinstance(both, Moved)
+    parts = [move_vectors(np.eye(3)[i : i + 1], one_model(1)) for i in range(2)]
+    both = join_results(parts)
+    assert isinstance(both, MovedVectors)
     assert both.covariance() == pytest.approx(direction_covariance(TILTED, np.eye(3)[:2]))

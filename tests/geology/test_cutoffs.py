@@ -8,7 +8,7 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.common_attitude import fit_common_bed
-from vomstudio.geology.faults.cutoffs import cut_offs
+from vomstudio.geology.faults.cutoffs import find_cutoffs
 from vomstudio.geology.orientation import Plane
 
 FAULT = Plane(90.0, 60.0)
@@ -19,7 +19,7 @@ WEST = np.array([[-6.0, 0.0, 0.0], [-4.0, 1.0, 0.3], [-2.0, 0.0, 0.0]])
 
 def test_the_hanging_wall_lies_above_the_fault_whichever_trace_comes_first() -> None:
     for one, other, swapped in ((EAST, WEST, False), (WEST, EAST, True)):
-        found = cut_offs(one, other, FAULT, [0.0, 0.0, 0.0])
+        found = find_cutoffs(one, other, FAULT, [0.0, 0.0, 0.0])
         assert found.swapped is swapped
         assert found.hanging_wall.tolist() == EAST[0].tolist()
         assert found.footwall.tolist() == WEST[2].tolist()
@@ -31,7 +31,7 @@ def test_the_world_can_be_turned_and_moved() -> None:
     turn = np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1.0]])
     shift = np.array([4e5, 5e6, 300.0])
     east, west = (t @ turn.T + shift for t in (EAST, WEST))
-    found = cut_offs(east, west, Plane(120.0, 60.0), shift)
+    found = find_cutoffs(east, west, Plane(120.0, 60.0), shift)
     assert found.hanging_wall == pytest.approx(east[0])
     assert found.footwall == pytest.approx(west[2])
     assert not found.swapped
@@ -39,7 +39,7 @@ def test_the_world_can_be_turned_and_moved() -> None:
 
 def test_both_on_one_side_are_refused() -> None:
     with refused("displacement.one-side", GeometryError):
-        cut_offs(EAST, EAST + [0, 3, 0], FAULT, [0, 0, 0])
+        find_cutoffs(EAST, EAST + [0, 3, 0], FAULT, [0, 0, 0])
 
 
 def test_the_bed_of_parallel_traces_is_that_on_which_they_lie() -> None:

@@ -192,7 +192,7 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
     for angle in (2.0, 4.0, *((9.0,) if method in SMOOTH else ())):
         tip = math.cos(math.radians(angle)) * axis + math.sin(math.radians(angle)) * first
         v += [turned(tip[None], axis, t)[0] for t in np.arange(0.0, 360.0, 30.0)]
-    place, top = densities.densest(np.array(v), method)
+    place, top = densities.find_maximum(np.array(v), method)
     assert place[2] <= 0.0
     away = math.degrees(math.acos(min(abs(float(place @ axis)), 1.0)))
     assert away < (1e-4 if method in SMOOTH else 2.0)
@@ -203,6 +203,6 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
 @pytest.mark.parametrize("method", SMOOTH)
 def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
     v = np.vstack([scatter(60, 1, (2.0, 2.0, -1.0)), scatter(90, 2, (-3.0, 1.0, -2.0))])
-    place, top = densities.densest(v, method)
+    place, top = densities.find_maximum(v, method)
     assert top >= densities.density(v, even(20_000), method).max() - 1e-9
     assert abs(place @ np.array([-3.0, 1.0, -2.0]) / math.sqrt(14.0)) > 0.97

@@ -10,13 +10,13 @@ import pytest
 
 from tests.extraction.planes_by_construction import axes_of, normal_of
 from vomstudio.geology.sets.discontinuities import (
-    JOINED,
+    MAX_JOINED_SCATTER,
     Arrangement,
     Discontinuity,
     Pieces,
-    arrange,
-    on_scanline,
-    rests_on,
+    arrange_planes,
+    describe_faces,
+    measure_scanline_spacing,
     split_by_position,
 )
 
@@ -47,7 +47,7 @@ def arranged(
 ) -> tuple[Arrangement, tuple[Discontinuity, ...], list[int]]:
     normal = normal_of(*attitude)
     poles = np.repeat(-normal[None], len(pieces.places), axis=0)
-    whole, found, number = arrange("S1", normal, poles, pieces, rests_on(pieces))
+    whole, found, number = arrange_planes("S1", normal, poles, pieces, describe_faces(pieces))
     return whole, found, number.tolist()
 
 
@@ -116,8 +116,8 @@ def test_pieces_in_one_plane_are_one_discontinuity_that_spans_them() -> None:
 def test_pieces_are_joined_within_one_and_a_half_sums_of_their_scatters() -> None:
     # Riquelme et al. (2014): |D1 - D2| <= k (s1 + s2), k = 1.5.
     s = np.array([0.02, 0.01])
-    limit = JOINED * s.sum()
-    assert JOINED == 1.5
+    limit = MAX_JOINED_SCATTER * s.sum()
+    assert MAX_JOINED_SCATTER == 1.5
     assert split_by_position(np.array([0.0, 0.999 * limit]), s).tolist() == [0, 0]
     assert split_by_position(np.array([0.0, 1.001 * limit]), s).tolist() == [0, 1]
 
@@ -153,7 +153,7 @@ def test_a_tilted_large_piece_joins_by_what_it_scatters_about_the_set() -> None:
     for scatter, expected in ((flat, 2), (wide, 1)):
         pieces = Pieces(places, np.stack([flat, scatter]), np.full(2, np.nan), rings)
         poles = np.stack([normal, lean if expected == 1 else normal])
-        whole, _, _ = arrange("S1", normal, poles, pieces, None)
+        whole, _, _ = arrange_planes("S1", normal, poles, pieces, None)
         assert whole.discontinuities == expected
         assert whole.persistence_dip_m is None
         assert whole.area_m2 is None
@@ -166,13 +166,15 @@ def test_spacing_along_a_scanline_is_longer_by_the_cosine() -> None:
     for angle in (0.0, 25.0, 60.0):
         side = axes_of(130.0, 70.0)[0]
         way = math.cos(math.radians(angle)) * normal + math.sin(math.radians(angle)) * side
-        found = on_scanline(normal, poles, places, np.stack([-3.03 * way, 5.01 * way]))
+        found = measure_scanline_spacing(normal, poles, places, np.stack([-3.03 * way, 5.01 * way]))
         assert found.apparent_m == pytest.approx(0.4 / math.cos(math.radians(angle)))
         assert found.true_m == pytest.approx(0.4)
         # Planes k with -3.03 cos <= 0.4 k <= 5.01 cos.
         cosine = math.cos(math.radians(angle))
         assert found.n == math.floor(5.01 * cosine / 0.4) + math.floor(3.03 * cosine / 0.4) + 1
-    beside = on_scanline(normal, poles, places, np.stack([places[0] - 9 * normal] * 2) + [[0], [1]])
+    beside = measure_scanline_spacing(
+        normal, poles, places, np.stack([places[0] - 9 * normal] * 2) + [[0], [1]]
+    )
     assert beside.n == 0
     assert beside.apparent_m is None
 
@@ -194,7 +196,7 @@ def test_area_per_volume_of_planes_that_lean_is_that_of_their_line_over_the_cosi
     nothing = tuple(np.zeros((0, 3)) for _ in range(m))
     places = np.column_stack([np.zeros(m), np.zeros(m), height])
     pieces = Pieces(places, np.full((m, 3, 3), np.nan), np.full(m, np.nan), nothing)
-    whole, _, _ = arrange("S1", np.array([0.0, 0, 1]), normals, pieces, None)
+    whole, _, _ = arrange_planes("S1", np.array([0.0, 0, 1]), normals, pieces, None)
     assert np.mean(1 / normals[:, 2]) > 1.04
     assert whole.p32_1_per_m == pytest.approx(n / (2 * reach), rel=0.02)
 
@@ -235,7 +237,7 @@ def test_the_interval_holds_where_planes_lean_out_of_their_set() -> None:
             np.full(m, np.nan),
             tuple(np.zeros((0, 3)) for _ in range(m)),
         )
-        whole, _, _ = arrange("S1", normal, lean[seen], pieces, None)
+        whole, _, _ = arrange_planes("S1", normal, lean[seen], pieces, None)
         assert whole.p32_low95_1_per_m <= whole.p32_1_per_m <= whole.p32_high95_1_per_m
         held += whole.p32_low95_1_per_m <= 1.0 <= whole.p32_high95_1_per_m
     assert held / runs > 0.95 - 4 * math.sqrt(0.95 * 0.05 / runs)
@@ -251,14 +253,14 @@ def test_picks_that_may_be_of_one_plane_have_no_interval() -> None:
     poles /= np.linalg.norm(poles, axis=1)[:, None]
     on = np.repeat(np.arange(10), 3)[:, None] * normal
     places = on + np.tile([-8.0, 0.0, 8.0], 10)[:, None] * (along + 0.01 * normal)
-    whole, found, _ = arrange("S1", normal, poles, pieces_at(places), None)
+    whole, found, _ = arrange_planes("S1", normal, poles, pieces_at(places), None)
     assert whole.discontinuities == len(found) == 30
     assert whole.p32_1_per_m is not None
     assert (whole.p32_low95_1_per_m, whole.p32_high95_1_per_m) == (None, None)
     # What is known of the scatter joins them, and one pick on each plane tells it.
-    joined, _, _ = arrange("S1", normal, poles, flat_pieces(attitude, places, 1.0), None)
+    joined, _, _ = arrange_planes("S1", normal, poles, flat_pieces(attitude, places, 1.0), None)
     assert joined.p32_low95_1_per_m is not None
-    single, _, _ = arrange("S1", normal, poles[::3], pieces_at(places[::3]), None)
+    single, _, _ = arrange_planes("S1", normal, poles[::3], pieces_at(places[::3]), None)
     assert single.spacing_m == pytest.approx(1.0)
     assert single.p32_low95_1_per_m is not None
 
@@ -271,9 +273,9 @@ def test_one_face_is_told_from_several() -> None:
     corner = np.concatenate([wall, wall[:, [1, 0, 2]]])
     nothing = np.full((80, 3, 3), np.nan), np.full(80, np.nan)
     rings = tuple(np.zeros((0, 3)) for _ in range(80))
-    assert rests_on(Pieces(wall, nothing[0][:40], nothing[1][:40], rings[:40])) == "one face"
-    assert rests_on(Pieces(corner, *nothing, rings)) == "several faces"
-    assert rests_on(Pieces(wall[:3], nothing[0][:3], nothing[1][:3], rings[:3])) is None
+    assert describe_faces(Pieces(wall, nothing[0][:40], nothing[1][:40], rings[:40])) == "one face"
+    assert describe_faces(Pieces(corner, *nothing, rings)) == "several faces"
+    assert describe_faces(Pieces(wall[:3], nothing[0][:3], nothing[1][:3], rings[:3])) is None
 
 
 def test_planes_without_a_place_are_in_no_discontinuity() -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.messages import by_code, refused
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.faults.displacement import (
-    Errors,
+    DisplacementErrors,
     net_slip_of_cutoffs,
     net_slip_of_piercing_points,
     separations,
@@ -119,7 +119,7 @@ def test_the_world_turns_with_it() -> None:
 @pytest.mark.full
 def test_stated_errors_are_those_of_simulation() -> None:
     chance = np.random.default_rng(2)
-    errors = Errors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
+    errors = DisplacementErrors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
     fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 80.0
     slip = 6 * line_from_rake(fault, rake).vector()
     stated = net_slip_of_cutoffs(AT + slip, AT, fault, bed, rake, errors)

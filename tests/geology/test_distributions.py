@@ -19,12 +19,16 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
 from vomstudio.geology.populations import distributions
-from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures, uniformity
-from vomstudio.geology.populations.error_weights import ERROR_COLUMNS, Errors
+from vomstudio.geology.populations.distributions import (
+    AxisConfidence,
+    LineFigures,
+    assess_uniformity,
+)
+from vomstudio.geology.populations.error_weights import ERROR_COLUMNS, OrientationErrors
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.sphere_models import (
     bingham_nodes,
-    bingham_of,
+    estimate_bingham,
     kent_concentrations,
     kent_nodes,
 )
@@ -65,7 +69,7 @@ def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
     ],
 )
 def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]) -> None:
-    model = bingham_of(eigenvalues)
+    model = estimate_bingham(eigenvalues)
     assert model is not None
     assert model.k1 <= model.k2 <= 0
     found = model.nodes.mean(model.nodes.places**2)
@@ -75,7 +79,7 @@ def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]
 
 def test_concentrated_binghams_are_normal_in_two_directions() -> None:
     # In a narrow cluster the coordinates across are normal with the variances -1 / (2 k).
-    model = bingham_of((1 - 3e-6, 2e-6, 1e-6))
+    model = estimate_bingham((1 - 3e-6, 2e-6, 1e-6))
     assert model is not None
     assert model.k1 == pytest.approx(-0.5e6, rel=1e-4)
     assert model.k2 == pytest.approx(-0.25e6, rel=1e-4)
@@ -144,7 +148,7 @@ BINGHAM_TABLE = (
 def test_binghams_concentrations_are_those_of_the_published_table(
     s3: float, s2: float, k1: float, k2: float
 ) -> None:
-    found = bingham_of((1.0 - s2 - s3, s2, s3))
+    found = estimate_bingham((1.0 - s2 - s3, s2, s3))
     assert found is not None
     digits = 0.0051 if abs(k1) > 10 else 0.00051
     assert found.k1 == pytest.approx(k1, abs=digits)
@@ -162,9 +166,9 @@ gives the mean 359.2/55.0 and the 95 % ellipse 9.3 degrees toward 147.7/30.8 by 
 
 def test_kents_ellipse_of_a_published_example(monkeypatch: pytest.MonkeyPatch) -> None:
     # The cluster is as good as round, for which Kent's ellipse is not told otherwise.
-    monkeypatch.setattr(distributions, "ELONGATED_P", 1.0)
+    monkeypatch.setattr(distributions, "ELONGATION_SIGNIFICANCE", 1.0)
     v = lines_to_vectors(*np.array(KENT_EXAMPLE.split(), float).reshape(-1, 2).T)
-    found, _ = distributions.kent(v, True)
+    found, _ = distributions.fit_kent(v, True)
     assert found is not None
     assert (found.trend_deg, found.plunge_deg) == (
         pytest.approx(359.15, abs=0.01),
@@ -190,7 +194,7 @@ def test_round_clusters_are_called_elongated_one_time_in_twenty() -> None:
     rng = np.random.default_rng(12)
     elongated = 0
     for _ in range(300):
-        found, _ = distributions.kent(fisher_sample(rng, 60, 30.0), True)
+        found, _ = distributions.fit_kent(fisher_sample(rng, 60, 30.0), True)
         elongated += found is not None
     # 15 expected, and within three standard deviations of that.
     assert 4 <= elongated <= 27
@@ -245,13 +249,13 @@ def test_a_round_cluster_has_no_kent_and_says_why() -> None:
 def test_uniformity_by_the_closed_forms() -> None:
     # Six directions along the axes: nothing is preferred, both statistics are 0.
     cross = np.vstack([np.eye(3), -np.eye(3)])
-    assert uniformity(cross, True).statistic == pytest.approx(0)
-    assert uniformity(cross, False).statistic == pytest.approx(0)
-    assert uniformity(cross, False).p == pytest.approx(1)
+    assert assess_uniformity(cross, True).statistic == pytest.approx(0)
+    assert assess_uniformity(cross, False).statistic == pytest.approx(0)
+    assert assess_uniformity(cross, False).p == pytest.approx(1)
     # All alike: Rayleigh's 3 n with its correction, 3 n - 3 / 2 + 9 n / 10.
     same = np.tile([0, 0, -1.0], (10, 1))
-    assert uniformity(same, True).statistic == pytest.approx(30 - 1.5 + 9)
-    assert uniformity(same[:4], True).p is None
+    assert assess_uniformity(same, True).statistic == pytest.approx(30 - 1.5 + 9)
+    assert assess_uniformity(same[:4], True).p is None
 
 
 @pytest.mark.parametrize("n", [5, 10, 50])
@@ -260,7 +264,7 @@ def test_uniformity_is_refused_as_often_as_it_says(n: int) -> None:
     v = rng.normal(size=(2000, n, 3))
     v /= np.linalg.norm(v, axis=-1, keepdims=True)
     for directed in (True, False):
-        p = np.array([uniformity(each, directed).p for each in v])
+        p = np.array([assess_uniformity(each, directed).p for each in v])
         # Bingham's is a little shy of so few.
         assert 0.025 < np.mean(p < 0.05) < 0.065
 
@@ -311,7 +315,7 @@ def test_a_true_model_is_refused_as_often_as_it_says(n: int, kappa: float) -> No
 def test_a_known_plane_counts_more_than_a_doubtful_one() -> None:
     # Two exact readings about 040/30 and two poor ones 20 degrees off: the mean stays near.
     v = planes_to_poles([40, 41, 60, 62], [30, 31, 30, 31])
-    errors = Errors(np.array([0.5, 0.5, 40.0, 40.0]), "total95_deg")
+    errors = OrientationErrors(np.array([0.5, 0.5, 40.0, 40.0]), "total95_deg")
     alike = set_statistics(v)
     found = set_statistics(v, errors=errors)
     assert alike.fisher is not None
@@ -327,7 +331,7 @@ def test_natural_scatter_keeps_the_best_plane_from_deciding_alone() -> None:
     # Errors of 0.1 and 3 degrees, but the planes differ by 10 by nature: all count nearly alike.
     rng = np.random.default_rng(10)
     v = fisher_sample(rng, 200, 1 / math.radians(10) ** 2)
-    errors = Errors(np.where(np.arange(200) == 0, 0.1, 3.0), "total95_deg")
+    errors = OrientationErrors(np.where(np.arange(200) == 0, 0.1, 3.0), "total95_deg")
     found = set_statistics(v, errors=errors).weights
     assert found is not None
     assert found.natural_scatter_deg == pytest.approx(10, rel=0.1)
@@ -449,7 +453,7 @@ def test_means_weighted_by_error_are_held_as_often_as_they_say(n: int) -> None:
     for _ in range(300):
         own = np.radians(rng.choice([0.5, 1, 2, 5, 10], n))
         v = truth + own[:, None] * rng.normal(size=(n, 3))
-        found = set_statistics(v, errors=Errors(np.degrees(own) * 2.4477, "total95_deg"))
+        found = set_statistics(v, errors=OrientationErrors(np.degrees(own) * 2.4477, "total95_deg"))
         first += _region_holds(found.tensor.axes[0], found.tensor.confidence95[0], truth)
         if found.fisher is not None and found.fisher.alpha95_deg is not None:
             told += 1

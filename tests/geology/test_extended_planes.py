@@ -13,9 +13,9 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.extended import (
     bands,
-    belief_of_attitude,
-    belief_of_fit,
-    repeated,
+    plane_estimate_from_attitude,
+    plane_estimate_from_fit,
+    repeat_planes,
 )
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import fit_plane
@@ -37,14 +37,14 @@ def test_the_variance_is_that_of_a_regression() -> None:
     n = 40
     x, y = rng.uniform(-4, 4, n), rng.uniform(-1, 1, n)
     points = np.column_stack([x, y, 0.01 * rng.standard_normal(n)])
-    belief = belief_of_fit(fit_plane(points, ordered=False))
+    belief = plane_estimate_from_fit(fit_plane(points, ordered=False))
     columns = np.column_stack([np.ones(n), x, y])
     left = points[:, 2] - columns @ np.linalg.lstsq(columns, points[:, 2], rcond=None)[0]
     covariance = np.linalg.inv(columns.T @ columns) * (left @ left) / (n - 3)
     for place in ([0.0, 0.0], [10.0, 0.0], [3.0, -8.0]):
         row = np.array([1.0, *place])
         expected = math.sqrt(row @ covariance @ row)
-        found = belief.sd(np.array([[*place, 0.0]]))[0]
+        found = belief.position_sd(np.array([[*place, 0.0]]))[0]
         assert found == pytest.approx(expected, rel=2e-3)
     assert belief.free == pytest.approx(n - 3)
 
@@ -56,32 +56,36 @@ def test_the_band_holds_the_true_plane_in_95_percent(far: float) -> None:
     place = PLACE + far * (0.6 * u + 0.8 * v)
     held, runs = 0, 1000
     for _ in range(runs):
-        belief = belief_of_fit(fit_plane(sampled(rng, 12, 0.02, (3.0, 1.5)), ordered=False))
-        held += bool(bands(belief, repeated(belief, place[None], None), place[None]).inside[0])
+        belief = plane_estimate_from_fit(
+            fit_plane(sampled(rng, 12, 0.02, (3.0, 1.5)), ordered=False)
+        )
+        held += bool(bands(belief, repeat_planes(belief, place[None], None), place[None]).inside[0])
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
 def test_a_stated_error_opens_the_band_by_its_tangent() -> None:
     plane = Plane(*ATTITUDE)
-    belief = belief_of_attitude(plane, PLACE, 2.0)
+    belief = plane_estimate_from_attitude(plane, PLACE, 2.0)
     u, _ = axes_of(*ATTITUDE)
-    error = bands(belief, repeated(belief, PLACE[None], None), np.array([PLACE, PLACE + 50 * u]))
+    error = bands(
+        belief, repeat_planes(belief, PLACE[None], None), np.array([PLACE, PLACE + 50 * u])
+    )
     assert error.error95_m[0] == 0.0
     # The joint region's 2.45 standard deviations are 1.96 of one figure.
     assert error.error95_m[1] == pytest.approx(
         50 * math.tan(math.radians(2.0)) * 1.959964 / math.sqrt(5.991465), rel=1e-6
     )
-    wide = belief_of_attitude(plane, PLACE, 0.0, 0.3)
-    assert bands(wide, repeated(wide, PLACE[None], None), PLACE[None]).error95_m[
+    wide = plane_estimate_from_attitude(plane, PLACE, 0.0, 0.3)
+    assert bands(wide, repeat_planes(wide, PLACE[None], None), PLACE[None]).error95_m[
         0
     ] == pytest.approx(0.3)
 
 
 def test_repeats_stand_at_the_thickness_and_their_error_grows_with_their_number() -> None:
-    belief = belief_of_attitude(Plane(*ATTITUDE), PLACE, 0.0, 0.0)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), PLACE, 0.0, 0.0)
     normal = normal_of(*ATTITUDE)
     points = PLACE + np.array([-3.2, -1.1, 0.05, 2.01, 7.9])[:, None] * normal
-    repeats = repeated(belief, points, 2.0, 0.1)
+    repeats = repeat_planes(belief, points, 2.0, 0.1)
     assert repeats.numbers.tolist() == [-2, -1, 0, 1, 2, 3, 4]
     found = bands(belief, repeats, points)
     assert found.bed.tolist() == [-2, -1, 0, 1, 4]
@@ -96,20 +100,20 @@ def test_turning_the_world_turns_the_band_with_it() -> None:
     far = rng.uniform(-20, 20, (30, 3))
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
-    one, two = (belief_of_fit(fit_plane(p)) for p in (points, points @ turn.T))
+    one, two = (plane_estimate_from_fit(fit_plane(p)) for p in (points, points @ turn.T))
     assert two.plane.dip_direction_deg == pytest.approx((one.plane.dip_direction_deg + 30) % 360)
-    assert one.sd(far) == pytest.approx(two.sd(far @ turn.T), rel=1e-6)
+    assert one.position_sd(far) == pytest.approx(two.position_sd(far @ turn.T), rel=1e-6)
     assert one.distances(far) == pytest.approx(two.distances(far @ turn.T), abs=1e-9)
 
 
 def test_a_plane_without_known_errors_has_no_band() -> None:
     three = fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, 0.5]])
     with refused("plane.no-band", GeometryError):
-        belief_of_fit(three)
+        plane_estimate_from_fit(three)
     rng = np.random.default_rng(4)
     line = np.column_stack([np.linspace(0, 5, 20), np.zeros(20), np.zeros(20)])
     with refused("plane.too-uncertain", GeometryError):
-        belief_of_fit(fit_plane(line + 0.05 * rng.standard_normal((20, 3))))
-    belief = belief_of_attitude(Plane(0, 0), np.zeros(3), 1.0)
+        plane_estimate_from_fit(fit_plane(line + 0.05 * rng.standard_normal((20, 3))))
+    belief = plane_estimate_from_attitude(Plane(0, 0), np.zeros(3), 1.0)
     with refused("beds.too-many", GeometryError, thickness_m=0.01, field="thickness"):
-        repeated(belief, np.array([[0, 0, 0], [0, 0, 100.0]]), 0.01)
+        repeat_planes(belief, np.array([[0, 0, 0], [0, 0, 100.0]]), 0.01)

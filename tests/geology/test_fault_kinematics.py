@@ -7,8 +7,8 @@ import pytest
 
 from vomstudio.geology.faults.kinematics import (
     compressed_share,
+    fault_movements,
     kinematic_axes,
-    movements,
     p_axes,
     right_dihedra,
     t_axes,
@@ -70,7 +70,7 @@ def agia_varvara() -> tuple[np.ndarray, np.ndarray]:
         rake = slip_rake(plane, rake_of(Line(trend, plunge), plane), "normal")
         assert rake is not None
         rakes.append(rake)
-    return movements(rows[:, 0], rows[:, 1], rakes)
+    return fault_movements(rows[:, 0], rows[:, 1], rakes)
 
 
 def axis(vector: np.ndarray) -> Line:
@@ -80,7 +80,7 @@ def axis(vector: np.ndarray) -> Line:
 def test_movements_are_those_of_single_slips() -> None:
     planes = [Plane(30, 40), Plane(200, 90), Plane(20, 90), Plane(350, 5)]
     rakes = [-90.0, 30.0, 30.0, 170.0]
-    normals, slips = movements(
+    normals, slips = fault_movements(
         [p.dip_direction_deg for p in planes], [p.dip_deg for p in planes], rakes
     )
     for plane, rake, normal, slip in zip(planes, rakes, normals, slips, strict=True):
@@ -91,17 +91,17 @@ def test_movements_are_those_of_single_slips() -> None:
 
 def test_a_vertical_fault_has_the_same_axes_whichever_way_it_is_written() -> None:
     """Rakes of vertical planes count from the strike in [0, 180): so does the hanging wall."""
-    one = movements([110], [90], [0])
-    other = movements([290], [90], [0])
+    one = fault_movements([110], [90], [0])
+    other = fault_movements([290], [90], [0])
     assert p_axes(*one)[0] == pytest.approx(p_axes(*other)[0])
     # A north-south wall that moves sinistrally is shortened from north-east to south-west.
-    wall = movements([90], [90], [0])
+    wall = fault_movements([90], [90], [0])
     assert axis(p_axes(*wall)[0]).trend_deg % 180 == pytest.approx(135.0)
 
 
 def test_a_sinistral_fault_shortens_at_45_degrees_to_its_strike() -> None:
     """East of a north-south fault moves north: shortening from north-west to south-east."""
-    normals, slips = movements([90], [89.999], [0])
+    normals, slips = fault_movements([90], [89.999], [0])
     assert slips[0] == pytest.approx([0, 1, 0], abs=1e-4)
     assert angle_between_lines(axis(p_axes(normals, slips)[0]), Line(135, 0)) < 0.01
     assert angle_between_lines(axis(t_axes(normals, slips)[0]), Line(45, 0)) < 0.01
@@ -119,7 +119,7 @@ def test_p_and_t_axes_are_those_that_structr_prints(fault, sense, p, t) -> None:
     half way, we turn the line."""
     plane = Plane(*fault[:2])
     rake = slip_rake(plane, rake_of(Line(*fault[2:]), plane), sense)
-    normals, slips = movements([fault[0]], [fault[1]], [rake])
+    normals, slips = fault_movements([fault[0]], [fault[1]], [rake])
     assert angle_between_lines(axis(p_axes(normals, slips)[0]), Line(*p)) < 1.5
     assert angle_between_lines(axis(t_axes(normals, slips)[0]), Line(*t)) < 1.5
 
@@ -160,14 +160,14 @@ def test_one_stress_can_have_moved_all_of_angelier_s_faults() -> None:
 
 
 def test_faults_of_one_mechanism_have_its_axes_without_error() -> None:
-    found = kinematic_axes(*movements([90] * 6, [45] * 6, [-90] * 6))
+    found = kinematic_axes(*fault_movements([90] * 6, [45] * 6, [-90] * 6))
     assert found.values == pytest.approx([1.0, 0.0, -1.0], abs=1e-12)
     assert axis(found.axes[2]).plunge_deg == pytest.approx(90.0)
     assert found.confidence95_deg == pytest.approx([0, 0, 0], abs=1e-5)
 
 
 def test_conjugate_faults_share_their_axes() -> None:
-    found = kinematic_axes(*movements([90, 270, 90, 270, 90], [60] * 5, [-90] * 5))
+    found = kinematic_axes(*fault_movements([90, 270, 90, 270, 90], [60] * 5, [-90] * 5))
     assert angle_between_lines(axis(found.axes[2]), Line(0, 90)) < 10
     assert angle_between_lines(axis(found.axes[1]), Line(0, 0)) < 1e-6
     assert found.values.sum() == pytest.approx(0.0, abs=1e-12)
@@ -177,8 +177,8 @@ def test_turning_the_world_turns_the_axes() -> None:
     generator = np.random.default_rng(2)
     azimuth, dip = generator.uniform(0, 330, 12), generator.uniform(20, 80, 12)
     rake = generator.uniform(-180, 180, 12)
-    one = kinematic_axes(*movements(azimuth, dip, rake))
-    other = kinematic_axes(*movements(azimuth + 30, dip, rake))
+    one = kinematic_axes(*fault_movements(azimuth, dip, rake))
+    other = kinematic_axes(*fault_movements(azimuth + 30, dip, rake))
     assert one.values == pytest.approx(other.values)
     for a, b in zip(one.axes, other.axes, strict=True):
         turned = axis(a)
@@ -188,13 +188,13 @@ def test_turning_the_world_turns_the_axes() -> None:
 
 
 def test_few_faults_have_no_cone() -> None:
-    assert kinematic_axes(*movements([90], [45], [-90])).confidence95_deg is None
+    assert kinematic_axes(*fault_movements([90], [45], [-90])).confidence95_deg is None
 
 
 def test_the_dihedra_of_one_fault_halve_the_net() -> None:
-    dihedra = right_dihedra(*movements([130], [50], [-60]))
+    dihedra = right_dihedra(*fault_movements([130], [50], [-60]))
     assert dihedra.share.mean() == pytest.approx(0.5, abs=0.01)
-    normals, slips = movements([130], [50], [-60])
+    normals, slips = fault_movements([130], [50], [-60])
     p = p_axes(normals, slips)[0]
     nearest = np.argmax(np.abs(dihedra.directions @ p))
     assert dihedra.share[nearest] == 1.0
@@ -202,12 +202,12 @@ def test_the_dihedra_of_one_fault_halve_the_net() -> None:
 
 def test_the_strike_that_faults_share_is_not_where_all_of_them_extend() -> None:
     """Normal and reverse faults that strike north: along the strike none shortens or extends."""
-    normals, slips = movements([90, 90, 270, 270], [60, 60, 60, 60], [-90, 90, -90, 90])
+    normals, slips = fault_movements([90, 90, 270, 270], [60, 60, 60, 60], [-90, 90, -90, 90])
     along = compressed_share(np.array([[0.0, 1.0, 0.0]]), normals, slips)
     assert along[0] == pytest.approx(0.5)
     _, share = right_dihedra(normals, slips).most_extended()
     assert share == pytest.approx(0.5)
-    normals, slips = movements([90, 270], [60, 60], [-90, -90])
+    normals, slips = fault_movements([90, 270], [60, 60], [-90, -90])
     axis, share = right_dihedra(normals, slips).most_extended()
     assert share == 1.0
     assert abs(axis[0]) == pytest.approx(1.0, abs=1e-3)

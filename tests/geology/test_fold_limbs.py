@@ -12,7 +12,7 @@ from tests.geology import folded
 from tests.geology.folded import planes
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
-from vomstudio.geology.folding.limbs import limbs_of
+from vomstudio.geology.folding.limbs import find_limbs
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.statistics import orientation_tensor
@@ -171,7 +171,7 @@ def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> No
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         poles = np.concatenate(parts) @ turn
         _, axes = orientation_tensor(poles)
-        limbs = limbs_of(poles, axes)
+        limbs = find_limbs(poles, axes)
         if limbs is None or limbs.doubt:
             continue
         told += 1

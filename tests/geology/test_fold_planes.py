@@ -10,7 +10,7 @@ import pytest
 import vomstudio as vs
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.fold_options import FoldOptions
-from vomstudio.geology.fold_planes import FoldFilter, choose_planes
+from vomstudio.geology.fold_planes import FoldFilter, select_planes
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.table_folds import table_fold
 from vomstudio.io.text.orientation_reading import read_orientations
@@ -33,14 +33,14 @@ SETS = ["a", "a", "b", "b", "a", "A", ""]
 def test_planes_are_chosen_by_verdict_and_set(
     which: FoldFilter, used: list[int], not_good: int | None
 ) -> None:
-    chosen = choose_planes(QUALITIES, SETS, which)
+    chosen = select_planes(QUALITIES, SETS, which)
     assert np.flatnonzero(chosen.use).tolist() == used
     assert chosen.not_good == not_good
     assert sum(each.n for each in chosen.left_out) == len(QUALITIES) - len(used)
 
 
 def test_planes_without_a_verdict_are_used_if_none_has_one() -> None:
-    chosen = choose_planes([None, "", "?"], ["", "", ""], FoldFilter())
+    chosen = select_planes([None, "", "?"], ["", "", ""], FoldFilter())
     assert chosen.use.all()
     assert (chosen.left_out, chosen.not_good) == ((), None)
 

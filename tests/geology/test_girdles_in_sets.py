@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.messages import with_code
-from vomstudio.geology.sets.proposals import sets_among
+from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
 
 def fold(rng, half_deg, n, noise_deg):
@@ -24,7 +24,7 @@ def sets_on_a_circle(rng, k, n, spread_deg):
 
 
 def told(poles):
-    return bool(with_code(sets_among(poles).warnings, "sets.girdle"))
+    return bool(with_code(propose_sets_of_poles(poles).warnings, "sets.girdle"))
 
 
 @pytest.mark.full
@@ -35,7 +35,7 @@ def test_a_split_girdle_is_told(half_deg):
     split = missed = 0
     for seed in range(10, 18):
         poles = fold(np.random.default_rng(seed), half_deg, 150, 3.5)
-        if len(sets_among(poles).sets) > 1:
+        if len(propose_sets_of_poles(poles).sets) > 1:
             split += 1
             missed += not told(poles)
     assert split >= 3

@@ -13,9 +13,9 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.intersections import (
     UncertainPlane,
+    deviation95,
     intersection_line,
     mean_plane,
-    stray95,
     uncertain_plane,
 )
 from vomstudio.geology.orientation import Line, Plane, rake_of
@@ -194,6 +194,6 @@ def test_the_interval_of_one_figure_is_students(free):
     joint = math.sqrt(2.0 * stats.f.ppf(0.95, 2, free)) if free < math.inf else math.sqrt(JOINT)
     alone = stats.t.ppf(0.975, free) if free < math.inf else stats.norm.ppf(0.975)
     plane = uncertain_plane([0, 0, 1], [1, 0, 0], 2.0, 1.0, free)
-    wide = stray95(plane, [5.0, 0.0, 0.0])
+    wide = deviation95(plane, [5.0, 0.0, 0.0])
     assert wide == pytest.approx(5.0 * math.tan(math.radians(2.0)))
-    assert stray95(plane, [5.0, 0.0, 0.0], joint=False) / wide == pytest.approx(alone / joint)
+    assert deviation95(plane, [5.0, 0.0, 0.0], joint=False) / wide == pytest.approx(alone / joint)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geology.model_agreement import OrientedPlane, agreement
+from vomstudio.geology.model_agreement import OrientedPlane, compare_orientations
 from vomstudio.geology.orientation import planes_to_poles
 
 
@@ -28,7 +28,7 @@ def plane(
 
 
 def test_a_name_that_stands_once_on_both_sides_matches() -> None:
-    found = agreement(
+    found = compare_orientations(
         [plane("B1", 90, 30), plane("twice", 10, 10, None), plane("twice", 20, 10, None)],
         [plane(" b1", 90, 50, (500.0, 0.0, 0.0)), plane("twice", 10, 10, None)],
     )
@@ -45,12 +45,12 @@ def test_a_name_that_stands_once_on_both_sides_matches() -> None:
 def test_nearness_matches_the_same_kind_within_half_of_the_extent() -> None:
     first = [plane("a", 90, 30), plane("b", 0, 90, (0.1, 0, 0), kind="joint")]
     near = [plane("c", 90, 32, (0.9, 0, 0)), plane("d", 90, 31, (0.8, 0, 0), extent=None)]
-    found = agreement(first, near)
+    found = compare_orientations(first, near)
     # Nearest to each other are a and d; a joint is no bed.
     assert [(one.first, one.second, one.by) for one in found.matched] == [("a", "d", "nearness")]
     assert found.matched[0].agree is True
-    assert not agreement(first, [plane("c", 90, 32, (1.1, 0, 0))]).n
-    assert not agreement(first, [plane("c", 90, 32, None)]).n
+    assert not compare_orientations(first, [plane("c", 90, 32, (1.1, 0, 0))]).n
+    assert not compare_orientations(first, [plane("c", 90, 32, None)]).n
 
 
 def test_sides_and_north_of_a_plane_do_not_matter() -> None:
@@ -58,19 +58,19 @@ def test_sides_and_north_of_a_plane_do_not_matter() -> None:
     # Spherical law of cosines; their dips add up across the vertical.
     dip, apart = np.radians([80.0, 178.0])
     expected = np.degrees(np.arccos(-(np.cos(dip) ** 2 + np.sin(dip) ** 2 * np.cos(apart))))
-    assert agreement([a], [b]).matched[0].angle_deg == pytest.approx(expected, abs=1e-6)
+    assert compare_orientations([a], [b]).matched[0].angle_deg == pytest.approx(expected, abs=1e-6)
     turned = Rotation.random(random_state=3).as_matrix()
-    again = agreement(
+    again = compare_orientations(
         [replace(a, normal=turned @ a.normal)], [replace(b, normal=-turned @ b.normal)]
     )
     assert again.matched[0].angle_deg == pytest.approx(expected, abs=1e-9)
 
 
 def test_without_errors_nothing_is_said_to_agree() -> None:
-    found = agreement([plane("x", 10, 10, error=None)], [plane("x", 10, 10)])
+    found = compare_orientations([plane("x", 10, 10, error=None)], [plane("x", 10, 10)])
     assert found.matched[0].agree is None
     assert found.agree_share is None
-    nothing = agreement([], [plane("x", 10, 10)])
+    nothing = compare_orientations([], [plane("x", 10, 10)])
     assert (nothing.n, nothing.median_angle_deg, nothing.unmatched) == (0, None, (0, 1))
 
 
@@ -86,5 +86,5 @@ def test_planes_with_true_errors_agree_in_95_percent_or_more() -> None:
         sides.append(
             [OrientedPlane(str(i), "", n, None, None, 2.4477) for i, n in enumerate(normals)]
         )
-    share = agreement(*sides).agree_share
+    share = compare_orientations(*sides).agree_share
     assert share == pytest.approx(0.95, abs=0.011)

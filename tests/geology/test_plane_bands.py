@@ -12,9 +12,9 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.plane_bands import (
     PlaneBand,
     SetPrior,
-    band_of,
+    compare_sets,
     crossing_plane,
-    sets_in_band,
+    find_plane_band,
 )
 from vomstudio.geometry.planes import fit_plane
 
@@ -69,9 +69,9 @@ def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> Non
             rng.normal(size=(20, 3)) * [0.0, 1.0, 0.1]
             + [[1.0, 0.0, 0.0]] * np.linspace(0.0, 100.0, 20)[:, None]
         )
-        band = band_of(fit_plane(picks), resolution_m=1.0, outcrop_normal=(0.0, 0.0, 1.0))
+        band = find_plane_band(fit_plane(picks), resolution_m=1.0, outcrop_normal=(0.0, 0.0, 1.0))
         turn = np.radians(rng.uniform(30.0, 150.0))
-        held += band is not None and bool(band.holds([[0.0, np.sin(turn), np.cos(turn)]])[0])
+        held += band is not None and bool(band.contains([[0.0, np.sin(turn), np.cos(turn)]])[0])
         any_turn += band is not None and band.turn95_deg == 90.0
     assert held >= 0.9 * 60
     assert any_turn >= 0.9 * 60
@@ -80,19 +80,19 @@ def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> Non
 def test_a_trace_that_bends_has_a_plane_and_no_band() -> None:
     rng = np.random.default_rng(0)
     points = straight(rng, np.array([0.0, 0.6, 0.8]), bend=0.5)
-    assert band_of(fit_plane(points)) is None
+    assert find_plane_band(fit_plane(points)) is None
 
 
 def test_a_blob_of_points_has_no_band() -> None:
     points = np.random.default_rng(1).standard_normal((40, 3))
-    assert band_of(fit_plane(points)) is None
+    assert find_plane_band(fit_plane(points)) is None
 
 
 def test_the_band_is_about_the_line_of_the_trace() -> None:
     rng = np.random.default_rng(2)
     along = Line(120.0, 35.0).vector()
     points = np.outer(np.linspace(-2, 2, 60), along) + 0.005 * rng.standard_normal((60, 3))
-    band = band_of(fit_plane(points))
+    band = find_plane_band(fit_plane(points))
     assert band is not None
     assert band.line.trend_deg == pytest.approx(120.0, abs=0.3)
     assert band.line.plunge_deg == pytest.approx(35.0, abs=0.3)
@@ -115,7 +115,10 @@ def test_a_turned_world_turns_the_band() -> None:
     rotation = np.array(
         [[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
     )
-    here, there = band_of(fit_plane(points)), band_of(fit_plane(points @ rotation.T))
+    here, there = (
+        find_plane_band(fit_plane(points)),
+        find_plane_band(fit_plane(points @ rotation.T)),
+    )
     assert here is not None
     assert there is not None
     difference = (there.line.trend_deg - here.line.trend_deg) % 180.0
@@ -130,9 +133,9 @@ def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
     held, count = 0, 0
     for _ in range(900):
         normal = any_normal(rng)
-        band = band_of(fit_plane(straight(rng, normal, bend=bend), ordered=False))
+        band = find_plane_band(fit_plane(straight(rng, normal, bend=bend), ordered=False))
         if band is not None:
-            held += bool(band.holds(normal)[0])
+            held += bool(band.contains(normal)[0])
             count += 1
     assert count > 600
     assert 0.93 <= held / count <= 0.97
@@ -146,10 +149,10 @@ def test_a_set_gives_the_plane_with_the_error_it_states() -> None:
     for _ in range(count):
         mean = any_normal(rng)
         normal = of_set(rng, mean, sigma)
-        band = band_of(fit_plane(straight(rng, normal), ordered=False))
+        band = find_plane_band(fit_plane(straight(rng, normal), ordered=False))
         assert band is not None
         prior = SetPrior("S1", tuple(mean.tolist()), 1.0 / sigma**2, 1000)  # type: ignore[arg-type]
-        (found,), none = sets_in_band(band, [prior])
+        (found,), none = compare_sets(band, [prior])
         assert found.probability + none == pytest.approx(1.0)
         inside += found.compatible
         plane = Plane(found.dip_direction_deg, found.dip_deg)
@@ -170,7 +173,7 @@ def test_the_plane_of_a_flat_prior_and_a_sharp_band_has_a_closed_form() -> None:
     third /= np.linalg.norm(third)
     band = PlaneBand(np.stack([line, np.cross(third, line), third]), (1e-5, 1e-5), np.pi / 2, 50.0)
     kappa = 1.0 / np.radians(6.0) ** 2
-    (found,), _ = sets_in_band(band, [SetPrior("S", tuple(mean.tolist()), kappa, 10**6)])  # type: ignore[arg-type]
+    (found,), _ = compare_sets(band, [SetPrior("S", tuple(mean.tolist()), kappa, 10**6)])  # type: ignore[arg-type]
     assert found.dip_direction_deg == pytest.approx(90.0, abs=0.01)
     assert found.dip_deg == pytest.approx(40.0, abs=0.05)
     assert found.max_confidence95_deg == pytest.approx(6.0 * 2.447747, rel=0.04)
@@ -190,9 +193,11 @@ def test_the_probability_of_a_set_is_how_often_it_is_right() -> None:
     stated, right = [], []
     for _ in range(600):
         which = int(rng.integers(2))
-        band = band_of(fit_plane(straight(rng, of_set(rng, means[which], sigma)), ordered=False))
+        band = find_plane_band(
+            fit_plane(straight(rng, of_set(rng, means[which], sigma)), ordered=False)
+        )
         assert band is not None
-        found, _ = sets_in_band(band, priors)
+        found, _ = compare_sets(band, priors)
         stated.append(found[0].probability)
         right.append(found[0].name == str(which))
     told, was = np.array(stated), np.array(right)
@@ -206,13 +211,13 @@ def test_a_set_that_cannot_be_is_not_compatible() -> None:
     rng = np.random.default_rng(7)
     along = Line(0.0, 0.0).vector()
     points = np.outer(np.linspace(-2, 2, 60), along) + 0.005 * rng.standard_normal((60, 3))
-    band = band_of(fit_plane(points))
+    band = find_plane_band(fit_plane(points))
     assert band is not None
     sets = [
         SetPrior("along", tuple(Plane(90.0, 50.0).normal().tolist()), 200.0, 30),  # type: ignore[arg-type]
         SetPrior("across", tuple(Plane(0.0, 50.0).normal().tolist()), 200.0, 30),  # type: ignore[arg-type]
     ]
-    found, none = sets_in_band(band, sets)
+    found, none = compare_sets(band, sets)
     assert [each.name for each in found] == ["along", "across"]
     assert found[0].compatible
     assert found[0].probability > 0.95
@@ -229,7 +234,7 @@ def test_crossing_traces_give_the_plane_with_the_error_it_states() -> None:
         normal = any_normal(rng)
         angle = rng.uniform(0.0, np.pi)
         bands = [
-            band_of(fit_plane(straight(rng, normal, turn=turn), ordered=False))
+            find_plane_band(fit_plane(straight(rng, normal, turn=turn), ordered=False))
             for turn in (angle, angle + rng.uniform(0.5, 2.6))
         ]
         assert bands[0] is not None

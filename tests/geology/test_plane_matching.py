@@ -7,7 +7,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import normal_of
 from vomstudio.geology.model_agreement import OrientedPlane
-from vomstudio.geology.plane_matching import agreement_both_ways
+from vomstudio.geology.plane_matching import compare_proposals
 
 
 def plane(attitude, place=(0.0, 0.0, 0.0), extent=2.0, error=1.0) -> OrientedPlane:
@@ -28,7 +28,7 @@ def test_what_was_picked_and_what_was_proposed_are_counted_by_themselves() -> No
         plane((100.0, 80.0), (90.0, 0.0, 0.0)),
         plane((100.0, 80.0), (90.0, 9.0, 0.0)),
     ]
-    found = agreement_both_ways(picked, proposed)
+    found = compare_proposals(picked, proposed)
     assert (found.picked, found.picks_near, found.picks_found) == (3, 2, 1)
     assert (found.proposed, found.proposed_near, found.proposed_borne_out) == (5, 3, 1)
     angle = np.degrees(np.arccos(normal_of(100.0, 80.0) @ normal_of(104.0, 82.0)))
@@ -37,15 +37,15 @@ def test_what_was_picked_and_what_was_proposed_are_counted_by_themselves() -> No
 
 def test_the_stated_errors_allow_more_than_ten_degrees() -> None:
     first, second = plane((90.0, 40.0), error=12.0), plane((90.0, 55.0), error=12.0)
-    assert agreement_both_ways([first], [second]).picks_found == 1
+    assert compare_proposals([first], [second]).picks_found == 1
     first, second = plane((90.0, 40.0), error=1.0), plane((90.0, 55.0), error=1.0)
-    assert agreement_both_ways([first], [second]).picks_found == 0
+    assert compare_proposals([first], [second]).picks_found == 0
     # Which way a normal points says nothing.
     turned = OrientedPlane("", "", -normal_of(90.0, 41.0), np.zeros(3), 2.0, 1.0)
-    assert agreement_both_ways([first], [turned]).picks_found == 1
+    assert compare_proposals([first], [turned]).picks_found == 1
 
 
 def test_planes_without_a_place_cannot_be_near() -> None:
-    found = agreement_both_ways([plane((0.0, 10.0), None)], [plane((0.0, 10.0))])
+    found = compare_proposals([plane((0.0, 10.0), None)], [plane((0.0, 10.0))])
     assert (found.picked, found.proposed, found.picks_near) == (0, 1, 0)
     assert found.median_angle_deg is None

@@ -14,13 +14,13 @@ from vomstudio.geology.quality import (
     Kind,
     Thresholds,
     Verdict,
-    confidence_that_counts_deg,
     feature_extent_m,
+    governing_confidence_deg,
+    governing_half_angles,
     judge,
     judge_line,
     resolution_tilt_deg,
     total_error_deg,
-    wider_of,
 )
 from vomstudio.geometry.lines import LineFit, fit_line
 from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
@@ -171,7 +171,7 @@ def test_an_arc_may_be_tilted_by_the_bow_that_it_hides(sagitta: float) -> None:
     bow, noise = 4.0 * t * (1.0 - t), 1e-5 * np.random.default_rng(1).normal(size=30)
     arc = fit_plane(np.column_stack([10.0 * t, sagitta * bow, noise]))
     assert arc.bow_tilt_deg == pytest.approx(np.degrees(np.arctan(0.01 / sagitta)), rel=1e-3)
-    counts = confidence_that_counts_deg(arc)
+    counts = governing_confidence_deg(arc)
     assert counts == pytest.approx(np.hypot(arc.max_confidence95_deg or 0.0, arc.bow_tilt_deg or 0))
     bowed = fit_plane(np.column_stack([10.0 * t, sagitta * bow, noise + 0.01 * bow]))
     tilted = np.degrees(np.arccos(abs(bowed.normal[2])))
@@ -224,7 +224,7 @@ def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing
         return total_error_deg(fit, resolution, outcrop_normal=(0.0, 0.1, 1.0))
 
     assert total(wide(0.8), 1.0) == 90.0
-    assert wider_of(wide(0.8), "trace", 1.0, (0.0, 0.1, 1.0))[0] == 90.0
+    assert governing_half_angles(wide(0.8), "trace", 1.0, (0.0, 0.1, 1.0))[0] == 90.0
     narrow = total(wide(1.5), 1.0)
     assert narrow is not None
     assert narrow < 15.0
@@ -236,7 +236,7 @@ def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing
     assert dense < 20.0
     # A patch has no line that it could stray from, and without a resolution nothing is known.
     assert total_error_deg(wide(0.8), 1.0, "patch", None, (0.0, 0.0, 1.0)) != 90.0
-    assert total_error_deg(wide(0.8), None) == confidence_that_counts_deg(wide(0.8))
+    assert total_error_deg(wide(0.8), None) == governing_confidence_deg(wide(0.8))
     # Out of the face the residuals tell how far the points stray.
     across = total_error_deg(wide(0.8), 1.0, outcrop_normal=(0.0, 1.0, 0.0))
     assert across is not None
@@ -246,7 +246,7 @@ def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing
 @pytest.mark.parametrize("unknown", [None, 0.0, -1.0, float("nan")])
 def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
     assert resolution_tilt_deg(GOOD, unknown) is None
-    assert total_error_deg(GOOD, unknown) == confidence_that_counts_deg(GOOD)
+    assert total_error_deg(GOOD, unknown) == governing_confidence_deg(GOOD)
     failed = fit_planes(np.zeros((2, 3)), [0, 2])[0]
     assert resolution_tilt_deg(failed, 0.1) is None
 
@@ -400,17 +400,17 @@ def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
         max_angular_error_deg=7.0,
         min_angular_error_deg=3.0,
     )
-    assert wider_of(fit) == (2.0, 1.0)
-    assert wider_of(fit, "patch") == (7.0, 3.0)
-    assert wider_of(replace(fit, long_roughness=True)) == (7.0, 3.0)
+    assert governing_half_angles(fit) == (2.0, 1.0)
+    assert governing_half_angles(fit, "patch") == (7.0, 3.0)
+    assert governing_half_angles(replace(fit, long_roughness=True)) == (7.0, 3.0)
     narrow = replace(fit, max_angular_error_deg=1.5, min_angular_error_deg=1.2)
-    assert wider_of(narrow, "patch") == (2.0, 1.0)
-    assert wider_of(replace(fit, min_angular_error_deg=0.5), "patch") == (7.0, 1.0)
-    assert wider_of(replace(fit, min_angular_error_deg=None), "patch") == (7.0, 1.0)
+    assert governing_half_angles(narrow, "patch") == (2.0, 1.0)
+    assert governing_half_angles(replace(fit, min_angular_error_deg=0.5), "patch") == (7.0, 1.0)
+    assert governing_half_angles(replace(fit, min_angular_error_deg=None), "patch") == (7.0, 1.0)
     for unknown in ("max_confidence95_deg", "min_confidence95_deg"):
-        assert wider_of(replace(fit, **{unknown: None})) == (None, None)  # type: ignore[arg-type]
-    assert confidence_that_counts_deg(replace(fit, max_confidence95_deg=None), "patch") == 7.0
-    assert confidence_that_counts_deg(replace(fit, max_confidence95_deg=None)) is None
+        assert governing_half_angles(replace(fit, **{unknown: None})) == (None, None)  # type: ignore[arg-type]
+    assert governing_confidence_deg(replace(fit, max_confidence95_deg=None), "patch") == 7.0
+    assert governing_confidence_deg(replace(fit, max_confidence95_deg=None)) is None
 
 
 def test_the_extent_of_a_trace_is_its_length() -> None:

@@ -16,10 +16,10 @@ from vomstudio.geology.density import density
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.intersections import (
     UncertainPlane,
+    deviation95,
     intersection_line,
     mean_plane,
     scatter_deg,
-    stray95,
     uncertain_plane,
 )
 from vomstudio.geology.notation import format_plane, parse_plane
@@ -199,8 +199,8 @@ def test_the_mean_of_planes_has_hotellings_region_and_its_degrees_of_freedom() -
 def test_a_plane_of_unknown_attitude_strays_far_and_not_to_infinity(angle: float) -> None:
     plane = uncertain_plane([0, 0, 1], [1, 0, 0], angle, 0.2)
     limit = math.tan(math.radians(min(angle, 89.9)))
-    assert stray95(plane, [1, 0, 0]) == pytest.approx(limit)
-    assert stray95(plane, [0, 1, 0]) == pytest.approx(math.tan(math.radians(0.2)))
-    assert stray95(plane, [0, 0, 1]) == 0.0
+    assert deviation95(plane, [1, 0, 0]) == pytest.approx(limit)
+    assert deviation95(plane, [0, 1, 0]) == pytest.approx(math.tan(math.radians(0.2)))
+    assert deviation95(plane, [0, 0, 1]) == 0.0
     for unknown in ((None, 1.0), (1.0, None)):
-        assert stray95(uncertain_plane([0, 0, 1], [1, 0, 0], *unknown), [1, 0, 0]) is None
+        assert deviation95(uncertain_plane([0, 0, 1], [1, 0, 0], *unknown), [1, 0, 0]) is None

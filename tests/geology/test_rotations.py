@@ -13,44 +13,44 @@ from vomstudio.geology.orientation import (
     lines_to_vectors,
     planes_to_poles,
 )
-from vomstudio.geology.rotations import meetings, turned, untilted
+from vomstudio.geology.rotations import pairwise_intersections, rotate_vectors, untilt
 
 
 @pytest.mark.parametrize(("dip_direction", "dip"), [(132, 41), (0, 90), (270, 5), (45, 0)])
 def test_the_plane_itself_becomes_horizontal(dip_direction: float, dip: float) -> None:
-    pole = untilted(planes_to_poles(dip_direction, dip), Plane(dip_direction, dip))
+    pole = untilt(planes_to_poles(dip_direction, dip), Plane(dip_direction, dip))
     assert abs(abs(pole[2]) - 1) < 1e-12
 
 
 def test_a_line_in_the_plane_keeps_its_angle_from_the_strike() -> None:
     # A dip line of 090/30 becomes horizontal toward 090; the strike stays.
     plane = Plane(90, 30)
-    dip_line = Line.from_vector(untilted(Line(90, 30).vector(), plane))
+    dip_line = Line.from_vector(untilt(Line(90, 30).vector(), plane))
     assert angle_between_lines(dip_line, Line(90, 0)) < 1e-9
-    strike = Line.from_vector(untilted(Line(0, 0).vector(), plane))
+    strike = Line.from_vector(untilt(Line(0, 0).vector(), plane))
     assert angle_between_lines(strike, Line(0, 0)) < 1e-9
 
 
 def test_untilting_the_limb_of_an_unconformity() -> None:
     # Beds of 090/50 under an unconformity of 090/20 dipped by 30 to the east.
-    older = Line.from_vector(untilted(planes_to_poles(90, 50), Plane(90, 20))).normal_plane()
+    older = Line.from_vector(untilt(planes_to_poles(90, 50), Plane(90, 20))).normal_plane()
     assert (older.dip_direction_deg, older.dip_deg) == (pytest.approx(90), pytest.approx(30))
 
 
 def test_a_turn_about_the_vertical_is_a_turn_of_the_compass() -> None:
-    line = Line.from_vector(turned(Line(40, 20).vector(), Line(0, 90), 30))
+    line = Line.from_vector(rotate_vectors(Line(40, 20).vector(), Line(0, 90), 30))
     assert (line.trend_deg, line.plunge_deg) == (pytest.approx(70), pytest.approx(20))
 
 
 def test_turning_back_gives_what_was() -> None:
     v = lines_to_vectors([10, 120, 300], [5, 40, 80])
-    there = turned(v, Line(77, 33), 64)
-    np.testing.assert_allclose(turned(there, Line(77, 33), -64), v, atol=1e-12)
+    there = rotate_vectors(v, Line(77, 33), 64)
+    np.testing.assert_allclose(rotate_vectors(there, Line(77, 33), -64), v, atol=1e-12)
     np.testing.assert_allclose(there @ there.T, v @ v.T, atol=1e-12)
 
 
 def test_each_two_planes_meet_in_their_intersection() -> None:
-    found = meetings(planes_to_poles([90, 200, 330], [30, 60, 45]))
+    found = pairwise_intersections(planes_to_poles([90, 200, 330], [30, 60, 45]))
     wanted = [(0, 1), (0, 2), (1, 2)]
     planes = [Plane(90, 30), Plane(200, 60), Plane(330, 45)]
     for line, (i, j) in zip(found, wanted, strict=True):
@@ -60,4 +60,4 @@ def test_each_two_planes_meet_in_their_intersection() -> None:
 
 
 def test_parallel_planes_meet_nowhere() -> None:
-    assert len(meetings(planes_to_poles([90, 90, 90.2], [30, 30, 30]))) == 0
+    assert len(pairwise_intersections(planes_to_poles([90, 90, 90.2], [30, 30, 30]))) == 0

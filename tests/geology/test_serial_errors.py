@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vomstudio.geology.serial_errors import correlated, correlation_of, whitened
+from vomstudio.geology.serial_errors import correlated, fit_serial_correlation, whiten
 
 Array = npt.NDArray[np.float64]
 
@@ -41,32 +41,37 @@ def test_the_matrix_of_correlations_and_what_makes_errors_independent(rho: float
     rng = np.random.default_rng(0)
     values = rng.normal(size=(12, 2))
     assert correlated(values, rho) == pytest.approx(matrix @ values)
-    root = whitened(np.eye(12), rho)
+    root = whiten(np.eye(12), rho)
     assert root @ matrix @ root.T == pytest.approx(np.eye(12), abs=1e-12)
 
 
 def test_independent_errors_are_seldom_called_a_drift() -> None:
     rng = np.random.default_rng(1)
-    found = [correlation_of(lines(20), left_by_lines(rng.normal(size=(20, 3)))) for _ in range(300)]
+    found = [
+        fit_serial_correlation(lines(20), left_by_lines(rng.normal(size=(20, 3))))
+        for _ in range(300)
+    ]
     assert sum(rho > 0.0 for rho in found) <= 10
 
 
 @pytest.mark.parametrize("rho", [0.5, 0.8, 0.9])
 def test_the_correlation_is_found_though_the_fit_has_taken_some_out(rho: float) -> None:
     rng = np.random.default_rng(2)
-    found = [correlation_of(lines(60), left_by_lines(drifting(rng, 60, rho))) for _ in range(60)]
+    found = [
+        fit_serial_correlation(lines(60), left_by_lines(drifting(rng, 60, rho))) for _ in range(60)
+    ]
     assert np.median(found) == pytest.approx(rho, abs=0.06)
 
 
 def test_few_errors_tell_nothing() -> None:
     errors = np.ones((5, 3))
-    assert correlation_of(lines(5), errors) == 0.0
+    assert fit_serial_correlation(lines(5), errors) == 0.0
 
 
 def test_the_order_of_the_axes_and_the_direction_make_no_difference() -> None:
     rng = np.random.default_rng(3)
     errors = left_by_lines(drifting(rng, 40, 0.7))
-    found = correlation_of(lines(40), errors)
+    found = fit_serial_correlation(lines(40), errors)
     assert found > 0.4
-    assert correlation_of(lines(40)[::-1], errors[::-1]) == found
-    assert correlation_of(lines(40), errors * 7.0) == found
+    assert fit_serial_correlation(lines(40)[::-1], errors[::-1]) == found
+    assert fit_serial_correlation(lines(40), errors * 7.0) == found

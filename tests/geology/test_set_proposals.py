@@ -13,7 +13,7 @@ from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
 from vomstudio.geology.sets.axial_mixture import (
     clusters_from_seeds,
-    groups_by_chance,
+    expected_random_groups,
     propose_clusters,
 )
 from vomstudio.geology.sets.proposals import spacing_along
@@ -102,14 +102,14 @@ def test_five_wide_sets_among_clutter_are_told_apart() -> None:
 
 
 def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
-    from vomstudio.geology.sets.proposals import sets_among
+    from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     held, sets = [], [(40.0, 70.0, 50.0, 40), (130.0, 85.0, 50.0, 40), (250.0, 15.0, 50.0, 40)]
     seeds = SetOptions(seeds=",".join(f"{of[0]}/{of[1]}" for of in sets))
     for seed in range(60):
         chance = np.random.default_rng(seed)
         poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
-        for of, one in zip(sets, sets_among(poles, seeds).sets, strict=True):
+        for of, one in zip(sets, propose_sets_of_poles(poles, seeds).sets, strict=True):
             mean = planes_to_poles(one.dip_direction_deg, one.dip_deg).ravel()
             off = np.degrees(np.arccos(min(1.0, abs(mean @ planes_to_poles(*of[:2]).ravel()))))
             held.append(off <= (one.cone95_deg or 0.0))
@@ -162,18 +162,18 @@ def test_turning_the_world_turns_the_sets() -> None:
 
 
 def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() -> None:
-    from vomstudio.geology.sets.proposals import sets_among
+    from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     chance = np.random.default_rng(8)
     sets = CASES["three"][0]
     poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
     for k in (1, 2, 3, 5):
-        found = sets_among(poles, SetOptions(exactly=k))
+        found = propose_sets_of_poles(poles, SetOptions(exactly=k))
         assert len(found.sets) == k
         assert sum(s.n for s in found.sets) + found.unassigned == len(poles)
     assert not found.warnings
     # One direction cannot be two sets.
-    alike = sets_among(planes_to_poles([90.0] * 9, [45.0] * 9), SetOptions(exactly=2))
+    alike = propose_sets_of_poles(planes_to_poles([90.0] * 9, [45.0] * 9), SetOptions(exactly=2))
     assert len(alike.sets) == 1
     assert by_code(alike.warnings)["sets.fewer"] == {
         "count": 1,
@@ -232,7 +232,7 @@ def test_groups_by_chance_are_those_of_a_simulation() -> None:
             sum(near[i, j] and near[i, k] and near[j, k] for i, j, k in combinations(range(12), 3))
         )
     one, two = np.array([0.0, 0.0, 1.0]), np.array([np.sin(np.radians(20)), 0.0, least])
-    expected = groups_by_chance(12, np.array([one, two, one]))
+    expected = expected_random_groups(12, np.array([one, two, one]))
     assert np.mean(counts) == pytest.approx(expected, rel=0.15)
 
 

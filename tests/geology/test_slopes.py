@@ -21,10 +21,10 @@ from vomstudio.geology.slopes import (
     count_pairs,
     direct_toppling,
     flexural_toppling,
-    in_face_frame,
     pair_members,
     pairs_of_sets,
     planar_sliding,
+    to_face_frame,
     wedge_sliding,
 )
 from vomstudio.geology.table_slopes import slope_face
@@ -61,7 +61,7 @@ def test_planes_fail_where_mplstereonet_says_so(
 ) -> None:
     azimuth, dip = many_planes(seed)
     face = some_face(seed, limits)
-    normals = in_face_frame(face, planes_to_normals(azimuth, dip))
+    normals = to_face_frame(face, planes_to_normals(azimuth, dip))
     strike = face.plane.strike_rhr_deg
     arguments = (strike, face.plane.dip_deg, face.options.friction_deg, face.options.lateral_deg)
     for theirs, ours in (
@@ -87,14 +87,14 @@ def test_wedges_are_those_of_mplstereonet(
         face.plane.strike_rhr_deg, face.plane.dip_deg, face.options.friction_deg
     )
     critical, secondary = theirs.check_failure(bearing, plunge)
-    found = count_pairs(face, in_face_frame(face, planes_to_normals(azimuth, dip))[None])
+    found = count_pairs(face, to_face_frame(face, planes_to_normals(azimuth, dip))[None])
     assert found.of[0] == len(first)
     assert found.wedge[0] == critical.sum()
     assert found.wedge_secondary[0] == secondary.sum()
 
 
 def lines(face: SlopeFace, *given: tuple[float, float]) -> np.ndarray:
-    return in_face_frame(face, np.array([Line(*line).vector() for line in given]))
+    return to_face_frame(face, np.array([Line(*line).vector() for line in given]))
 
 
 def test_blocks_topple_about_steep_intersections_into_the_face() -> None:
@@ -109,7 +109,7 @@ def test_blocks_topple_about_steep_intersections_into_the_face() -> None:
 def test_direct_toppling_is_counted_over_all_pairs() -> None:
     azimuth, dip = many_planes(3, 25)
     face = some_face(3, "curved")
-    found = count_pairs(face, in_face_frame(face, planes_to_normals(azimuth, dip))[None])
+    found = count_pairs(face, to_face_frame(face, planes_to_normals(azimuth, dip))[None])
     planes = [Plane(a, d) for a, d in zip(azimuth, dip, strict=True)]
     counted = 0
     for i, a in enumerate(planes):
@@ -125,21 +125,21 @@ def test_turning_the_world_and_the_face_changes_nothing() -> None:
     azimuth, dip = many_planes(4)
     face = some_face(4, "straight")
     turned = SlopeFace(Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg), face.options)
-    one = in_face_frame(face, planes_to_normals(azimuth, dip))
-    other = in_face_frame(turned, planes_to_normals(azimuth + 30, dip))
+    one = to_face_frame(face, planes_to_normals(azimuth, dip))
+    other = to_face_frame(turned, planes_to_normals(azimuth + 30, dip))
     assert one == pytest.approx(other, abs=1e-12)
     assert count_pairs(face, one[None]) == count_pairs(turned, other[None])
 
 
 def test_a_vertical_plane_topples_whichever_way_it_is_written() -> None:
     face = SlopeFace(Plane(90, 70), SlopeOptions(30))
-    normals = in_face_frame(face, planes_to_normals([90, 270], [90, 90]))
+    normals = to_face_frame(face, planes_to_normals([90, 270], [90, 90]))
     assert flexural_toppling(face, normals).critical.all()
 
 
 def test_limits_themselves_are_critical() -> None:
     face = SlopeFace(Plane(90, 70), SlopeOptions(30))
-    normals = in_face_frame(face, planes_to_normals([90, 90, 90, 90], [30, 70, 29.999, 70.001]))
+    normals = to_face_frame(face, planes_to_normals([90, 90, 90, 90], [30, 70, 29.999, 70.001]))
     assert planar_sliding(face, normals).critical.tolist() == [True, True, False, False]
     wedges = wedge_sliding(face, lines(face, (90, 30), (90, 70), (90, 29.999), (90, 70.001)))
     assert wedges.critical.tolist() == [True, True, False, False]
@@ -147,12 +147,12 @@ def test_limits_themselves_are_critical() -> None:
 
 def test_a_horizontal_plane_does_not_slide_even_without_friction() -> None:
     face = SlopeFace(Plane(0, 70), SlopeOptions(0, 90))
-    assert not planar_sliding(face, in_face_frame(face, planes_to_normals([0], [0]))).critical.any()
+    assert not planar_sliding(face, to_face_frame(face, planes_to_normals([0], [0]))).critical.any()
 
 
 def test_parallel_planes_have_no_intersection() -> None:
     face = SlopeFace(Plane(90, 70), SlopeOptions(30))
-    normals = in_face_frame(face, planes_to_normals([90, 90, 180], [45, 45, 45]))
+    normals = to_face_frame(face, planes_to_normals([90, 90, 180], [45, 45, 45]))
     found = count_pairs(face, normals[None])
     assert (found.of[0], found.parallel[0]) == (2, 1)
 
@@ -162,7 +162,7 @@ def test_intersections_of_many_planes_take_little_memory() -> None:
 
     azimuth, dip = many_planes(2, 1500)
     face = some_face(2, "curved")
-    normals = in_face_frame(face, planes_to_normals(azimuth, dip))[None]
+    normals = to_face_frame(face, planes_to_normals(azimuth, dip))[None]
     tracemalloc.start()
     found = count_pairs(face, normals)
     peak = tracemalloc.get_traced_memory()[1]
@@ -210,7 +210,7 @@ def test_another_form_of_limits_is_refused() -> None:
 def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
     azimuth, dip = many_planes(4, 40)
     face = some_face(4, "curved")
-    normals = in_face_frame(face, planes_to_normals(azimuth, dip))
+    normals = to_face_frame(face, planes_to_normals(azimuth, dip))
     members = pair_members(face, normals)
     for i in range(len(dip)):
         others = np.delete(normals, i, axis=0)
@@ -225,7 +225,7 @@ def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
 def test_planes_of_one_set_form_no_wedges() -> None:
     azimuth, dip = many_planes(6, 50)
     face = some_face(6, "curved")
-    normals = in_face_frame(face, planes_to_normals(azimuth, dip))
+    normals = to_face_frame(face, planes_to_normals(azimuth, dip))
     sets = np.random.default_rng(6).integers(-1, 3, len(dip))
     found = count_pairs(face, normals[None], sets=sets)
     everything = count_pairs(face, normals[None])

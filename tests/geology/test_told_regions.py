@@ -14,15 +14,19 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import axes_confidence
-from vomstudio.geology.populations.error_weights import JOINT_95, Errors, weights_of
+from vomstudio.geology.populations.error_weights import (
+    JOINT_QUANTILE95,
+    OrientationErrors,
+    weights_by_error,
+)
 from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import fisher, orientation_tensor
 
 TRUTH = np.array([0.6, 0.0, -0.8])
 
 
-def _errors(own: np.ndarray) -> Errors:
-    return Errors(np.degrees(own) * JOINT_95, "total95_deg")
+def _errors(own: np.ndarray) -> OrientationErrors:
+    return OrientationErrors(np.degrees(own) * JOINT_QUANTILE95, "total95_deg")
 
 
 @pytest.mark.parametrize("natural", first_in_default_tier([0.0, 2.0, 5.0], 1))
@@ -37,7 +41,7 @@ def test_means_of_few_weighted_planes_hold_or_are_not_told(n: int, natural: floa
         stray = np.hypot(own, math.radians(natural))
         v = TRUTH + stray[:, None] * rng.normal(size=(n, 3))
         v /= np.linalg.norm(v, axis=1)[:, None]
-        weights, _ = weights_of(v, _errors(own))
+        weights, _ = weights_by_error(v, _errors(own))
         found = fisher(v, False, weights)
         if found.alpha95_deg is None:
             continue
@@ -138,7 +142,7 @@ def test_bingham_has_no_regions_of_weighted_axes() -> None:
     """His are those of axes that all stray alike; those free of a model stand in for them."""
     rng = np.random.default_rng(7)
     v = bingham_sample(rng, 30, -30.0, -3.0)
-    errors = Errors(rng.uniform(1.0, 20.0, 30), "total95_deg")
+    errors = OrientationErrors(rng.uniform(1.0, 20.0, 30), "total95_deg")
     found = set_statistics(v, errors=errors)
     assert found.bingham is not None
     assert found.bingham.confidence95 == (None, None, None)

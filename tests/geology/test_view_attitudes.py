@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
-    from_down_and_azimuth,
-    of_nadir_body,
+    nadir_to_view_angles,
+    rotations_from_vertical,
     view_angles,
 )
 
@@ -68,14 +68,14 @@ def test_views_along_the_vertical_come_back(pitch: float) -> None:
     ],
 )
 def test_an_aircraft_that_looks_down(body, view) -> None:
-    found = of_nadir_body([body])
+    found = nadir_to_view_angles([body])
     np.testing.assert_allclose(camera_rotations(found), camera_rotations([view]), atol=1e-9)
 
 
 def test_an_aircraft_that_banks_looks_aside() -> None:
     """The right wing is lowered by 20 degrees: the camera below looks to the left, and the top of
     the photo stays ahead."""
-    right, down, forward = camera_rotations(of_nadir_body([[0, 0, 20]]))[0].T
+    right, down, forward = camera_rotations(nadir_to_view_angles([[0, 0, 20]]))[0].T
     s, c = np.sin(np.radians(20)), np.cos(np.radians(20))
     np.testing.assert_allclose(forward, [-s, 0, -c], atol=1e-12)
     np.testing.assert_allclose(down, -NORTH, atol=1e-12)
@@ -89,4 +89,6 @@ def test_the_vertical_and_an_azimuth_make_an_attitude() -> None:
     )
     cameras = camera_rotations(angles)
     down = -cameras[:, 2, :]
-    np.testing.assert_allclose(from_down_and_azimuth(9.81 * down, angles[:, 0]), cameras, atol=1e-9)
+    np.testing.assert_allclose(
+        rotations_from_vertical(9.81 * down, angles[:, 0]), cameras, atol=1e-9
+    )

@@ -9,7 +9,7 @@ import pytest
 
 from tests.messages import with_code
 from vomstudio.geology.quality import Verdict, judge, total_error_deg
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import moments
 
@@ -34,7 +34,7 @@ def test_a_cylinder_bends_by_the_angle_of_its_arc(radius: float, turned: bool) -
     points = face(np.sqrt(radius**2 - x**2) - radius)
     turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0] if turned else np.eye(3)
     noise = np.random.default_rng(1).normal(0.0, 1e-3, points.shape)
-    found = bend_of(3.0 * (points + noise) @ turn.T + 4e5, turn[:, 2])
+    found = measure_bend(3.0 * (points + noise) @ turn.T + 4e5, turn[:, 2])
     # An even strip is the square root of 12 standard deviations wide, a disc 4 of them.
     arc = np.degrees(2.0 * np.arcsin(1.0 / radius)) * 4.0 / np.sqrt(12.0)
     assert found == pytest.approx(arc, rel=0.04)
@@ -42,20 +42,22 @@ def test_a_cylinder_bends_by_the_angle_of_its_arc(radius: float, turned: bool) -
 
 def test_noise_and_waves_shorter_than_the_face_are_no_bend() -> None:
     rng = np.random.default_rng(3)
-    told = [bend_of(face(rng.normal(0.0, 0.01, (30, 30))), (0.0, 0.0, 1.0)) for _ in range(200)]
+    told = [
+        measure_bend(face(rng.normal(0.0, 0.01, (30, 30))), (0.0, 0.0, 1.0)) for _ in range(200)
+    ]
     assert sum(one is not None for one in told) <= 2
     x, _ = grid()
     waves = face(0.02 * np.sin(8.0 * np.pi * x) + rng.normal(0.0, 1e-3, x.shape))
-    assert bend_of(waves, (0.0, 0.0, 1.0)) is None
+    assert measure_bend(waves, (0.0, 0.0, 1.0)) is None
 
 
 def test_few_points_and_planes_tell_none() -> None:
     x, _ = grid(6)
-    assert bend_of(face(x * x), (0.0, 0.0, 1.0)) is None
-    assert bend_of(np.zeros((100, 3)), (0.0, 0.0, 1.0)) is None
+    assert measure_bend(face(x * x), (0.0, 0.0, 1.0)) is None
+    assert measure_bend(np.zeros((100, 3)), (0.0, 0.0, 1.0)) is None
     x, _ = grid()
-    assert bend_of(face(0.0 * x), (0.0, 0.0, 1.0)) is None
-    assert bend_of(np.zeros((0, 3)), (0.0, 0.0, 1.0)) is None
+    assert measure_bend(face(0.0 * x), (0.0, 0.0, 1.0)) is None
+    assert measure_bend(np.zeros((0, 3)), (0.0, 0.0, 1.0)) is None
 
 
 def test_the_verdict_tells_that_a_bent_face_is_local_and_stays_what_it_is() -> None:
@@ -63,7 +65,7 @@ def test_the_verdict_tells_that_a_bent_face_is_local_and_stays_what_it_is() -> N
     points = face(x * x / 20.0 + np.random.default_rng(1).normal(0.0, 1e-3, x.shape))
     known = moments(points)
     fit = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
-    bend = bend_of(points, fit.normal)
+    bend = measure_bend(points, fit.normal)
     assert bend is not None
 
     def judged(bend_deg: float | None) -> Verdict:

@@ -83,7 +83,7 @@ def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
 ) -> None:
     ends = [BOX.low[axis], BOX.high[axis]]
     for value in (ends[side] + 0.1, ends[side] - 0.1, ends[side] + (2 * side - 1) * 50.0):
-        moved = BOX.with_face(axis, side, value)
+        moved = BOX.move_face(axis, side, value)
         assert (moved.low, moved.high)[side][axis] == value
         kept = [
             (end[k], own[k])
@@ -94,11 +94,11 @@ def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
         assert all(now == before for now, before in kept)
         assert (moved.low, moved.high)[1 - side][axis] == ends[1 - side]
     beyond = ends[1 - side] - (2 * side - 1) * 7.0
-    squeezed = BOX.with_face(axis, side, beyond)
+    squeezed = BOX.move_face(axis, side, beyond)
     gap = squeezed.high[axis] - squeezed.low[axis]
     assert gap == pytest.approx(1e-3 * (ends[1] - ends[0]), rel=1e-9)
     assert (squeezed.low, squeezed.high)[1 - side][axis] == ends[1 - side]
-    tiny = ClipBox((0.0, 0.0, 0.0), (0.1, 0.1, 0.1)).with_face(axis, side, 9.0 * (1 - 2 * side))
+    tiny = ClipBox((0.0, 0.0, 0.0), (0.1, 0.1, 0.1)).move_face(axis, side, 9.0 * (1 - 2 * side))
     assert tiny.high[axis] - tiny.low[axis] == pytest.approx(1e-3)
 
 

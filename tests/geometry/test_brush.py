@@ -8,7 +8,7 @@ import pytest
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 
 UTM = np.array([465_123.0, 4_612_345.0, 820.0])
 
@@ -170,7 +170,7 @@ def test_a_brush_smaller_than_a_face_takes_the_face():
 
 def test_area_border_and_normal_of_a_square():
     mesh = moved(grid(11, 1.0), np.eye(3), UTM)
-    surface = surface_of(mesh)
+    surface = create_surface(mesh)
     surface.build()
     every = np.arange(surface.count)
     assert surface.area_of(every) == pytest.approx(1.0)
@@ -210,8 +210,8 @@ def test_a_step_on_a_large_model_takes_some_milliseconds():
 def pieces(request, monkeypatch):
     """Large models are searched a piece at a time while nothing has been built."""
     if request.param:
-        monkeypatch.setattr("vomstudio.geometry.brush._STEP", request.param)
-        monkeypatch.setattr("vomstudio.geometry.surface._STEP", request.param)
+        monkeypatch.setattr("vomstudio.geometry.brush.BLOCK_SIZE", request.param)
+        monkeypatch.setattr("vomstudio.geometry.surface.BLOCK_SIZE", request.param)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +286,7 @@ def test_points_that_all_stand_at_one_place_hang_together():
 
 def test_what_a_brush_says_of_points():
     points = np.random.default_rng(1).normal(size=(30, 3))
-    surface = surface_of(PointCloud(points))
+    surface = create_surface(PointCloud(points))
     assert (surface.element, surface.count) == ("point", 30)
     ids = np.array([3, 7, 8])
     assert np.array_equal(surface.corners(ids), points[ids])

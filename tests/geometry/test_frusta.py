@@ -62,7 +62,7 @@ def test_a_moved_frustum_is_that_of_the_moved_photo() -> None:
     shift, origin = np.array([5.0, -3.0, 2.0]), np.array([100.0, 200.0, 300.0])
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = 2.5 * turn, shift
-    there = frustum(taken, 3.0).moved(matrix, origin)
+    there = frustum(taken, 3.0).transform(matrix, origin)
     again = frustum(taken.moved(2.5, turn, shift + 2.5 * turn @ origin), 7.5)
     assert np.allclose(there.tip, again.tip)
     assert np.allclose(there.outline, again.outline)

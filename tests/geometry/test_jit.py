@@ -39,7 +39,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 def test_where_nothing_can_be_kept_a_kernel_is_compiled_anew_and_the_same(
     asked: list[dict[str, Any]],
 ) -> None:
-    assert kernel("f8(f8)", fastmath=True)(lambda x: 2.0 * x).by_numba()(1.5) == 3.0
+    assert kernel("f8(f8)", fastmath=True)(lambda x: 2.0 * x).compile_by_numba()(1.5) == 3.0
     kept, anew = asked[:2]
     assert kept == {"nogil": True, "fastmath": True, "cache": True}
     assert anew == {"nogil": True, "fastmath": True}

@@ -156,7 +156,7 @@ def test_no_reader_needs_numba(module: str) -> None:
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")
     kernels = [v for v in vars(holder).values() if isinstance(v, Kernel)]
     assert kernels
-    assert all(machine_code.entry(one.source, one.by_numba) is not None for one in kernels)
+    assert all(machine_code.entry(one.source, one.compile_by_numba) is not None for one in kernels)
 
 
 def test_large_arrays_and_threads(folder: Path) -> None:

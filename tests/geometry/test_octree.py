@@ -12,14 +12,14 @@ from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.progressive_order import arrange
 from vomstudio.geometry.streaming.octree import (
-    FINE_PIXELS,
+    MAX_SPACING_PIXELS,
     ArrangedNodes,
     CloudNodes,
     NodeStore,
     StreamedCloud,
     View,
-    parents_of,
-    parts_of,
+    parent_rows,
+    split_cloud,
 )
 from vomstudio.geometry.streaming.surfaces import StreamedSurface
 
@@ -48,12 +48,12 @@ def tree(budget: int = 10**9) -> CloudNodes:
     key, boxes = cubes()
     spacing = 0.05 * 0.5 ** key[:, 0]
     counts = np.arange(100, 100 + len(key))
-    return CloudNodes(10.0 * boxes, 10.0 * spacing, counts, parents_of(key), budget, (0,))
+    return CloudNodes(10.0 * boxes, 10.0 * spacing, counts, parent_rows(key), budget, (0,))
 
 
 def test_the_node_above_is_the_cube_around() -> None:
     key, boxes = cubes()
-    above = parents_of(key)
+    above = parent_rows(key)
     assert above[0] == -1
     assert (above[1:] >= 0).all()
     middle = boxes.mean(axis=1)[1:]
@@ -61,7 +61,7 @@ def test_the_node_above_is_the_cube_around() -> None:
     assert ((middle > around[:, 0]) & (middle < around[:, 1])).all()
     assert np.array_equal(key[above[1:], 0], key[1:, 0] - 1)
     # A node whose parent is missing has none.
-    assert parents_of(np.array([[3, 5, 2, 7], [1, 1, 0, 1]])).tolist() == [-1, -1]
+    assert parent_rows(np.array([[3, 5, 2, 7], [1, 1, 0, 1]])).tolist() == [-1, -1]
 
 
 def view(position: np.ndarray, *, orthographic: bool = False, **more: object) -> View:
@@ -84,7 +84,7 @@ def needed(nodes: CloudNodes, seen: View) -> np.ndarray:
         off = np.maximum(np.maximum(low - position, position - high), 0.0)
         reach = 1.0 if seen.orthographic else max(float(np.linalg.norm(off)), seen.near)
         apart = nodes.spacing[row] * 2.0 / (2.0 * seen.half_height * reach / seen.pixels)
-        if inside.any() and (apart > FINE_PIXELS or nodes.parents[row] < 0):
+        if inside.any() and (apart > MAX_SPACING_PIXELS or nodes.parents[row] < 0):
             rows.append(row)
     return np.array(rows)
 
@@ -201,7 +201,7 @@ class File:
         in_file = np.random.default_rng(2).permutation(len(self.keys))
         rank = np.argsort(in_file)
         order = np.lexsort((np.arange(len(which)), rank[which]))
-        self.whole = parts_of(_rows(whole, order), [len(order)])[0]
+        self.whole = split_cloud(_rows(whole, order), [len(order)])[0]
         self.counts = np.bincount(which)
         self.starts = np.zeros(len(self.keys), np.int64)
         self.starts[in_file] = np.cumsum(self.counts[in_file]) - self.counts[in_file]
@@ -215,14 +215,14 @@ class File:
             0.01 * side[:, 0],
             self.counts,
             self.starts,
-            parents_of(self.keys),
+            parent_rows(self.keys),
             self.read,
             budget,
             first,
         )
         start = self.read(first)
         self.asked.clear()
-        for row, cloud in zip(first, parts_of(start, self.counts[list(first)]), strict=True):
+        for row, cloud in zip(first, split_cloud(start, self.counts[list(first)]), strict=True):
             self.store.put(row, cloud)
         box = np.stack([whole.points.min(axis=0), whole.points.max(axis=0)])
         self.cloud = StreamedCloud(
@@ -277,13 +277,13 @@ def test_fetched_nodes_are_kept_until_they_are_let_go() -> None:
 
 def test_runs_of_a_cloud_hold_all_that_its_points_have() -> None:
     cloud = face(100)
-    a, b, c = parts_of(cloud, [30, 0, 70])
+    a, b, c = split_cloud(cloud, [30, 0, 70])
     assert [len(part.points) for part in (a, b, c)] == [30, 0, 70]
     assert np.array_equal(c.points, cloud.points[30:])
     assert np.array_equal(c.colors, cloud.colors[30:])  # type: ignore[index]
     assert np.array_equal(c.normals, cloud.normals[30:])  # type: ignore[index]
     assert np.array_equal(c.fields["intensity"], cloud.fields["intensity"][30:])
-    bare = parts_of(PointCloud(cloud.points), [100])[0]
+    bare = split_cloud(PointCloud(cloud.points), [100])[0]
     assert bare.colors is bare.normals is None
 
 
@@ -452,7 +452,7 @@ def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() ->
 def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
     most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vomstudio.geometry.streaming.surfaces._FACE_POINTS", most)
+    monkeypatch.setattr("vomstudio.geometry.streaming.surfaces.MAX_FACE_POINTS", most)
     file = File()
     file.store.fetch(range(len(file.keys)))
     low, high = UTM + [2.0, -1.0, 1.0], UTM + [6.0, 1.0, 5.0]

@@ -15,10 +15,10 @@ from vomstudio.geometry.patches import (
     face_areas,
     face_points,
     has_id,
-    ids_of,
+    ids_to_runs,
     moments,
     outline,
-    runs_of,
+    runs_to_ids,
 )
 from vomstudio.geometry.planes import PlaneFit, fit_plane
 
@@ -305,11 +305,11 @@ def test_a_finer_meshed_corner_does_not_draw_the_plane_to_itself():
 def test_runs_are_another_way_to_write_ids():
     rng = np.random.default_rng(3)
     ids = np.unique(rng.integers(0, 5000, 900))
-    runs = runs_of(rng.permutation(np.repeat(ids, 2)))
-    assert ids_of(runs).tolist() == ids.tolist()
+    runs = ids_to_runs(rng.permutation(np.repeat(ids, 2)))
+    assert runs_to_ids(runs).tolist() == ids.tolist()
     for id_ in range(-1, 5001, 7):
         assert has_id(runs, id_) == (id_ in ids)
-    assert runs_of([]) == ()
+    assert ids_to_runs([]) == ()
     assert not has_id((), 0)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.coordinate_limits import (
-    FARTHEST_DIAMETERS,
-    no_places,
-    why_no_coordinate,
-    why_not_at,
-    why_not_on_earth,
+    MAX_DISTANCE_DIAMETERS,
+    check_coordinates,
+    check_near_model,
+    check_on_earth,
+    invalid_places,
 )
 
 CUBE = np.array([[576_700.0, 5_188_100.0, 180.0], [576_703.0, 5_188_104.0, 192.0]])
@@ -21,33 +21,33 @@ CUBE = np.array([[576_700.0, 5_188_100.0, 180.0], [576_703.0, 5_188_104.0, 192.0
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e30, -1e13, 1e300])
 def test_what_is_no_coordinate_is_refused_alone_in_a_row_and_in_an_array(value):
-    assert why_no_coordinate([1.0, value, 2.0]) is not None
-    assert why_not_at((576_701.0, value, 185.0), CUBE) is not None
+    assert check_coordinates([1.0, value, 2.0]) is not None
+    assert check_near_model((576_701.0, value, 185.0), CUBE) is not None
     points = np.zeros((3, 3))
     points[1, 2] = value
-    assert no_places(points).tolist() == [False, True, False]
+    assert invalid_places(points).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("value", [0.0, -5_188_100.0, 6_378_137_000.0, 4e7])
 def test_metres_and_millimetres_on_earth_are_coordinates(value):
-    assert why_no_coordinate([value]) is None
-    assert not no_places(np.full((1, 3), value)).any()
+    assert check_coordinates([value]) is None
+    assert not invalid_places(np.full((1, 3), value)).any()
 
 
 def test_a_place_is_on_a_model_up_to_so_many_of_its_diameters():
     x, y, z = CUBE[1]
-    reach = 13.0 * FARTHEST_DIAMETERS
-    assert why_not_at((x + 0.99 * reach, y, z), CUBE) is None
-    assert why_not_at((x + 1.01 * reach, y, z), CUBE) is not None
-    finding = why_not_at((x, y, z + 200 * 13.0), CUBE)
+    reach = 13.0 * MAX_DISTANCE_DIAMETERS
+    assert check_near_model((x + 0.99 * reach, y, z), CUBE) is None
+    assert check_near_model((x + 1.01 * reach, y, z), CUBE) is not None
+    finding = check_near_model((x, y, z + 200 * 13.0), CUBE)
     assert finding.code == "coordinate.far-from-model"
     assert finding.values["times"] == pytest.approx(200.0)
 
 
 def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
     holed = np.full((2, 3), np.nan)
-    assert why_not_at((1.0, 2.0, 3.0), holed) is None
-    assert why_not_at((1.0, math.nan, 3.0), holed) is not None
+    assert check_near_model((1.0, 2.0, 3.0), holed) is None
+    assert check_near_model((1.0, math.nan, 3.0), holed) is not None
 
 
 @pytest.mark.parametrize(
@@ -55,9 +55,9 @@ def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
     [(12.0, 95.0, "latitude"), (12.0, math.nan, "latitude"), (1e30, 45.0, "longitude")],
 )
 def test_degrees_off_the_globe_are_named(longitude, latitude, name):
-    assert why_not_on_earth(longitude, latitude).code == f"coordinate.{name}"
+    assert check_on_earth(longitude, latitude).code == f"coordinate.{name}"
 
 
 def test_degrees_on_the_globe_are_taken():
-    assert why_not_on_earth(-179.9, -90.0) is None
-    assert why_not_on_earth(359.0, 90.0) is None
+    assert check_on_earth(-179.9, -90.0) is None
+    assert check_on_earth(359.0, 90.0) is None

@@ -89,7 +89,7 @@ def test_the_expected_error_is_that_of_the_fit_of_such_a_disc():
 
 
 def test_errors_fall_with_size_and_rise_with_everything_else():
-    plain = PlaneSizes.of_pixels(0.013)
+    plain = PlaneSizes.from_pixel_size(0.013)
     errors = [plane.error95_deg for plane in plain.curve()]
     assert errors == sorted(errors, reverse=True)
     for worse in (
@@ -101,7 +101,7 @@ def test_errors_fall_with_size_and_rise_with_everything_else():
 
 
 def test_the_textbooks_limit_of_a_thousand_pixels_is_on_the_curve():
-    sizes = PlaneSizes.of_pixels(0.013)
+    sizes = PlaneSizes.from_pixel_size(0.013)
     assert sizes.textbook == pytest.approx(13.0)
     assert any(plane.size_m == pytest.approx(sizes.textbook) for plane in sizes.curve())
     # A metre and a half is known far better than a geologist's compass tells it.

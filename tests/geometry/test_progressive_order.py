@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from vomstudio.geometry.progressive_order import (
-    DEEPEST,
+    MAX_LEVEL,
     POINTS_PER_NODE,
     Arrangement,
     _depth,
@@ -95,8 +95,8 @@ def test_every_level_ends_with_one_point_in_each_of_its_cubes(
     points = some_points(kind)
     found, low = arrange(points), points.min(axis=0)
     side = float(np.ptp(points, axis=0).max()) * (1.0 + 1e-9)
-    smallest = ((points - low) * (2**DEEPEST / side)).astype(int)
-    filled = [len(np.unique(smallest >> down, axis=0)) for down in range(DEEPEST, -1, -1)]
+    smallest = ((points - low) * (2**MAX_LEVEL / side)).astype(int)
+    filled = [len(np.unique(smallest >> down, axis=0)) for down in range(MAX_LEVEL, -1, -1)]
     first = max(1, max(level for level, count in enumerate(filled) if count <= most))
     own, spacings = nodes(found), np.unique(found.spacing)[::-1]
     beginnings = []
@@ -104,7 +104,7 @@ def test_every_level_ends_with_one_point_in_each_of_its_cubes(
         rows = np.concatenate([own[k] for k in np.flatnonzero(found.spacing >= spacing)])
         beginnings.append(len(rows))
         if len(rows) in filled:
-            cubes = smallest[rows] >> (DEEPEST - filled.index(len(rows)))
+            cubes = smallest[rows] >> (MAX_LEVEL - filled.index(len(rows)))
             assert len(np.unique(cubes, axis=0)) == len(rows)
         # Of a surface, a quarter of the points are twice as far apart.
         coarser = max((k for k, count in enumerate(filled) if 2 * count <= len(rows)), default=0)
@@ -185,7 +185,7 @@ def test_rows_of_clouds_of_billions_of_points_have_room_beside_their_places() ->
     for row_bits in range(1, 41):
         depth = _depth(row_bits)
         assert 3 * depth + row_bits <= 64
-        assert depth == DEEPEST or 3 * (depth + 1) + row_bits > 64
+        assert depth == MAX_LEVEL or 3 * (depth + 1) + row_bits > 64
 
 
 def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.MonkeyPatch) -> None:

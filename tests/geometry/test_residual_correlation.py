@@ -67,10 +67,10 @@ def plainly(u: np.ndarray, v: np.ndarray, r: np.ndarray, dof: float) -> tuple[fl
     place = length / length[-1]
     n_points = len(u)
     whole = u, v, r
-    n, part, each = n_points, 1.0, max(round(n_points / residual_correlation.MOST), 1)
+    n, part, each = n_points, 1.0, max(round(n_points / residual_correlation.MAX_PIECES), 1)
     free = dof
-    if n > residual_correlation.MOST:
-        n, free = residual_correlation.MOST, min(dof, residual_correlation.MOST - 3.0)
+    if n > residual_correlation.MAX_PIECES:
+        n, free = residual_correlation.MAX_PIECES, min(dof, residual_correlation.MAX_PIECES - 3.0)
         cuts = [int(k * n_points / n) for k in range(n)]
         u, v, r = (np.array([p.mean() for p in np.split(x, cuts[1:])]) for x in whole)
         part = (r**2).mean() / (whole[2] ** 2).mean()
@@ -86,10 +86,12 @@ def plainly(u: np.ndarray, v: np.ndarray, r: np.ndarray, dof: float) -> tuple[fl
     mean = matrices.sum(axis=(1, 2)) / n
     remains = np.maximum(n - mean - lean.sum(axis=0), 1e-3 * n)
     share = free / (n - 3.0)
-    freedom = np.minimum(residual_correlation.FREEDOM * remains**2 / (s**2 @ left), n - 3.0)
+    freedom = np.minimum(residual_correlation.FREEDOM_FACTOR * remains**2 / (s**2 @ left), n - 3.0)
     freedom[0] = n - 3.0
     g = np.maximum(lean * free / remains, 1.0)
-    if ((np.diff(place) * (n_points - 1.0) - 1.0) ** 2).mean() > residual_correlation.UNEVEN**2:
+    if (
+        (np.diff(place) * (n_points - 1.0) - 1.0) ** 2
+    ).mean() > residual_correlation.MAX_UNEVENNESS**2:
         bins = np.minimum((place * n).astype(int), n - 1)
         total = [np.bincount(bins, x, n) for x in (*whole[:2], np.ones(n_points))]
         norm = [whole[0] @ whole[0], whole[1] @ whole[1], n_points]
@@ -104,16 +106,16 @@ def plainly(u: np.ndarray, v: np.ndarray, r: np.ndarray, dof: float) -> tuple[fl
         g = np.maximum(g, there[:2] * free / kept)
 
     low = np.maximum(n - mean - s[:, 0] - s[:, 1], 1e-3 * n)
-    heard = slice(0, residual_correlation.HEARD)
-    model = s[:, heard] * ((n - 3.0) / low)[:, None] + residual_correlation.FLOOR
-    seen = power[2][heard] * (n - 3.0) + residual_correlation.FLOOR * left[heard]
+    heard = slice(0, residual_correlation.N_FREQUENCIES)
+    model = s[:, heard] * ((n - 3.0) / low)[:, None] + residual_correlation.NOISE_FLOOR
+    seen = power[2][heard] * (n - 3.0) + residual_correlation.NOISE_FLOOR * left[heard]
     number = left[heard].sum() * share
     told = -0.5 * (np.log(model) @ left[heard] + number * np.log((seen / model).sum(axis=1)))
     falls = np.where(residual_correlation.SMOOTH, np.sqrt(2.0), 1.0) * residual_correlation.LENGTH
     prior = np.where(falls > each / (n * each - 1.0), residual_correlation.WEIGHT, 0.0)
     white = max(
         (residual_correlation.WHITE_POINTS / n) ** residual_correlation.WHITE_POWER,
-        residual_correlation.WHITE_LEAST,
+        residual_correlation.MIN_WHITE_WEIGHT,
     )
     even = np.exp(told - told.max()) * np.append(True, residual_correlation.WHITE == 0.0)
     far = np.append(False, residual_correlation.LENGTH > 0.12)
@@ -190,7 +192,7 @@ def test_traces_of_all_lengths_in_one_batch_keep_their_places() -> None:
         alone = inflated([own], dof[i : i + 1])
         for a, b in zip(together, alone, strict=True):
             assert a[i] == pytest.approx(b[0], rel=1e-9)
-    short = np.array(sizes) < residual_correlation.FEWEST
+    short = np.array(sizes) < residual_correlation.MIN_POINTS
     for q in together[:2]:
         np.testing.assert_array_equal(q[short], joint_quantile(dof)[short])
     np.testing.assert_array_equal(together[2][short], np.array(sizes)[short])
@@ -257,7 +259,7 @@ def test_belief_in_models_is_shared_out_however_far_apart_they_are() -> None:
     """A model that explains a trace worse by more than numbers can tell is given nothing."""
     logarithms = np.array([[0.0, -3000.0, np.log(3.0)], [5000.0, 5000.0, -5000.0]])
     for shift in (0.0, 900.0, -900.0):
-        found = residual_correlation._normalised(logarithms + shift)
+        found = residual_correlation._normalize(logarithms + shift)
         np.testing.assert_allclose(found, [[0.25, 0.0, 0.75], [0.5, 0.5, 0.0]], atol=1e-12)
 
 
@@ -270,10 +272,10 @@ def test_a_length_is_believed_in_where_neighbours_still_share_more_than_1_in_e(e
         first = int(1.0 / fallen + 1.0 / each) + 1
         for n, known in ((first, True), (first - 1, False)):
             assert (fallen * (n * each - 1.0) > each) == known
-            if n >= residual_correlation.FEWEST:
+            if n >= residual_correlation.MIN_POINTS:
                 weight = np.exp(residual_correlation._Library(n, each).log_weight[k + 1])
                 assert weight == pytest.approx(
-                    residual_correlation.WEIGHT[k] if known else residual_correlation.TINY
+                    residual_correlation.WEIGHT[k] if known else residual_correlation.MIN_FLOAT
                 )
                 told += 1
     assert told > 30

@@ -112,7 +112,7 @@ def test_a_ball_holds_what_is_within_its_radius(built):
     centre = points[700] + [0.02, 0.03, 0.01]
     for radius in (0.01, 0.15, 0.8):
         wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= radius)
-        assert np.array_equal(np.sort(surface._in_ball(centre, radius)), wanted)
+        assert np.array_equal(np.sort(surface._ids_in_ball(centre, radius)), wanted)
 
 
 def test_the_face_is_that_of_the_cliff_and_not_the_ledge_that_a_trace_runs_along():
@@ -136,11 +136,11 @@ def test_a_blob_has_no_face():
 
 @pytest.mark.parametrize("step", [1, 7, 1681])
 def test_a_plain_search_in_pieces_finds_all_of_a_ball(step, monkeypatch):
-    monkeypatch.setattr("vomstudio.geometry.surface._STEP", step)
+    monkeypatch.setattr("vomstudio.geometry.surface.BLOCK_SIZE", step)
     points = face(0.1, np.array([0.0, -1.0, 0.0]), seed=6)[:1681]
     centre = points[900]
     wanted = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= 0.5)
-    assert np.array_equal(np.sort(VertexSurface(points)._in_ball(centre, 0.5)), wanted)
+    assert np.array_equal(np.sort(VertexSurface(points)._ids_in_ball(centre, 0.5)), wanted)
 
 
 @pytest.mark.parametrize("built", [False, True])
@@ -180,21 +180,21 @@ def test_the_face_around_a_trace_reaches_three_times_its_extent_or_ten_spacings(
 
 
 def test_a_trace_is_followed_at_even_steps_with_its_ends():
-    from vomstudio.geometry.surface import _densified
+    from vomstudio.geometry.surface import _resample
 
     corner = np.array([[0.0, 0, 0], [3, 0, 0], [3, 1, 0]])
-    line = _densified(corner)
+    line = _resample(corner)
     assert len(line) == 200
     assert np.array_equal(line[[0, -1]], corner[[0, -1]])
     along = np.where(line[:, 0] < 3.0, line[:, 0], 3.0 + line[:, 1])
     assert along == pytest.approx(np.linspace(0.0, 4.0, 200))
-    assert np.array_equal(_densified(corner[:1]), corner[:1])
+    assert np.array_equal(_resample(corner[:1]), corner[:1])
 
 
 @pytest.mark.parametrize("radius", [0.2, 0.9, 2.5])
 def test_where_a_sample_of_a_large_model_is_too_thin_its_nearest_vertices_tell(radius, monkeypatch):
     """Of a ball the sample counts where it holds 64 vertices, else the 64 nearest of all do."""
-    monkeypatch.setattr("vomstudio.geometry.surface._COARSE", 100)
+    monkeypatch.setattr("vomstudio.geometry.surface.MAX_COARSE_VERTICES", 100)
     points = face(0.1, np.array([0.6, -0.8, 0.0]), seed=7)
     surface, centre = VertexSurface(points), points[825] + 0.01
     surface.build()

@@ -10,7 +10,7 @@ import pyvista as pv
 
 from vomstudio.extraction.measurable import typical_resolution
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.io.models.opening import resolution
 
 STEP = 0.1
@@ -54,7 +54,7 @@ def cut_at_centroids(mesh: Mesh) -> Mesh:
 
 
 def near(mesh: Mesh) -> float:
-    found = surface_of(mesh).resolution_near(mesh.vertices[:: len(mesh.vertices) // 20])
+    found = create_surface(mesh).resolution_near(mesh.vertices[:: len(mesh.vertices) // 20])
     assert found is not None
     return found
 
@@ -128,7 +128,7 @@ def test_a_half_flat_wall_keeps_the_spacing_of_its_flat_half() -> None:
     mesh = wall()
     flat = mesh.vertices[:, 0] < 1.5
     mesh.vertices[flat, 2] = 0.0
-    fine = surface_of(divided(mesh, 2))
+    fine = create_surface(divided(mesh, 2))
     y = np.linspace(0.5, 2.4, 20)
     assert fine.resolution_near(np.stack([0.0 * y + 0.7, y, 0.0 * y], 1)) == pytest.approx(
         STEP / 4.0, rel=0.15

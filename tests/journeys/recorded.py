@@ -23,7 +23,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.project import edits
 from vomstudio.project.assets import asset_path, store_asset
@@ -157,7 +157,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
     model = Model("m1", "cliff", str(outcrop), "mesh", "0" * 64, placement=Frame())
     tool = studio.tool_of(TraceTool)
     # The only model that a studio without workers has.
-    studio.models["m1"] = SimpleNamespace(surface=surface_of(sheet()))
+    studio.models["m1"] = SimpleNamespace(surface=create_surface(sheet()))
 
     def brush(x: float, *, ctrl: bool = False) -> None:
         for kind, shift in ((Pointer.DRAG_START, 0.0), (Pointer.DRAG_END, 0.4)):

@@ -14,7 +14,7 @@ from tests import driver
 from tests.messages import shown_codes
 from vomstudio.extraction.surface_fields import surface_fields
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.model_transform import moved
+from vomstudio.geometry.model_transform import transform_model
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
@@ -181,7 +181,7 @@ def test_a_model_that_is_placed_anew_has_its_fields_anew(window, panel) -> None:
     assert studio.attempt(edits.declare_frame, model.id, Frame("local", up_axis="y"))
     model = driver.model(window)
     wanted = surface_fields(
-        moved(read_model(studio.project.find_model(model)).data, model.to_world),
+        transform_model(read_model(studio.project.find_model(model)).data, model.to_world),
         panel.radius.value(),
     ).values["dip_direction"]
     assert not np.array_equal(wanted, before, equal_nan=True)

@@ -15,7 +15,7 @@ from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
 from tests.messages import shown_codes
 from vomstudio.core.paths import resource
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.io.photos.cameras_file import write_cameras
 from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
@@ -219,7 +219,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     assert patch.n > 5
     # All of it lies under the brush's way through the photo.
     mesh = studio.models[patch.model_id].data
-    painted = mesh.vertices[mesh.faces[ids_of(patch.runs)]].mean(axis=1)
+    painted = mesh.vertices[mesh.faces[runs_to_ids(patch.runs)]].mean(axis=1)
     on = canvas.screen_of(panel.shown.photos.views.pixels(panel.shown.view, painted))
     assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
     wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")

@@ -13,7 +13,7 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import figures, shown_codes
 from vomstudio.cli.common.entry import main
-from vomstudio.geology.coverage.cells import exposed_faces
+from vomstudio.geology.coverage.cells import measure_faces
 from vomstudio.project import grid_edits
 from vomstudio.project.grid_edits import marks_of
 from vomstudio.project.records import FaceGrid, Model
@@ -78,7 +78,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     # The whole model faces the viewer or away from him: all of it lies in some cell.
     model = studio.session.of(Model)[0]
     data = studio.models[model.id].data
-    alone = exposed_faces(world_grid(grid, model), data.vertices, data.faces)
+    alone = measure_faces(world_grid(grid, model), data.vertices, data.faces)
     assert exposed.covered.sum() == pytest.approx(alone.covered.sum())
     assert panel.result.cells == (exposed.covered > 0).sum()
     places = middles(window)

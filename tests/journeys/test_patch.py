@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
@@ -27,7 +27,7 @@ def plane_of(window, patch: Patch) -> np.ndarray:
     """Normal of the chosen faces' plane by singular values, each corner with a third of the area
     of its face."""
     mesh = window.studio.models[patch.model_id].data
-    corners = mesh.vertices[mesh.faces[ids_of(patch.runs)]].astype(np.float64)
+    corners = mesh.vertices[mesh.faces[runs_to_ids(patch.runs)]].astype(np.float64)
     area = np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
@@ -79,7 +79,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     QTest.mouseRelease(viewport, driver.LEFT, driver.NONE, at + QPoint(60, 20))
     assert viewport.moves.camera_state() == camera
     (patch,) = patches(window)
-    assert len(ids_of(patch.runs)) > 20
+    assert len(runs_to_ids(patch.runs)) > 20
     measured = studio.measured([patch.id])[patch.id]
     assert abs(measured.fit.normal @ plane_of(window, patch)) == pytest.approx(1.0, abs=1e-9)
     assert measured.verdict is not None
@@ -89,7 +89,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     # Ctrl takes away, undo brings back; the other buttons move the view.
     drag(viewport, at, at + QPoint(20, 8), modifier=CTRL)
     (less,) = patches(window)
-    assert set(ids_of(less.runs)) < set(ids_of(patch.runs))
+    assert set(runs_to_ids(less.runs)) < set(runs_to_ids(patch.runs))
     key(window, Qt.Key.Key_Z, CTRL)
     assert patches(window) == [patch]
     key(window, Qt.Key.Key_Y, CTRL)
@@ -113,7 +113,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert tool.radius == pytest.approx(0.25)
     click(viewport, at + NORTH)
     (grown,) = patches(window)
-    assert set(ids_of(grown.runs)) > set(ids_of(patch.runs))
+    assert set(runs_to_ids(grown.runs)) > set(runs_to_ids(patch.runs))
     assert "Paint B01" in (studio.session.undo_label or "")
 
     # Escape abandons what is being painted, and only that; undo does nothing then.
@@ -203,7 +203,7 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     send(QEvent.Type.MouseMove, end, driver.LEFT)
     send(QEvent.Type.MouseButtonRelease, end, Qt.MouseButton.NoButton)
     (patch,) = patches(window)
-    chosen = set(ids_of(patch.runs).tolist())
+    chosen = set(runs_to_ids(patch.runs).tolist())
     for x in range(0, 161, 4):
         hit = window.viewport.pick(at.x() + x, at.y())
         assert hit is None or hit.index in chosen

@@ -26,7 +26,7 @@ from tests.driver import (
     pixel,
     wait,
 )
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.interpret.tool_panels.select import SelectPanel
@@ -121,7 +121,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert tool.count == more
     key(window, Qt.Key.Key_Return)
     (patch,) = patches(window)
-    assert len(ids_of(patch.runs)) == more
+    assert len(runs_to_ids(patch.runs)) == more
     assert not tool.open
     assert studio.selection.ids == (patch.id,)
     assert viewport.features.drawings[patch.id].area is not None
@@ -149,7 +149,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert tool.count == first
     key(window, Qt.Key.Key_Return)
     (smaller,) = patches(window)
-    assert len(ids_of(smaller.runs)) == first
+    assert len(runs_to_ids(smaller.runs)) == first
     driver.dismiss(window)
 
 

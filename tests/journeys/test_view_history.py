@@ -59,7 +59,7 @@ def test_each_change_of_the_view_is_gone_back_and_forth(opened):
         lambda: turn(opened),
         lambda: key(opened, Qt.Key.Key_O),
         lambda: opened.actions_table.run("clipping_box"),
-        lambda: display.set_clip(display.box.with_face(0, 1, display.box.corners()[:, 0].mean())),
+        lambda: display.set_clip(display.box.move_face(0, 1, display.box.corners()[:, 0].mean())),
     ):
         change()
         rest(opened)

@@ -12,7 +12,7 @@ import pytest
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.beds import lithologies
 from vomstudio.geology.beds.bed_log import bed_log
-from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.beds.lithologies import strabospot_fields
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.section.bed_log_figure import lay_out_page, write_log_figure
 from vomstudio.products.section.decimals import format_with_error
@@ -88,9 +88,9 @@ def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
         write_log_figure(tmp_path / "log.gif", result, format="gif")
 
 
-@pytest.mark.parametrize("word", lithologies.words())
+@pytest.mark.parametrize("word", lithologies.lithology_choices())
 def test_every_word_that_is_offered_is_known_and_has_a_look(word: str) -> None:
-    fields = in_strabospot(word)
+    fields = strabospot_fields(word)
     assert fields is not None
     look = style_of(word, fields)
     assert re.fullmatch("#[0-9a-f]{6}", look.color)
@@ -100,7 +100,7 @@ def test_every_word_that_is_offered_is_known_and_has_a_look(word: str) -> None:
 
 def test_coarser_beds_are_wider() -> None:
     def width(word: str) -> float:
-        fields = in_strabospot(word)
+        fields = strabospot_fields(word)
         assert fields is not None
         result = style_of(word, fields).width
         assert result is not None
@@ -112,7 +112,7 @@ def test_coarser_beds_are_wider() -> None:
     ):
         widths = [width(word) for word in words]
         assert widths == sorted(set(widths))
-    assert style_of("coal", in_strabospot("coal") or {}).width is None
+    assert style_of("coal", strabospot_fields("coal") or {}).width is None
 
 
 def test_digits_follow_the_error() -> None:

@@ -11,7 +11,11 @@ import pytest
 from tests.extraction.planes_by_construction import grid_mesh, normal_of
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit, repeated
+from vomstudio.geology.beds.extended import (
+    plane_estimate_from_attitude,
+    plane_estimate_from_fit,
+    repeat_planes,
+)
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -30,7 +34,7 @@ def hilly(step: float = 0.25) -> Mesh:
 def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
     mesh = hilly()
     through = np.array([10.0, 10.0, 0.4])
-    belief = belief_of_attitude(Plane(*ATTITUDE), through, 1.0, 0.02)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), through, 1.0, 0.02)
     result = extend(mesh, belief, ExtendOptions(thickness_m=1.2, thickness_error_m=0.05))
     assert [bed.bed for bed in result.beds] == sorted(bed.bed for bed in result.beds)
     assert {bed.bed for bed in result.beds} >= {-2, -1, 0, 1, 2}
@@ -54,22 +58,22 @@ def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
 
 def test_the_band_ends_where_the_distance_is_the_error() -> None:
     mesh = hilly(0.1)
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 3.0, 0.05)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 3.0, 0.05)
     for side, pieces in zip((1.0, -1.0), band_edges(mesh, belief), strict=True):
         assert len(pieces) > 50
         points = pieces.reshape(-1, 3)
-        half = belief.t95 * belief.sd(points)
+        half = belief.t95 * belief.position_sd(points)
         assert belief.distances(points) == pytest.approx(side * half, abs=1e-3)
 
 
 def test_the_band_of_a_repeated_bed_is_wider_by_the_error_of_the_thickness() -> None:
     mesh = hilly(0.1)
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0, 0.02)
-    beds = repeated(belief, mesh.vertices, 1.5, 0.05)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0, 0.02)
+    beds = repeat_planes(belief, mesh.vertices, 1.5, 0.05)
     for number in beds.numbers.tolist():
         for side, pieces in zip((1.0, -1.0), band_edges(mesh, belief, beds, number), strict=True):
             points = pieces.reshape(-1, 3)
-            sd = np.hypot(belief.sd(points), number * 0.05 / 1.959964)
+            sd = np.hypot(belief.position_sd(points), number * 0.05 / 1.959964)
             expected = 1.5 * number + side * belief.t95 * sd
             assert belief.distances(points) == pytest.approx(expected, abs=1e-3)
 
@@ -79,43 +83,43 @@ def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:
     # trace, far away too, is within the band in about 95 of 100 places.
     rng = np.random.default_rng(1)
     through = np.array([10.0, 10.0, 0.3])
-    exact = extend(hilly(), belief_of_attitude(Plane(*ATTITUDE), through, 0.0))
+    exact = extend(hilly(), plane_estimate_from_attitude(Plane(*ATTITUDE), through, 0.0))
     whole = np.concatenate([trace.points for trace in exact.traces])
     near = whole[np.linalg.norm(whole - through, axis=1) < 5.0]
     held = []
     for _ in range(300):
         picked = near[rng.choice(len(near), 25, replace=False)]
-        belief = belief_of_fit(
+        belief = plane_estimate_from_fit(
             fit_plane(picked + 0.02 * rng.standard_normal(picked.shape), ordered=False)
         )
-        half = belief.t95 * belief.sd(whole)
+        half = belief.t95 * belief.position_sd(whole)
         held.append(np.abs(belief.distances(whole)) <= half)
     assert 0.92 < np.mean(held) < 0.975
 
 
 def test_a_cloud_has_the_same_traces() -> None:
     mesh = hilly(0.1)
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0)
     cloud = extend(PointCloud(mesh.vertices), belief, spacing=0.1)
     exact = extend(mesh, belief)
     assert cloud.length_m == pytest.approx(exact.length_m, rel=0.15)
 
 
 def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
     (warning,) = extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings
     assert warning.code == "extension.beds-indistinct"
     assert extend(hilly(), belief).warnings == ()
 
 
 def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
     with refused("extension.misses-model", GeometryError):
         extend(hilly(), belief)
     with pytest.raises(UsageError) as error:
         ExtendOptions(thickness_m=-1.0)
     assert (error.value.code, error.value.field) == ("option.not-a-length", "--thickness")
-    near = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
+    near = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
     with refused("output.unknown-format", UsageError, suffix=".shp", formats=(".csv", ".gpkg")):
         write_traces(tmp_path / "a.shp", extend(hilly(), near), crs=None, model="", force=False)
 
@@ -123,7 +127,7 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
 def test_lines_for_a_gis_say_their_bed_and_their_worst_error(tmp_path: Path) -> None:
     import pyogrio
 
-    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
+    belief = plane_estimate_from_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
     result = extend(hilly(), belief, ExtendOptions(thickness_m=1.0))
     path = tmp_path / "beds.gpkg"
     write_traces(path, result, crs="EPSG:32615", model="hill", force=False)

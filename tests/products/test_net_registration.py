@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from vomstudio.geology.common_rotation_errors import Turns, together
+from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 from vomstudio.io.text.orientation_reading import read_orientations
@@ -29,7 +29,7 @@ DIP = np.array([30.0, 32.0, 35.0, 28.0, 31.0, 40.0])
 
 
 def turns(degrees: float = 2.0) -> Turns:
-    return together([("r1", np.radians(degrees) ** 2 * np.eye(3))] * len(AZIMUTH))
+    return shared_rotations([("r1", np.radians(degrees) ** 2 * np.eye(3))] * len(AZIMUTH))
 
 
 def net(known: Turns | None, *, compact: bool = False) -> NetContents:

@@ -12,7 +12,7 @@ from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_o
 from tests.messages import by_code, refused
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.planar_part import where_it_holds
+from vomstudio.geology.roughness.planar_part import find_planar_part
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.surface.analysis import analyse
@@ -75,8 +75,8 @@ def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
     rng = np.random.default_rng(1)
     result, held = [], 0
     for _ in range(12):
-        seen = increments.variations(self_affine(128, exponent, rng), 0.02, 0.05)
-        one = increments.exponent(seen, 0.0)
+        seen = increments.measure_variations(self_affine(128, exponent, rng), 0.02, 0.05)
+        one = increments.fit_exponent(seen, 0.0)
         result.append(one.H)
         held += abs(one.H - exponent) <= one.error95
         assert one.error95 < 0.15
@@ -90,11 +90,11 @@ def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: fl
     rng = np.random.default_rng(2)
     runs, held, claimed, result = 200, 0, 0, []
     for _ in range(runs):
-        seen = increments.variations(self_affine(128, exponent, rng), 1.0, 2.0)
-        one = increments.exponent(seen, 0.0)
+        seen = increments.measure_variations(self_affine(128, exponent, rng), 1.0, 2.0)
+        one = increments.fit_exponent(seen, 0.0)
         result.append(one.H)
         held += abs(one.H - exponent) <= one.error95
-        claimed += increments.smoothest(seen, 0.0).claimed
+        claimed += increments.find_smoothest_direction(seen, 0.0).claimed
     assert np.mean(result) == pytest.approx(exponent, abs=0.01)
     assert 0.91 <= held / runs <= 0.99
     assert claimed / runs <= 0.03
@@ -103,8 +103,8 @@ def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: fl
 def test_no_direction_is_claimed_on_surfaces_without() -> None:
     rng = np.random.default_rng(3)
     claimed = [
-        increments.smoothest(
-            increments.variations(self_affine(96, 0.7, rng), 1.0, 2.0), 0.0
+        increments.find_smoothest_direction(
+            increments.measure_variations(self_affine(96, 0.7, rng), 1.0, 2.0), 0.0
         ).claimed
         for _ in range(20)
     ]
@@ -117,8 +117,8 @@ def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: floa
     held, off = 0, []
     for _ in range(8):
         rough = self_affine(128, 0.6, rng)
-        seen = increments.variations(rough + grooves(128, 1.0, angle, 14.0, 3.0), 1.0, 2.0)
-        one = increments.smoothest(seen, 0.0)
+        seen = increments.measure_variations(rough + grooves(128, 1.0, angle, 14.0, 3.0), 1.0, 2.0)
+        one = increments.find_smoothest_direction(seen, 0.0)
         assert one.claimed
         off.append((one.angle_deg - angle + 90) % 180 - 90)
         held += abs(off[-1]) <= one.error95_deg
@@ -248,7 +248,7 @@ def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
 @pytest.mark.full
 def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
     rng = np.random.default_rng(9)
-    trims = [where_it_holds(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
+    trims = [find_planar_part(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
     assert sum(trims) <= 2
 
 
@@ -273,10 +273,10 @@ def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float)
 def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
     rng = np.random.default_rng(12)
     for _ in range(8):
-        assert where_it_holds(self_affine(72, exponent, rng), 0.0).other is None
+        assert find_planar_part(self_affine(72, exponent, rng), 0.0).other is None
     y, x = np.mgrid[0:72, 0:72] / 72.0
     for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
-        result = where_it_holds(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
+        result = find_planar_part(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
         assert result.other is None
         assert not result.trims
 

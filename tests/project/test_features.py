@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.slip import slip_rake
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.geometry.patches import ids_to_runs, moments, outline
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.project import codec, edits
 from vomstudio.project.kinds.dimension import Dimension
@@ -53,7 +53,7 @@ def patch(points: np.ndarray) -> Patch:
         "m1",
         "0" * 64,
         "point",
-        runs_of(range(7, 7 + m.n)),
+        ids_to_runs(range(7, 7 + m.n)),
         m.n,
         m.mean,
         m.scatter,

@@ -25,7 +25,7 @@ from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.geometry.patches import ids_to_runs, moments, outline
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writing import write_model
@@ -218,7 +218,7 @@ def features() -> dict:
             "joint",
             *on_model,
             "point",
-            runs_of(range(m.n)),
+            ids_to_runs(range(m.n)),
             m.n,
             m.mean,
             m.scatter,

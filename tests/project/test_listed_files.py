@@ -18,7 +18,7 @@ from tests.messages import refused
 from tests.samples import bed
 from tests.specimens.figures import command
 from vomstudio.core.errors import DocumentError, InputError
-from vomstudio.geology.beds.lithologies import WORDS, color_of_rock, in_strabospot
+from vomstudio.geology.beds.lithologies import LITHOLOGIES, color_of_rock, strabospot_fields
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
@@ -128,9 +128,9 @@ def test_what_is_no_choice_is_refused_and_never_gets_into_the_journal(project: P
 
 
 def test_every_word_of_the_list_is_one_of_strabospot_and_has_a_colour_but_what_is_covered():
-    assert len(set(WORDS)) == len(WORDS)
-    assert all(in_strabospot(word) is not None for word in WORDS)
-    assert [word for word in WORDS if not color_of_rock(word)] == ["covered"]
+    assert len(set(LITHOLOGIES)) == len(LITHOLOGIES)
+    assert all(strabospot_fields(word) is not None for word in LITHOLOGIES)
+    assert [word for word in LITHOLOGIES if not color_of_rock(word)] == ["covered"]
     # As on the state geologic maps of the USGS: red, green, blue.
     published = {
         "sandstone": (205, 255, 217),

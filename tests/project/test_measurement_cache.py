@@ -12,10 +12,10 @@ from tests.messages import by_code
 from tests.project.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.core.errors import GeometryError
-from vomstudio.geology.intersections import stray95
+from vomstudio.geology.intersections import deviation95
 from vomstudio.geology.orientation import Plane, line_from_rake
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.geology.quality import confidence_that_counts_deg
+from vomstudio.geology.quality import governing_confidence_deg
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.planes import fit_plane, fit_planes
 from vomstudio.project import edits
@@ -326,10 +326,12 @@ def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
     assert found.normal == pytest.approx(fit.normal)
     # The tilt is largest along the rake that is told, by the angle that is told.
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    stated = math.degrees(math.atan(stray95(found, worst)))
-    assert stated == pytest.approx(confidence_that_counts_deg(fit))
+    stated = math.degrees(math.atan(deviation95(found, worst)))
+    assert stated == pytest.approx(governing_confidence_deg(fit))
     best = np.cross(found.normal, worst)
-    assert math.degrees(math.atan(stray95(found, best))) == pytest.approx(fit.min_confidence95_deg)
+    assert math.degrees(math.atan(deviation95(found, best))) == pytest.approx(
+        fit.min_confidence95_deg
+    )
     # Three of the points' freedoms went into the plane.
     off = (np.array(ROUGH) - fit.centroid) @ fit.normal
     assert found.roughness == pytest.approx(math.sqrt((off**2).sum() / (len(ROUGH) - 3)))
@@ -370,7 +372,7 @@ def test_the_error_of_a_patch_is_the_one_that_patches_are_judged_by():
     fit = measured.fit
     assert fit.max_angular_error_deg > fit.max_confidence95_deg
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    found = math.degrees(math.atan(stray95(plane_with_error(measured), worst)))
+    found = math.degrees(math.atan(deviation95(plane_with_error(measured), worst)))
     assert found == pytest.approx(fit.max_angular_error_deg)
 
 
@@ -392,7 +394,7 @@ def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
     records = {"m1": MODEL, "t1": base, "l1": line}
     found = measure_all(records, [line])[0]
     fitted = plane_with_error(measure_all(records, [base])[0])
-    across = math.degrees(math.atan(stray95(fitted, found.line.vector())))
+    across = math.degrees(math.atan(deviation95(fitted, found.line.vector())))
     within = found.line_fit.confidence95_deg
     assert found.max_confidence95_deg == pytest.approx(max(across, within))
     assert found.min_confidence95_deg == pytest.approx(min(across, within))

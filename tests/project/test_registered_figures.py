@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from tests.messages import by_code
-from vomstudio.geology.intersections import STRAY95
+from vomstudio.geology.intersections import NORMAL_QUANTILE95
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
@@ -176,7 +176,9 @@ def drawn_steps(size: int = 40_000) -> np.ndarray:
 def test_a_distance_is_wrong_by_the_scale_alone() -> None:
     found = measured(dimension("distance", [[0, 0, 0], STEP]), model("m1", registration()))
     assert found.dimension is not None
-    assert found.dimension["distance_registration95_m"] == pytest.approx(STRAY95 * 0.01 * 13.0)
+    assert found.dimension["distance_registration95_m"] == pytest.approx(
+        NORMAL_QUANTILE95 * 0.01 * 13.0
+    )
 
 
 def test_heights_and_horizontal_distances_are_wrong_by_the_rotation_too() -> None:
@@ -184,12 +186,12 @@ def test_heights_and_horizontal_distances_are_wrong_by_the_rotation_too() -> Non
     assert found.dimension is not None
     moved = drawn_steps()
     assert found.dimension["vertical_registration95_m"] == pytest.approx(
-        STRAY95 * moved[:, 2].std(), rel=0.02
+        NORMAL_QUANTILE95 * moved[:, 2].std(), rel=0.02
     )
     # Along the horizontal direction that it has: to first order.
     along = moved[:, :2] @ STEP[:2] / 5.0
     assert found.dimension["horizontal_registration95_m"] == pytest.approx(
-        STRAY95 * along.std(), rel=0.02
+        NORMAL_QUANTILE95 * along.std(), rel=0.02
     )
 
 
@@ -199,7 +201,7 @@ def test_an_upright_distance_tells_how_far_it_may_lean() -> None:
     found = measured(dimension("distance", [[0, 0, 0], [0, 0, 10.0]]), placed)
     assert found.dimension is not None
     # About north by 2 degrees it leans east.
-    expected = STRAY95 * 10.0 * np.radians(2.0)
+    expected = NORMAL_QUANTILE95 * 10.0 * np.radians(2.0)
     assert found.dimension["horizontal_registration95_m"] == pytest.approx(expected, rel=1e-3)
     assert found.dimension["vertical_registration95_m"] == pytest.approx(0.0, abs=1e-12)
 
@@ -208,8 +210,12 @@ def test_areas_are_wrong_by_twice_the_scale() -> None:
     square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
     found = measured(dimension("area", square), model("m1", registration()))
     assert found.dimension is not None
-    assert found.dimension["area_registration95_m2"] == pytest.approx(2 * STRAY95 * 0.01 * 4.0)
-    assert found.dimension["perimeter_registration95_m"] == pytest.approx(STRAY95 * 0.01 * 8.0)
+    assert found.dimension["area_registration95_m2"] == pytest.approx(
+        2 * NORMAL_QUANTILE95 * 0.01 * 4.0
+    )
+    assert found.dimension["perimeter_registration95_m"] == pytest.approx(
+        NORMAL_QUANTILE95 * 0.01 * 8.0
+    )
 
 
 def thickness(of_plane: Feature, *models: Model) -> dict[str, float]:
@@ -220,7 +226,7 @@ def thickness(of_plane: Feature, *models: Model) -> dict[str, float]:
 
 def test_a_thickness_on_one_model_is_wrong_by_the_scale_alone() -> None:
     found = thickness(on_plane("a", A, "m1"), model("m1", registration()))
-    expected = STRAY95 * 0.01 * found["thickness_m"]
+    expected = NORMAL_QUANTILE95 * 0.01 * found["thickness_m"]
     assert found["thickness_registration95_m"] == pytest.approx(expected)
     assert found["thickness_total95_m"] == pytest.approx(
         np.hypot(found["thickness_error95_m"], expected)
@@ -231,7 +237,9 @@ def test_a_thickness_across_a_bed_read_with_a_compass_is_wrong_by_the_rotation_t
     bed = Reading("a", "a", "bedding", "plane", A.dip_direction_deg, A.dip_deg)
     found = thickness(bed, model("m1", registration()))
     spread = (drawn_steps() @ A.normal()).std()
-    assert found["thickness_registration95_m"] == pytest.approx(STRAY95 * spread, rel=0.02)
+    assert found["thickness_registration95_m"] == pytest.approx(
+        NORMAL_QUANTILE95 * spread, rel=0.02
+    )
     # The error of the plane itself is not known, nor is then that of all together.
     assert "thickness_total95_m" not in found
 
@@ -241,7 +249,9 @@ def test_a_thickness_across_a_bed_of_another_model_has_the_errors_of_both() -> N
     found = thickness(on_plane("a", A, "m2"), *both)
     turned = direction_covariance(2.0 * SHAPE[:3, :3], A.normal())[0]
     spread = np.hypot((drawn_steps() @ A.normal()).std(), np.sqrt(STEP @ turned @ STEP))
-    assert found["thickness_registration95_m"] == pytest.approx(STRAY95 * spread, rel=0.02)
+    assert found["thickness_registration95_m"] == pytest.approx(
+        NORMAL_QUANTILE95 * spread, rel=0.02
+    )
 
 
 def test_the_three_errors_serve_where_no_covariance_is_known() -> None:
@@ -250,9 +260,9 @@ def test_the_three_errors_serve_where_no_covariance_is_known() -> None:
     )
     found = measured(dimension("distance", [[0, 0, 0], [10.0, 0, 0]]), model("m1", plain))
     assert found.dimension is not None
-    assert found.dimension["distance_registration95_m"] == pytest.approx(STRAY95 * 0.2)
+    assert found.dimension["distance_registration95_m"] == pytest.approx(NORMAL_QUANTILE95 * 0.2)
     # About north: what lies east goes up or down.
-    expected = STRAY95 * 10.0 * np.radians(1.0)
+    expected = NORMAL_QUANTILE95 * 10.0 * np.radians(1.0)
     assert found.dimension["vertical_registration95_m"] == pytest.approx(expected)
 
 

@@ -10,7 +10,7 @@ import pytest
 import vomstudio as vs
 from tests.messages import refused
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.io.control.observation_tables import read_pairs, read_positions
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.studio.placing.register_order import register_model
@@ -44,7 +44,7 @@ def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
 
 def test_errors_that_are_stated_or_not() -> None:
     for value in (1e-6, 0.02, 30.0, float("nan")):
-        assert why_no_error(value) is None
+        assert check_error(value) is None
 
 
 def test_commas_in_geo_txt_are_named(tmp_path: Path) -> None:

@@ -22,10 +22,10 @@ def test_a_box_has_eight_corners_twelve_edges_and_six_faces() -> None:
 
 
 def test_faces_never_pass_each_other() -> None:
-    assert BOX.with_face(0, 1, 3.0).high == (3.0, 4.0, 6.0)
-    moved = BOX.with_face(0, 1, -5.0)
+    assert BOX.move_face(0, 1, 3.0).high == (3.0, 4.0, 6.0)
+    moved = BOX.move_face(0, 1, -5.0)
     assert moved.low[0] < moved.high[0] < 0.1
-    moved = BOX.with_face(2, 0, 99.0)
+    moved = BOX.move_face(2, 0, 99.0)
     assert 5.9 < moved.low[2] < moved.high[2]
 
 

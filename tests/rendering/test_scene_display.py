@@ -310,7 +310,7 @@ def test_features_outside_the_box_are_hidden_and_cut(scene: Scene) -> None:
     face(scene, mesh.vertices)
     line = UTM + np.array([[1.0, -0.3, 4.0], [9.0, -0.3, 4.0]])
     scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
-    box = ClipBox.around(mesh.vertices).with_face(0, 1, UTM[0] + 5.0).with_face(1, 0, UTM[1] - 1.0)
+    box = ClipBox.around(mesh.vertices).move_face(0, 1, UTM[0] + 5.0).move_face(1, 0, UTM[1] - 1.0)
     scene.set_clip(box)
     picture = rest(scene)
     red = np.abs(picture - [255, 0, 0]).max(axis=2) < 30
@@ -343,7 +343,7 @@ def test_painted_areas_are_cut_too(scene: Scene) -> None:
     area = Area(origin, corners, corners[:, :2])
     drawing = FeatureDrawing("f", mesh.vertices[:1], None, (1.0, 0.0, 0.0), "", UTM, area=area)
     # The box cuts the area, but not the wall, which lies within it otherwise.
-    box = ClipBox.around(mesh.vertices).with_face(0, 1, UTM[0] + 5.0)
+    box = ClipBox.around(mesh.vertices).move_face(0, 1, UTM[0] + 5.0)
     for clipped in (box, None):
         scene.set_clip(clipped)
         scene.set_features({"f": drawing})

@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import View
-from vomstudio.geometry.streaming.surfaces import StreamedSurface, surface_of
+from vomstudio.geometry.streaming.surfaces import StreamedSurface, create_surface
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model
 from vomstudio.rendering.prepare.events import (
@@ -146,7 +146,7 @@ def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: Point
     cloud = copc.stream(cliff, N)
     for row in range(len(cloud.store)):
         cloud.store.fetch([row])
-    surface, other = surface_of(cloud), CloudSurface(whole)
+    surface, other = create_surface(cloud), CloudSurface(whole)
     assert isinstance(surface, StreamedSurface)
     surface.build()
     other.build()
@@ -169,7 +169,7 @@ def test_the_surface_knows_what_is_loaded_and_reads_what_was_chosen_before(
     cliff: Path, whole: PointCloud
 ) -> None:
     cloud = copc.stream(cliff, 20_000)
-    surface = surface_of(cloud)
+    surface = create_surface(cloud)
     ids = np.arange(0, N, 97)
     assert np.array_equal(surface.corners(ids), whole.points[ids])
     centre = cloud.points[100]

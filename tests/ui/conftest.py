@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.samples import ZIGZAG
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.io.settings import read_settings
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
@@ -51,7 +51,7 @@ def add_cliff(studio, frame: Frame | None = None) -> None:
 def add_open_cliff(studio, mesh) -> None:
     """A model with a surface to paint and click on, and all that is said."""
     add_cliff(studio)
-    studio.models["m1"] = SimpleNamespace(surface=surface_of(mesh), data=mesh, resolution=None)
+    studio.models["m1"] = SimpleNamespace(surface=create_surface(mesh), data=mesh, resolution=None)
     studio.models["m1"].surface.build()
 
 

@@ -202,7 +202,7 @@ def test_faces_of_the_box_are_typed_and_do_not_pass_each_other(window, studio):
     panel = window.display_panel
     assert [spin.value() for spin in panel.faces] == [0.0, 10.0, 1.0, 11.0, 2.0, 12.0]
     panel.faces[1].setValue(4.0)
-    assert studio.display.box == BOX.with_face(0, 1, 4.0)
+    assert studio.display.box == BOX.move_face(0, 1, 4.0)
     panel.faces[1].setValue(-3.0)
     assert studio.display.box.low[0] < studio.display.box.high[0] < 0.1
     assert window.actions_table.all["clipping_box"].isChecked()

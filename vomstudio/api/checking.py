@@ -18,7 +18,7 @@ from vomstudio.core.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.coordinate_limits import no_places
+from vomstudio.geometry.coordinate_limits import invalid_places
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
@@ -104,7 +104,7 @@ def points(values: Any, name: str = "points") -> FloatArray:
         raise InputError(Finding("argument.empty"), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(Finding("array.not-points", shape=array.shape), field=name)
-    refuse_rows(no_places(array), name)
+    refuse_rows(invalid_places(array), name)
     return np.ascontiguousarray(array)
 
 

@@ -8,7 +8,11 @@ from vomstudio.api.checking import errors_named, numbers, points, warn
 from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.planes import plane_text
-from vomstudio.geology.beds.extended import PlaneBelief, belief_of_attitude, belief_of_fit
+from vomstudio.geology.beds.extended import (
+    PlaneEstimate,
+    plane_estimate_from_attitude,
+    plane_estimate_from_fit,
+)
 from vomstudio.geology.notation import plane_option
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -92,12 +96,12 @@ def extend(
     return extension
 
 
-def _belief(of: Any, options: ExtendOptions) -> PlaneBelief:
+def _belief(of: Any, options: ExtendOptions) -> PlaneEstimate:
     """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
     if of is not None:
         array = points(of, "of")
         with errors_named("of"):
-            return belief_of_fit(fit_plane(array))
+            return plane_estimate_from_fit(fit_plane(array))
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
-    return belief_of_attitude(plane, through, options.error_deg, options.through_error_m)
+    return plane_estimate_from_attitude(plane, through, options.error_deg, options.through_error_m)

@@ -29,7 +29,7 @@ from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_o
 from vomstudio.api.tables import dataframe_crs
 from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.geology.fractures.fracture_options import FractureOptions
-from vomstudio.geology.fractures.network import FractureNetwork, Mapped
+from vomstudio.geology.fractures.network import FractureNetwork, MappedNetwork
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
 
 
@@ -158,7 +158,7 @@ def fractures(
     return mapped.found
 
 
-def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
+def _draw(mapped: MappedNetwork, plot: Path, force: bool) -> None:
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
     from vomstudio.products.net.figure import picture_format

@@ -25,7 +25,7 @@ from vomstudio.geology.faults.displacement_pairs import Displacements, displacem
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
 from vomstudio.geology.notation import exact_line
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import no_places
+from vomstudio.geometry.coordinate_limits import invalid_places
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 
 
@@ -178,7 +178,7 @@ def threepoint(
     frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
         point_table = read_boundaries(_table(points, 3, "points"), frame)
-    result = plane_of_three_points(point_table.points, options.sigma_m).of_table(
+    result = plane_of_three_points(point_table.points, options.sigma_m).with_table_findings(
         point_table.dropped, point_table.warnings
     )
     warn(result.warnings)
@@ -282,5 +282,5 @@ def _table(value: Any, width: int, name: str) -> Any:
     array = numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
-    refuse_rows(no_places(array[:, :3]) | no_places(array[:, -3:]), name)
+    refuse_rows(invalid_places(array[:, :3]) | invalid_places(array[:, -3:]), name)
     return to_text_table(DataFrame(array, columns=list(names)), name)

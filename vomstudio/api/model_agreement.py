@@ -57,4 +57,4 @@ def agreement(first: Any, second: Any) -> Agreement:
         extract_planes(to_orientation_table(table, name=name))
         for table, name in ((first, "first"), (second, "second"))
     ]
-    return of_planes.agreement(*planes)
+    return of_planes.compare_orientations(*planes)

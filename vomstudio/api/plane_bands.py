@@ -9,8 +9,8 @@ from vomstudio.api.checking import points as checked
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
-from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, band_of, crossing_plane
+from vomstudio.geology.band_figures import BandFigures, describe_band, table_priors
+from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, crossing_plane, find_plane_band
 from vomstudio.geometry.planes import fit_plane
 
 
@@ -65,7 +65,7 @@ def plane_band(
     """
     band = _band(points, resolution_m, "points")
     priors = [] if sets is None else table_priors(to_orientation_table(sets, name="sets"))
-    return None if band is None else band_figures(band, priors)
+    return None if band is None else describe_band(band, priors)
 
 
 def plane_of_crossing(
@@ -126,4 +126,4 @@ def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | Non
     resolution_m = positive(resolution_m, "resolution_m")
     array = checked(points, name)
     with errors_named(name):
-        return band_of(fit_plane(array), resolution_m=resolution_m)
+        return find_plane_band(fit_plane(array), resolution_m=resolution_m)

@@ -29,7 +29,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
 from vomstudio.core.progress import CancelToken
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
@@ -272,7 +272,7 @@ def _sigma(given: Any, n: int) -> Any:
 
 def _require_error(value: float, name: str) -> None:
     """Raise InputError for an error, one sigma, that is not plausible."""
-    if (problem := why_no_error(value)) is not None:
+    if (problem := check_error(value)) is not None:
         raise InputError(problem, field=name)
 
 

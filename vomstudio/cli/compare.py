@@ -117,7 +117,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _agreement(args: argparse.Namespace) -> Agreement:
-    from vomstudio.geology.model_agreement import agreement
+    from vomstudio.geology.model_agreement import compare_orientations
     from vomstudio.io.text.oriented_planes import read_planes
 
     tables = []
@@ -126,7 +126,7 @@ def _agreement(args: argparse.Namespace) -> Agreement:
         tables.append(read_planes(path, args.azimuth))
     table, other_table = tables
     progress_of(args).stage(tr("Comparing orientations"))
-    return agreement(table, other_table)
+    return compare_orientations(table, other_table)
 
 
 def _agreement_text(comparison: Agreement) -> str:

@@ -256,12 +256,12 @@ def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -
     Joints were picked all over their faces.
     """
     from vomstudio.core.identifiers import new_id
-    from vomstudio.geometry.streaming.surfaces import surface_of
+    from vomstudio.geometry.streaming.surfaces import create_surface
     from vomstudio.project.edit import change
     from vomstudio.project.kinds.trace import Trace
     from vomstudio.project.records import SURROUNDINGS_RULE, Feature
 
-    surface = surface_of(mesh)
+    surface = create_surface(mesh)
     surface.build()
     added: dict[str, Feature] = {}
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
@@ -296,7 +296,7 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
     from scipy.spatial import cKDTree
 
     from vomstudio.core.identifiers import new_id
-    from vomstudio.geometry.patches import moments, outline, runs_of
+    from vomstudio.geometry.patches import ids_to_runs, moments, outline
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.project.kinds.patch import Patch
     from vomstudio.project.records import SURROUNDINGS_RULE
@@ -310,7 +310,7 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
         model.id,
         model.content_hash,
         "face",
-        runs_of(faces),
+        ids_to_runs(faces),
         patch_moments.n,
         patch_moments.mean,
         patch_moments.scatter,

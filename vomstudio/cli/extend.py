@@ -19,7 +19,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.products.section.extend_options import ExtendOptions
 
 if TYPE_CHECKING:
-    from vomstudio.geology.beds.extended import PlaneBelief
+    from vomstudio.geology.beds.extended import PlaneEstimate
     from vomstudio.products.section.extension import ExtendedPlane
     from vomstudio.studio.world_models import WorldModel
 
@@ -89,9 +89,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _belief(
     options: ExtendOptions, points: str | None, model: WorldModel
-) -> tuple[PlaneBelief, tuple[Finding, ...]]:
+) -> tuple[PlaneEstimate, tuple[Finding, ...]]:
     """Return the plane with its error, in World."""
-    from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
+    from vomstudio.geology.beds.extended import (
+        plane_estimate_from_attitude,
+        plane_estimate_from_fit,
+    )
     from vomstudio.geology.notation import plane_option
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gate.point_tables import read_points
@@ -102,10 +105,12 @@ def _belief(
         point_table = read_points(points, model=ModelFrame(model.crs))
         groups = point_table.groups
         with numbers_of(points):
-            return belief_of_fit(fit_plane(groups.points)), groups.warnings
+            return plane_estimate_from_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
-    return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()
+    return plane_estimate_from_attitude(
+        plane, through, options.error_deg, options.through_error_m
+    ), ()
 
 
 def _result_text(extension: ExtendedPlane, unit: str) -> str:

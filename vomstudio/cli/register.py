@@ -88,14 +88,14 @@ def _written(
 
         write_bytes(Path(args.output), (to_json(result) + "\n").encode(), force=args.force)
         return []
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
     from vomstudio.geometry.units import Axes
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 
     known_parts = registered.placed.known
     warnings = write_model(
-        moved(loaded.data, registered.placed.matrix),
+        transform_model(loaded.data, registered.placed.matrix),
         registered.crs if known_parts.all else None,
         args.output,
         force=args.force,

@@ -35,7 +35,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
         result = plane_of_three_points(point_table.points, options.sigma_m)
-    result = result.of_table(point_table.dropped, point_table.warnings)
+    result = result.with_table_findings(point_table.dropped, point_table.warnings)
     out.result(result.to_dict())
     out.warn(result.warnings)
     attitude = format_attitude(result.plane, result.max_confidence95_deg)

@@ -28,7 +28,7 @@ from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COLOUR_COSTS, COSTS
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import Range, rest_of
+from vomstudio.geology.doubtful_stretches import Range, fit_remaining_plane
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
@@ -199,7 +199,7 @@ def rank_path(
         return (3, 90.0), None
     resolution = resolution_near(points)
     face = None if face_near is None else face_near(points)
-    reliable = rest_of(points, doubtful)
+    reliable = fit_remaining_plane(points, doubtful)
     stretch = None if reliable is None else reliable.error95_deg(fit, resolution, face)
     error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
     if face is not None and abs(float(fit.normal @ face)) > _MAX_FACE_COSINE:
@@ -208,7 +208,7 @@ def rank_path(
         fit,
         resolution_m=resolution,
         outcrop_normal=face,
-        seen=() if reliable is None else reliable.findings(),
+        surface_findings=() if reliable is None else reliable.findings(),
         stretch_error_deg=stretch,
     )
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -33,12 +33,12 @@ from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.cell_lists import bounds_of
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
 from vomstudio.geometry.nearby.shared_corners import (
-    across_gaps,
     check_connected,
     first_faces,
-    snapped,
+    neighbours_across_gaps,
+    snap_corners,
 )
 
 _MAX_SMOOTHINGS = 12
@@ -285,7 +285,7 @@ def _build_grid(
     noisy = begin is not None and len(local) < MIN_CELL_CLOUD and is_noise_dominated(local)
     if begin is not None and (noisy or len(local) >= MIN_CELL_CLOUD):
         return *begin(local, noisy), finite_rows, origin
-    return grid_of(local, _POINTS_PER_CELL), None, finite_rows, origin
+    return create_cell_grid(local, _POINTS_PER_CELL), None, finite_rows, origin
 
 
 def _separate_scattered(
@@ -411,7 +411,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         raise GeometryError(Finding("model.no-faces"))
     origin = np.floor(vertices[finite].min(axis=0))
     local = np.where(finite[:, None], vertices, 0.0) - origin
-    local = snapped(local, faces[is_finite_face])
+    local = snap_corners(local, faces[is_finite_face])
     corners = local[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
@@ -484,7 +484,7 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
     first, second = order[:-1][same] // 3, order[1:][same] // 3
-    before, _, beyond = across_gaps(nodes, corners)
+    before, _, beyond = neighbours_across_gaps(nodes, corners)
     source = np.concatenate([first, second, before, beyond])
     target = np.concatenate([second, first, beyond, before])
     source_order = np.argsort(source, kind="stable")

@@ -11,7 +11,12 @@ from vomstudio.extraction.facet_table import WKT, FacetTable
 from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
-from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, described, sets_among
+from vomstudio.geology.sets.proposals import (
+    DescribedSet,
+    SetProposal,
+    describe_proposal,
+    propose_sets_of_poles,
+)
 from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
 
 
@@ -33,12 +38,12 @@ def add_sets(table: FacetTable, facets: list[Facet]) -> FacetTable:
     """
     if not table.rows:
         return table
-    return add_proposal(table, facets, sets_among(facet_poles(table)))
+    return add_proposal(table, facets, propose_sets_of_poles(facet_poles(table)))
 
 
 def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
     """Add known sets to a table; `proposal` is in the order of the facets."""
-    proposal = described(proposal, facet_poles(table), facet_pieces(table, facets))
+    proposal = describe_proposal(proposal, facet_poles(table), facet_pieces(table, facets))
     names = [described_set.name for described_set in proposal.sets]
     number = np.full(len(table.rows) + 1, -1, np.int32)
     rows = list(table.rows)

@@ -35,14 +35,14 @@ from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import bend_findings, level_findings, level_gap
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
-from vomstudio.geometry.nearby.point_grid import in_blocks
-from vomstudio.geometry.nearby.shared_corners import snapped
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
+from vomstudio.geometry.nearby.shared_corners import snap_corners
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
 
@@ -216,7 +216,7 @@ def _snap_corners(mesh: Mesh) -> Mesh:
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
     is_finite = np.asarray(np.isfinite(vertices).all(axis=1))
-    snapped_vertices = snapped(vertices, faces[is_finite[faces].all(axis=1)])
+    snapped_vertices = snap_corners(vertices, faces[is_finite[faces].all(axis=1)])
     return mesh if snapped_vertices is vertices else replace(mesh, vertices=snapped_vertices)
 
 
@@ -342,7 +342,7 @@ def _fit_facets(
         for i in balanced[block]:
             fitted[i] = _fit_facet(data, elements, pieces[i], thresholds)
 
-    in_blocks(work, count, progress, max(1, count // _FIT_BLOCKS))
+    run_in_blocks(work, count, progress, max(1, count // _FIT_BLOCKS))
     for rows, facet in zip(pieces, fitted, strict=True):
         if facet is None or facet.area < (options.min_area_m2 or 0.0):
             continue
@@ -397,8 +397,8 @@ def _fit_facet(
         outcrop_normal=None,
         kind="patch",
         thresholds=thresholds,
-        seen=level_findings(gap),
-        bend_deg=(bend := bend_of(points, fit.normal)),
+        surface_findings=level_findings(gap),
+        bend_deg=(bend := measure_bend(points, fit.normal)),
     )
     border = to_wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, facet_moments, verdict, area, resolution, border, rows, gap, bend_deg=bend)

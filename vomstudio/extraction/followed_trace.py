@@ -21,9 +21,13 @@ from vomstudio.extraction.best_cost import AUTO, CostTrial, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.band_figures import BandFigures, band_figures
-from vomstudio.geology.doubtful_stretches import DoubtfulStretch, Rest, rest_of
-from vomstudio.geology.plane_bands import SetPrior, band_of
+from vomstudio.geology.band_figures import BandFigures, describe_band
+from vomstudio.geology.doubtful_stretches import (
+    DoubtfulStretch,
+    RemainingTrace,
+    fit_remaining_plane,
+)
+from vomstudio.geology.plane_bands import SetPrior, find_plane_band
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.mesh import Mesh
@@ -151,7 +155,9 @@ def followed_trace(
     cost = called or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable = rest_of(path.points, find_jumps(path.points, path.costs, path.at, local_resolution))
+    reliable = fit_remaining_plane(
+        path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
+    )
     plane, band, warnings = fit_trace_plane(
         path.points,
         vertices,
@@ -212,7 +218,7 @@ def fit_trace_plane(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-    rest: Rest | None = None,
+    rest: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """Fit the plane of a trace and judge it.
 
@@ -250,7 +256,7 @@ def fit_trace_plane(
         resolution_m=resolution,
         outcrop_normal=outcrop_normal,
         thresholds=thresholds,
-        seen=() if rest is None else rest.findings(),
+        surface_findings=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(
@@ -264,8 +270,8 @@ def fit_trace_plane(
         frame=frame,
         notes=notes,
     )
-    band = band_of(fit, resolution_m=resolution, outcrop_normal=outcrop_normal)
-    return row, None if band is None else band_figures(band, priors), findings
+    band = find_plane_band(fit, resolution_m=resolution, outcrop_normal=outcrop_normal)
+    return row, None if band is None else describe_band(band, priors), findings
 
 
 def write_path(

@@ -47,9 +47,9 @@ from vomstudio.geometry.plane_sizes import (
     PlaneSizes,
 )
 from vomstudio.geometry.resolution import (
-    COUNTS,
+    NEIGHBOUR_COUNTS,
     effective_resolution,
-    of_neighbours,
+    neighbour_statistics,
     resolving_points,
 )
 from vomstudio.geometry.rotation_errors import CHI2_TWO
@@ -286,8 +286,8 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     sample_area = (np.arange(_RESOLUTION_SAMPLES) + 0.5) / _RESOLUTION_SAMPLES * total[-1]
     rows = np.unique(np.minimum(np.searchsorted(total, sample_area), len(weight) - 1))
     nearest = finite[tree.query(elements.places[rows])[1]]
-    near = tree.query(nearest, k=min(COUNTS[0], len(finite)))[1].reshape(len(rows), -1)
-    area, _ = of_neighbours(finite[near])
+    near = tree.query(nearest, k=min(NEIGHBOUR_COUNTS[0], len(finite)))[1].reshape(len(rows), -1)
+    area, _ = neighbour_statistics(finite[near])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
     typical = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
     overall = effective_resolution(finite, tree, nearest[:: max(1, len(nearest) // _NOISE_SAMPLES)])

@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 # Width of the strip on either side of the line, as a fraction of the length: finest, coarsest for
 # the given mesh, and for a mesh that must be cut.
@@ -230,7 +230,7 @@ def _moments(
         line_moments(at, sorted_coordinates, *arrays, first, last, half_length, width, out)
         moments[block] = out
 
-    in_blocks(work, len(rows), _OffsetProgress(progress, before), _BLOCK_PIECES)
+    run_in_blocks(work, len(rows), _OffsetProgress(progress, before), _BLOCK_PIECES)
     return moments
 
 

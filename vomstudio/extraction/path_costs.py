@@ -12,7 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.surface_graph import Graph
-from vomstudio.geometry.kernels.pieces import in_pieces
+from vomstudio.geometry.kernels.pieces import split_work
 
 COSTS = ("colour", "dark", "light", "gradient", "curvature")
 """Names of costs; any other cost is the name of a field."""
@@ -88,7 +88,7 @@ def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArra
     from vomstudio.extraction.path_kernels import average_neighbours
 
     current, following = np.array(values, np.float64), np.empty(len(values))
-    with in_pieces(len(values)) as run:
+    with split_work(len(values)) as run:
         for _ in range(times):
             run(partial(average_neighbours, graph.starts, graph.near, current, following))
             current, following = following, current

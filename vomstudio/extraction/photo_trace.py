@@ -25,7 +25,7 @@ from vomstudio.extraction.path_costs import COLOUR_COSTS
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import rest_of
+from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 
@@ -139,7 +139,9 @@ def photo_trace(
         photo=photos.name,
     )
     local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable = rest_of(path.points, find_jumps(path.points, path.costs, path.at, local_resolution))
+    reliable = fit_remaining_plane(
+        path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
+    )
     plane, band, plane_warnings = fit_trace_plane(
         path.points,
         vertices,

@@ -13,8 +13,8 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import fit_local_planes
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments, nearest_in_block
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 NEIGHBOURS = 12
 """Number of neighbours to which a point can pass on its facet."""
@@ -88,7 +88,7 @@ def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
     Returns the mask (n,) and the area that each of these points represents.
     """
     low = places.min(axis=0)
-    grid = grid_of(places - low, _POINTS_PER_CELL)
+    grid = create_cell_grid(places - low, _POINTS_PER_CELL)
     starts, near = grid.around()
     m = len(grid.keys)
     means, inner = np.empty((m, 3)), np.empty((m, 6))
@@ -116,7 +116,7 @@ def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -
         near = np.ascontiguousarray(tree.query(places[rows], k=around)[1], np.int32)
         normals[block], variation[block] = _fit_planes(places, rows, near)
 
-    in_blocks(work, len(places), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(places), progress, _BLOCK_POINTS)
     return normals if float(np.nanmedian(variation)) < _MAX_FLAT_VARIATION else None
 
 
@@ -259,7 +259,7 @@ def _search_cells(
         )
         is_open[at] = False
 
-    in_blocks(work, len(selected), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(selected), progress, _BLOCK_POINTS)
 
 
 def _search_tree(
@@ -286,7 +286,7 @@ def _search_tree(
             distance[:, neighbour_count],
         )
 
-    in_blocks(work, len(selected), progress, _BLOCK_POINTS)
+    run_in_blocks(work, len(selected), progress, _BLOCK_POINTS)
 
 
 def _tree(places: FloatArray) -> Any:

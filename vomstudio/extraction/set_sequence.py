@@ -35,11 +35,11 @@ from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets, build_facets
 from vomstudio.extraction.kernels import fit_local_planes
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.geology.sets.proposals import SetProposal, given_sets
+from vomstudio.geology.sets.proposals import SetProposal, sets_from_means
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 NEIGHBOURS = 30
 MAX_VARIATION = 0.2
@@ -105,7 +105,7 @@ def find_sequence(
         cloud, elements, labels, options, options.used_min_points, thresholds, progress
     )
     facet_normals = [facet.fit.normal for facet in facets.facets]
-    return Sequence(facets, given_sets(means, facet_normals, sets[cluster_of]))
+    return Sequence(facets, sets_from_means(means, facet_normals, sets[cluster_of]))
 
 
 def _normals(elements: Elements, progress: Progress) -> FloatArray:
@@ -125,7 +125,7 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
         fit_local_planes(places, for_kernels(places[block], np.float64), neighbours, *block_results)
         normals[block], variation[block] = block_results
 
-    in_blocks(work, n, progress, _BLOCK_POINTS)
+    run_in_blocks(work, n, progress, _BLOCK_POINTS)
     normals[~(variation <= MAX_VARIATION)] = np.nan
     return normals
 

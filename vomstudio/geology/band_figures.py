@@ -1,4 +1,4 @@
-"""Figures of the band of planes that a straight trace allows, held against sets."""
+"""Figures of the band of planes that a straight trace allows, compared with sets."""
 
 from __future__ import annotations
 
@@ -13,24 +13,35 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, sets_in_band
+from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, compare_sets
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
-FEWEST = 3
-"""Planes of a set that says what others are like."""
-# A concentration beyond this is no scatter of rock: planes alike to the digit.
-_SHARPEST = 1e5
+MIN_PLANES = 3
+"""Minimum number of planes of a set that serves as a prior."""
+# A higher concentration means identical planes rather than natural scatter.
+MAX_KAPPA = 1e5
 
 
 @dataclass(frozen=True, repr=False)
 class BandFigures(PrintableResult):
-    """trend_deg, plunge_deg : of the trace's line, which lies in every plane of the band
-    half_width95_deg : by how much a plane may miss it; turn95_deg : how far planes may be turned
-        about it from the best one, 90 is any
-    dip_direction_deg, dip_deg : the best one; None where all turns are alike
-    lowest_dip_deg, highest_dip_deg : of the planes in the band
-    sets : the sets that it was held against, the most probable first; none_probability : that it is
-        of none of them, None where there were none
+    """Band of planes that a straight trace allows, compared with sets.
+
+    Attributes
+    ----------
+    trend_deg, plunge_deg : float
+        Line of the trace, which every plane of the band contains, degrees.
+    half_width95_deg : float
+        Maximum angle between a plane and this line, degrees.
+    turn95_deg : float
+        Maximum rotation of a plane about the line from the best one, degrees; 90 if unrestricted.
+    dip_direction_deg, dip_deg : float or None
+        Best plane, degrees; None if all rotations are equally likely.
+    lowest_dip_deg, highest_dip_deg : float
+        Range of dips in the band, degrees.
+    sets : tuple of BandSet
+        Sets compared with the band, the most probable first.
+    none_probability : float or None
+        Probability that the plane belongs to none of the sets; None without sets.
     """
 
     trend_deg: float
@@ -46,14 +57,24 @@ class BandFigures(PrintableResult):
 
     @property
     def likely(self) -> BandSet | None:
-        """The set that it is of with more than even odds."""
+        """The set with a probability above one half, if any."""
         first = self.sets[0] if self.sets else None
         return first if first is not None and first.probability > 0.5 else None
 
 
-def band_figures(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigures:
-    """What a band says, held against sets."""
-    found, none = sets_in_band(band, priors) if priors else ((), None)
+def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigures:
+    """Return the figures of a band and its comparison with sets.
+
+    Parameters
+    ----------
+    band : PlaneBand
+    priors : sequence of SetPrior
+
+    Returns
+    -------
+    BandFigures
+    """
+    sets, none_probability = compare_sets(band, priors) if priors else ((), None)
     low, high = band.dips_deg()
     best, line = band.best, band.line
     return BandFigures(
@@ -65,49 +86,65 @@ def band_figures(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigure
         None if best is None else best.dip_deg,
         low,
         high,
-        found,
-        none,
+        sets,
+        none_probability,
     )
 
 
-def prior_of(name: str, normals: npt.ArrayLike) -> SetPrior | None:
-    """A set by the poles or normals (n, 3) of its planes, flipped into the hemisphere of the
-    tensor's first axis; None of fewer than three, or where they are no cluster."""
+def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
+    """Fit Fisher's distribution to the planes of a set.
+
+    Parameters
+    ----------
+    name : str
+    normals : (n, 3) array_like
+        Poles or normals; they are flipped into the hemisphere of the tensor's first axis.
+
+    Returns
+    -------
+    SetPrior or None
+        None for fewer than `MIN_PLANES` planes, or if they are not a cluster.
+    """
     v = np.asarray(normals, np.float64).reshape(-1, 3)
     v = v[np.isfinite(v).all(axis=1)]
     n = len(v)
-    if n < FEWEST:
+    if n < MIN_PLANES:
         return None
     v = unit_vectors(v)
     first = orientation_tensor(v)[1][0]
     flipped = v * np.where(v @ first < 0.0, -1.0, 1.0)[:, None]
     total = flipped.sum(axis=0)
     resultant = float(np.linalg.norm(total))
-    kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / _SHARPEST)
+    kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / MAX_KAPPA)
     if kappa <= 1.0:
         return None
     x, y, z = (total / resultant).tolist()
     return SetPrior(name, (x, y, z), kappa, n)
 
 
-def priors_of(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
-    """The sets among these that say what others are like."""
-    found = (prior_of(name, normals) for name, normals in groups.items())
-    return [each for each in found if each is not None]
+def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
+    """Fit the distributions of all sets with enough planes."""
+    priors = (fit_prior(name, normals) for name, normals in groups.items())
+    return [prior for prior in priors if prior is not None]
 
 
 def table_priors(table: OrientationRows) -> list[SetPrior]:
-    """The sets of an orientation table with a column of sets; without one all planes are one set.
-    Raises GeometryError where no set has three planes."""
+    """Fit the sets of an orientation table; without a column of sets, all planes are one set.
+
+    Raises
+    ------
+    GeometryError
+        If no set has at least three planes.
+    """
     names = np.array(table.sets if table.sets is not None else ["all"] * len(table), dtype=object)
     poles, planes = table.vectors(), np.asarray(table.is_plane, np.bool_)
     groups = {
         str(name): poles[planes & (names == name)] for name in dict.fromkeys(names.tolist()) if name
     }
-    found = priors_of(groups)
-    if not found:
+    priors = fit_priors(groups)
+    if not priors:
         raise GeometryError(Finding("sets.no-scatter"), file=table.path)
-    return found
+    return priors
 
 
 def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
@@ -131,7 +168,7 @@ def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
             high=band.highest_dip_deg,
         )
     ]
-    compatible = [each for each in band.sets if each.compatible]
+    compatible = [prior for prior in band.sets if prior.compatible]
     if band.sets and not compatible:
         lines.append(tr("No set is compatible with it."))
     elif compatible:

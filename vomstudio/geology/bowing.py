@@ -1,17 +1,17 @@
-"""Whether a model is bowed like a dome, by the residuals of points or cameras across it.
+"""Bowing (doming) of a model, detected by the residuals of points or cameras across it.
 
-A block of photos with a wrong lens bends: its middle stands out of, or lies behind, its edges, by
-c r^2 at a distance r from the middle (James & Robson 2014, Earth Surface Processes and Landforms
-39, 1413-1420). Dips then change by 2 c r from the middle outwards, which looks like an open fold.
+A block of photos with a wrong lens model bends: its middle is offset from its edges by c r^2 at a
+distance r from the middle (James & Robson 2014, Earth Surface Processes and Landforms 39,
+1413-1420). Dips then change by 2 c r from the middle outwards, which looks like an open fold.
 
-The residuals along the model's normal are regressed on 1, u, v and u^2 + v^2, u and v being places
-in its mean plane. The first three are what a registration absorbs (shift and tilt), so that points
-that placed the model and points that only judge it can be taken together: both differ from the
-truth by the same shift and tilt. Whether c differs from nothing is told by Student's t.
+The residuals along the model's normal are regressed on 1, u, v and u^2 + v^2, where u and v are
+positions in its mean plane. A registration absorbs the first three (shift and tilt). Control points
+and check points can therefore be combined: both differ from the truth by the same shift and tilt.
+Student's t test decides whether c differs from zero.
 
-Cameras bend with the model: one at a place r from the middle is turned by 2 c r, outwards or
-inwards. Verticals of photos (rolls and pitches of a gimbal, the accelerometer of a phone) show
-that without any point, as turns that grow with the distance from the middle.
+Cameras bend with the model: a camera at a distance r from the middle is rotated by 2 c r, outwards
+or inwards. Verticals of photos (roll and pitch of a gimbal, accelerometer of a phone) show this
+without any point, as rotations that grow with the distance from the middle.
 """
 
 from __future__ import annotations
@@ -21,25 +21,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.serial_errors import correlation_of, whitened
+from vomstudio.geology.serial_errors import fit_serial_correlation, whiten
 
-FEWEST = 6
-"""Points: four unknowns, and two to judge them by."""
+MIN_BOWING_POINTS = 6
+"""Four unknowns and two degrees of freedom."""
 
-LEVEL = 0.05
-_THIN = 0.05
-# A stray point far behind the outcrop is not its edge.
-_EDGE = 0.999
-# Relief, beside the extent, from which on points tell depths.
-_RELIEF = 0.02
+SIGNIFICANCE = 0.05
+MIN_SPREAD = 0.05
+# Quantile of distances at the edge: outliers far behind the outcrop do not count.
+EDGE_QUANTILE = 0.999
+# Minimum relief, relative to the extent, at which points determine depths.
+MIN_RELIEF = 0.02
 
 
 @dataclass(frozen=True)
 class Bowing:
-    """n : points, or photos; curvature_per_m : c, along the normal that points up: negative of a
-    dome, positive of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the
-    model; significant : c differs from nothing, wrongly so said of one model in twenty that is not
-    bowed; normal : unit vector, of the mean plane
+    """Bowing of a model.
+
+    Attributes
+    ----------
+    n : int
+        Number of points or photos.
+    curvature_per_m, error95_per_m : float
+        Curvature c along the upward normal and its 95 % error, 1/m; a dome is negative.
+    reach_m : float
+        Distance from the middle to the edge of the model, m.
+    significant : bool
+        True if c differs from zero at a significance of 5 %.
+    normal : (3,) tuple
+        Unit normal of the mean plane.
     """
 
     n: int
@@ -51,7 +61,7 @@ class Bowing:
 
     @property
     def side_deg(self) -> float:
-        """By how much dips at the edge differ from those in the middle."""
+        """Difference of dips between the edge and the middle, degrees."""
         return float(np.degrees(2.0 * abs(self.curvature_per_m) * self.reach_m))
 
     @property
@@ -60,26 +70,32 @@ class Bowing:
 
     @property
     def across_deg(self) -> float:
-        """By how much dips at one edge differ from those at the opposite one."""
+        """Difference of dips between opposite edges, degrees."""
         return 2.0 * self.side_deg
 
     @property
     def rise_m(self) -> float:
-        """How far the edge is off the plane that touches the middle."""
+        """Distance of the edge from the tangent plane at the middle, m."""
         return abs(self.curvature_per_m) * self.reach_m**2
 
     @property
     def edges_toward(self) -> FloatArray:
-        """(3,) unit vector, along which the edges are off the plane that touches the middle."""
+        """Unit vector (3,) from the tangent plane at the middle to the edges."""
         return np.array(self.normal) * (1.0 if self.curvature_per_m > 0.0 else -1.0)
 
 
 @dataclass(frozen=True)
 class LensBend:
-    """How the errors of lenses may deform a model, 95 %.
+    """Possible deformation of a model by lens errors, 95 %.
 
-    curvature95_per_m : c of the bowing; reach_m : from the middle to the edge of the model;
-    stretch95 : of depths (along the model's normal) beside lengths along the model, relative
+    Attributes
+    ----------
+    curvature95_per_m : float
+        Curvature c of the bowing, 1/m.
+    reach_m : float
+        Distance from the middle to the edge of the model, m.
+    stretch95 : float
+        Relative scale of depths (along the model's normal) against lengths along the model.
     """
 
     curvature95_per_m: float
@@ -88,39 +104,61 @@ class LensBend:
 
     @property
     def side_deg(self) -> float:
-        """By how much dips at the edge may differ from those in the middle."""
+        """Maximum difference of dips between the edge and the middle, degrees."""
         return float(np.degrees(2.0 * self.curvature95_per_m * self.reach_m))
 
     @property
     def across_deg(self) -> float:
-        """By how much dips at one edge may differ from those at the opposite one."""
+        """Maximum difference of dips between opposite edges, degrees."""
         return 2.0 * self.side_deg
 
     @property
     def stretch_deg(self) -> float:
-        """By how much it may turn planes that are inclined to the model by 45 degrees, the most of
-        all."""
+        """Maximum rotation by the stretch, of planes inclined to the model by 45 degrees."""
         return float(np.degrees(self.stretch95 / 2.0))
 
 
-def bowing_deg(lens_across95_deg: float | None, seen: Bowing | None) -> float | None:
-    """By how much dips may differ from edge to edge because the model is bowed: by what residuals
-    show, or else by what the errors of the lenses can do (95 %) and the residuals allow; None where
-    nothing tells of it."""
-    if seen is not None and seen.significant:
-        return seen.across_deg
+def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float | None:
+    """Return the difference of dips between opposite edges due to bowing, degrees.
+
+    Significant bowing of the residuals is used, otherwise the possible error of the lenses (95 %)
+    as far as the residuals allow it.
+
+    Parameters
+    ----------
+    lens_across95_deg : float or None
+    bowing : Bowing or None
+
+    Returns
+    -------
+    float or None
+        None without any information.
+    """
+    if bowing is not None and bowing.significant:
+        return bowing.across_deg
     if lens_across95_deg is None:
         return None
-    if seen is None:
+    if bowing is None:
         return lens_across95_deg
-    return min(lens_across95_deg, 2.0 * (seen.side_deg + seen.side_error95_deg))
+    return min(lens_across95_deg, 2.0 * (bowing.side_deg + bowing.side_error95_deg))
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeChange:
-    """turn : (3,) radians, of the model as a whole; growth : relative, along the model; shift :
-    (3,) of its middle; curvature_per_m : c; stretch : relative, of depths beside lengths along the
-    model, 0 where it has no relief
+    """Deformation of a model as a whole.
+
+    Attributes
+    ----------
+    turn : (3,) ndarray
+        Rotation vector, radians.
+    growth : float
+        Relative change of lengths along the model.
+    shift : (3,) ndarray
+        Translation of its middle, m.
+    curvature_per_m : float
+        Curvature c, 1/m.
+    stretch : float
+        Relative scale of depths against lengths along the model; 0 without relief.
     """
 
     turn: FloatArray
@@ -131,48 +169,72 @@ class ShapeChange:
 
 
 def shape_change(places: FloatArray, moves: FloatArray) -> ShapeChange:
-    """What small moves (n, 3) of the points (n, 3) of a model are as a whole, by least squares.
+    """Fit the deformation of a model to small displacements of its points.
 
-    Raises numpy.linalg.LinAlgError for what is not finite.
+    Parameters
+    ----------
+    places, moves : (n, 3) ndarray
+        Points and their displacements. World frame, m.
+
+    Returns
+    -------
+    ShapeChange
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If values are not finite.
     """
     middle, axes, reach = model_shape(places)
     u, v, w = ((places - middle) @ axes.T).T / reach
     along = moves @ axes.T
     columns = [np.ones(len(u)), u, v]
-    relief = float(w.std()) > _RELIEF
+    relief = float(w.std()) > MIN_RELIEF
     if relief:
         columns.append(w)
-    flat = np.linalg.lstsq(np.stack(columns, axis=1), along[:, :2], rcond=None)[0]
-    bent = np.stack([*columns, u**2 + v**2], axis=1)
-    out = np.linalg.lstsq(bent, along[:, 2], rcond=None)[0]
-    growth = float(flat[1, 0] + flat[2, 1]) / 2.0 / reach
-    turns = np.array([out[2], -out[1], (flat[1, 1] - flat[2, 0]) / 2.0]) / reach
-    stretch = float(out[3]) / reach - growth if relief else 0.0
-    shift = np.array([*flat[0], out[0]]) @ axes
-    return ShapeChange(turns @ axes, growth, shift, float(out[-1]) / reach**2, stretch)
+    horizontal = np.linalg.lstsq(np.stack(columns, axis=1), along[:, :2], rcond=None)[0]
+    bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
+    vertical = np.linalg.lstsq(bend_columns, along[:, 2], rcond=None)[0]
+    growth = float(horizontal[1, 0] + horizontal[2, 1]) / 2.0 / reach
+    turns = (
+        np.array([vertical[2], -vertical[1], (horizontal[1, 1] - horizontal[2, 0]) / 2.0]) / reach
+    )
+    stretch = float(vertical[3]) / reach - growth if relief else 0.0
+    shift = np.array([*horizontal[0], vertical[0]]) @ axes
+    return ShapeChange(turns @ axes, growth, shift, float(vertical[-1]) / reach**2, stretch)
 
 
-def bowing_of(
+def fit_bowing(
     places: FloatArray,
     residuals: FloatArray,
     sigma: FloatArray | None = None,
     extent: FloatArray | None = None,
     normal: FloatArray | None = None,
 ) -> Bowing | None:
-    """The bowing that residuals show; None where too few points, or points on a line, or all at one
-    distance from the middle, tell nothing of it.
+    """Fit the bowing of a model to residuals of points.
 
-    places, residuals : (n, 3), World, fitted less given, in the order in which they were taken:
-        errors that follow each other, as those of a receiver that drifts, are not taken for a bend
-    sigma : (n, 3) stated errors of the coordinates, by which they are weighted; None for none
-    extent : (m, 3) points all over the model, whose mean plane, middle and edge count; None to take
-        those of the places
-    normal : (3,) of the model's mean plane, where its points are not at hand
+    Parameters
+    ----------
+    places, residuals : (n, 3) ndarray
+        Positions and residuals (fitted minus measured) in the order of measurement, World frame, m.
+        Serial correlation, as of a drifting receiver, is not mistaken for bowing.
+    sigma : (n, 3) ndarray, optional
+        Standard deviations of the coordinates, used as weights, m.
+    extent : (m, 3) ndarray, optional
+        Points over the whole model, which give its mean plane, middle and edge.
+    normal : (3,) ndarray, optional
+        Normal of the model's mean plane, if no points of the model are available.
+
+    Returns
+    -------
+    Bowing or None
+        None if there are too few points, or if they lie on a line or at one distance from the
+        middle.
     """
     n = len(places)
-    if n < FEWEST:
+    if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape(places, extent)
+    middle, axes, reach = _shape_or_places(places, extent)
     if normal is not None:
         across = np.cross(axes[0], normal)
         across /= np.linalg.norm(across) or 1.0
@@ -180,7 +242,7 @@ def bowing_of(
     flat, normal = (places - middle) @ axes[:2].T, axes[2]
     size = float(np.sqrt((flat**2).sum(axis=1).mean()))
     if not size > 0.0 or np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[-1] < (
-        _THIN * size * np.sqrt(n)
+        MIN_SPREAD * size * np.sqrt(n)
     ):
         return None
     u, v = (flat / size).T
@@ -189,79 +251,101 @@ def bowing_of(
     if sigma is not None and np.isfinite(sigma).all() and (sigma > 0).all():
         weight = 1.0 / np.sqrt((sigma**2) @ normal**2)
         weight = weight / weight.mean()
-    drift = _drift(columns, residuals @ axes.T)
-    rows = whitened(columns * weight[:, None], drift)
-    # How much of the last column the others leave: all at one distance say nothing.
-    rest = rows[:, 3] - rows[:, :3] @ np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0]
-    if float(rest @ rest) < _THIN**2 * float(rows[:, 3] @ rows[:, 3]):
+    drift = _neighbour_correlation(columns, residuals @ axes.T)
+    rows = whiten(columns * weight[:, None], drift)
+    # Part of the last column that the others do not explain; 0 for points at one distance.
+    bend_column = rows[:, 3] - rows[:, :3] @ np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0]
+    if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 3] @ rows[:, 3]):
         return None
-    out = whitened((residuals @ normal) * weight, drift)
-    # Fitted less given is the model's bend itself.
-    bend, error = _last_of(rows, out, rest)
+    heights = whiten((residuals @ normal) * weight, drift)
+    # Fitted minus measured is the bend of the model.
+    bend, error = _fit_last(rows, heights, bend_column)
     return _bowing(n, bend / size**2, error / size**2, reach, normal)
 
 
-def _drift(columns: FloatArray, residuals: FloatArray) -> float:
-    """The correlation of neighbours among what the columns (n, k) leave of residuals (n, 3)."""
-    left = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
-    sizes = np.sqrt((left**2).mean(axis=0))
+def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
+    """Return the correlation of neighbours in residuals (n, 3) of a fit of columns (n, k)."""
+    remaining = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
+    sizes = np.sqrt((remaining**2).mean(axis=0))
     if not (sizes > 0.0).all():
         return 0.0
     k = columns.shape[1]
-    moves = np.zeros((len(columns), 3, 3 * k))
+    columns_by_axis = np.zeros((len(columns), 3, 3 * k))
     for axis in range(3):
-        moves[:, axis, axis * k : (axis + 1) * k] = columns
-    return correlation_of(moves, left / sizes)
+        columns_by_axis[:, axis, axis * k : (axis + 1) * k] = columns
+    return fit_serial_correlation(columns_by_axis, remaining / sizes)
 
 
-def bowing_of_turns(
+def fit_bowing_to_turns(
     places: FloatArray, turns: FloatArray, cameras: FloatArray, extent: FloatArray | None = None
 ) -> Bowing | None:
-    """The bowing that the verticals of photos show; None where too few photos, or photos all at one
-    place along the model, tell nothing of it.
+    """Fit the bowing of a model to the verticals of its photos.
 
-    places : (n, 3) of the cameras, World
-    turns : (n, 3) by which each photo is turned in the model against what it says itself, radians,
-        World; of these the parts about east and north count, which a vertical tells
-    cameras : (n, 3, 3) rotations from the cameras to World: a mount that is out of line turns with
-        them, and all around a rock would look like bowing
-    extent : (m, 3) points all over the model, as in `bowing_of`
+    Parameters
+    ----------
+    places : (n, 3) ndarray
+        Positions of the cameras. World frame, m.
+    turns : (n, 3) ndarray
+        Rotation of each photo in the model relative to its own measurement, radians, World frame.
+        Only the components about east and north are used, which a vertical determines.
+    cameras : (n, 3, 3) ndarray
+        Rotations from camera to World: a misaligned mount rotates with the cameras and would look
+        like bowing if they surround a rock.
+    extent : (m, 3) ndarray, optional
+        Points over the whole model, as in `fit_bowing`.
+
+    Returns
+    -------
+    Bowing or None
+        None if there are too few photos, or if they are all at one place along the model.
     """
     n = len(places)
-    if n < FEWEST:
+    if n < MIN_BOWING_POINTS:
         return None
-    middle, axes, reach = _shape(places, extent)
+    middle, axes, reach = _shape_or_places(places, extent)
     u, v = ((places - middle) @ axes[:2].T).T
-    # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v): a turn by w x that.
+    # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v), a rotation by w x (u, v).
     along = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(v, np.cross(axes[2], axes[1]))
-    by_bend = -2.0 * along[:, :2]
-    size = float(np.sqrt((by_bend**2).mean()))
+    bend_turns = -2.0 * along[:, :2]
+    size = float(np.sqrt((bend_turns**2).mean()))
     if not size > 0.0:
         return None
-    each = np.zeros((n, 2, 6))
-    # What a registration absorbs is the same in all.
-    each[:, 0, 0] = each[:, 1, 1] = 1.0
-    each[:, :, 2:5] = cameras[:, :2, :]
-    each[:, :, 5] = by_bend / size
-    rows = each.reshape(-1, 6)
-    rest = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
-    if float(rest @ rest) < _THIN**2 * float(rows[:, 5] @ rows[:, 5]):
+    equations = np.zeros((n, 2, 6))
+    # A registration absorbs rotations that all photos share.
+    equations[:, 0, 0] = equations[:, 1, 1] = 1.0
+    equations[:, :, 2:5] = cameras[:, :2, :]
+    equations[:, :, 5] = bend_turns / size
+    rows = equations.reshape(-1, 6)
+    bend_column = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
+    if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 5] @ rows[:, 5]):
         return None
-    bend, error = _last_of(rows, turns[:, :2].ravel(), rest)
+    bend, error = _fit_last(rows, turns[:, :2].ravel(), bend_column)
     return _bowing(n, bend / size, error / size, reach, axes[2])
 
 
 def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Of points (m, 3) all over a model: its middle (3,), axes (3, 3) in rows, the last one the
-    normal that points up and all of them right-handed, and its reach: the distance from the middle,
-    along its mean plane, to its edge, beyond which one point in a thousand lies."""
+    """Return the middle, axes and reach of a model.
+
+    Parameters
+    ----------
+    points : (m, 3) ndarray
+        Points over the whole model. World frame, m.
+
+    Returns
+    -------
+    middle : (3,) ndarray
+    axes : (3, 3) ndarray
+        Right-handed axes as rows; the last one is the upward normal.
+    reach : float
+        Distance from the middle to the edge along the mean plane, the 99.9 % quantile, m.
+    """
     middle = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
     if axes[2, 2] < 0.0:
         axes[2] = -axes[2]
     axes[1] = np.cross(axes[2], axes[0])
-    away = np.linalg.norm((points - middle) @ axes[:2].T, axis=1)
-    return middle, axes, float(np.quantile(away, _EDGE, method="higher"))
+    distances = np.linalg.norm((points - middle) @ axes[:2].T, axis=1)
+    return middle, axes, float(np.quantile(distances, EDGE_QUANTILE, method="higher"))
 
 
 def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatArray) -> Bowing:
@@ -269,20 +353,24 @@ def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatA
     return Bowing(n, curvature, error, reach, abs(curvature) > error, (x, y, z))
 
 
-def _shape(places: FloatArray, extent: FloatArray | None) -> tuple[FloatArray, FloatArray, float]:
-    """`model_shape` of the model, or, where that is not known, of the places."""
-    return model_shape(places if extent is None or len(extent) < FEWEST else extent)
+def _shape_or_places(
+    places: FloatArray, extent: FloatArray | None
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return `model_shape` of the model, or of the places if its points are unknown."""
+    return model_shape(places if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
 
 
-def _last_of(rows: FloatArray, out: FloatArray, rest: FloatArray) -> tuple[float, float]:
-    """The last unknown of a regression, and its 95 % error by what is left over. rest : what the
-    other columns leave of the last one"""
+def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> tuple[float, float]:
+    """Return the last unknown of a regression and its 95 % error.
+
+    `last_column` is the part of the last column that the others do not explain.
+    """
     from scipy.special import stdtrit
 
-    # Photos that all look one way cannot tell a mount from the registration.
-    found, _, rank, _ = np.linalg.lstsq(rows, out, rcond=1e-6)
-    left = out - rows @ found
+    # Photos in a single direction cannot separate the mount from the registration.
+    solution, _, rank, _ = np.linalg.lstsq(rows, values, rcond=1e-6)
+    residuals = values - rows @ solution
     free = len(rows) - int(rank)
-    variance = float(left @ left) / free / float(rest @ rest)
-    error = float(stdtrit(free, 1.0 - LEVEL / 2.0)) * float(np.sqrt(variance))
-    return float(found[-1]), error
+    variance = float(residuals @ residuals) / free / float(last_column @ last_column)
+    error = float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0)) * float(np.sqrt(variance))
+    return float(solution[-1]), error

@@ -1,13 +1,13 @@
-"""What an uncertain registration does to what is computed from many orientations.
+"""Errors of results computed from many orientations, caused by an uncertain registration.
 
-All that was measured on one model turns with it: the error is common to its planes and lines, and
-that of their mean or fold axis does not shrink with their number. To first order a small turn w_k
-of the model k moves a unit vector x of it by w_k x x; a result (a mean, an axis) that depends on
-the vectors moves by D_1 dx_1 + D_2 dx_2 + ..., so that its covariance is the sum over the models of
-J_k C_k J_k' with J_k the sum over its vectors of D_i times the turn's effect on x_i (propagation of
-errors). Where all vectors are of one model the result turns with it: J = that of x itself. The
-derivative of a principal axis is the textbook one of an eigenvector (Magnus 1985, Econometric
-Theory 1, 179-191).
+Everything measured on one model rotates with it: the error is common to its planes and lines, and
+the error of their mean or fold axis does not decrease with their number. To first order a small
+rotation w_k of model k moves a unit vector x of this model by w_k x x. A result (a mean, an axis)
+that depends on the vectors moves by D_1 dx_1 + D_2 dx_2 + ..., so its covariance is the sum over
+the models of J_k C_k J_k', where J_k is the sum over its vectors of D_i times the effect of the
+rotation on x_i (propagation of errors). If all vectors are of one model, the result rotates with
+it: J is that of x itself. The derivative of a principal axis is that of an eigenvector (Magnus
+1985, Econometric Theory 1, 179-191).
 """
 
 from __future__ import annotations
@@ -20,20 +20,23 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.rotation_errors import CHI2_TWO, across
+from vomstudio.geometry.rotation_errors import CHI2_TWO, cross_matrix
 
-NO_TURN = -1
-_SAME = 1e-12
+NO_ROTATION = -1
+MIN_EIGENVALUE_GAP = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Turns:
-    """How n vectors turn with registrations of known error.
+    """Rotation of n vectors with registrations of known error.
 
-    group : (n,) the row of `rotations` for each; NO_TURN for one that does not turn (a compass
-        reading), or of whose registration no error is known
-    rotations : (k, 3, 3) covariances of independent rotations, radians squared about east, north,
-        up
+    Attributes
+    ----------
+    group : (n,) ndarray of int
+        Row of `rotations` for each vector; NO_ROTATION for one that does not rotate (a compass
+        reading) or whose registration has no known error.
+    rotations : (k, 3, 3) ndarray
+        Covariances of independent rotations about east, north and up, radians squared.
     """
 
     group: IntArray
@@ -44,121 +47,148 @@ class Turns:
 
     @property
     def known(self) -> bool:
-        """Whether any of them has an error of registration."""
+        """Whether any vector has an error of registration."""
         return bool((self.group >= 0).any())
 
-    def of(self, chosen: npt.ArrayLike) -> Turns:
-        """Those of some of the vectors: indices, or (n,) booleans."""
-        return Turns(self.group[np.asarray(chosen)], self.rotations)
+    def of(self, rows: npt.ArrayLike) -> Turns:
+        """Return the rotations of some of the vectors, by indices or a mask (n,)."""
+        return Turns(self.group[np.asarray(rows)], self.rotations)
 
 
-def together(rotations: Sequence[tuple[object, FloatArray | None]]) -> Turns:
-    """Of vectors with, each, what it was registered by (equal keys turn together) and the (3, 3)
-    covariance of that; None where it is not known."""
+def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> Turns:
+    """Group vectors by their registration.
+
+    Parameters
+    ----------
+    rotations : sequence of (object, (3, 3) ndarray or None)
+        Registration of each vector (equal keys rotate together) and its covariance, radians
+        squared; None if unknown.
+
+    Returns
+    -------
+    Turns
+    """
     keys: dict[object, int] = {}
-    found: list[FloatArray] = []
+    covariances: list[FloatArray] = []
     group = []
     for key, rotation in rotations:
         if rotation is None:
-            group.append(NO_TURN)
+            group.append(NO_ROTATION)
             continue
         if key not in keys:
-            keys[key] = len(found)
-            found.append(np.asarray(rotation, np.float64))
+            keys[key] = len(covariances)
+            covariances.append(np.asarray(rotation, np.float64))
         group.append(keys[key])
-    return Turns(np.array(group, np.int64), np.array(found, np.float64).reshape(-1, 3, 3))
+    return Turns(np.array(group, np.int64), np.array(covariances, np.float64).reshape(-1, 3, 3))
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
-    """Vectors (n, 3) with what each registration does to them: (n, k, 3, 3) by a small turn about
-    east, north, up."""
+class MovedVectors:
+    """Vectors (n, 3) with their derivatives (n, k, 3, 3) by small rotations about east, north and
+    up.
+    """
 
     vectors: FloatArray
-    by: FloatArray
+    derivatives: FloatArray
     rotations: FloatArray
 
     def covariance(self) -> FloatArray:
-        """(n, 3, 3), radians squared."""
-        turned = self.by @ self.rotations @ np.swapaxes(self.by, -1, -2)
+        """Return the covariances (n, 3, 3) of the vectors, radians squared."""
+        turned = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
         return np.asarray(turned.sum(axis=1))
 
-    def result(self, vector: FloatArray, derivative: FloatArray) -> Moved:
-        """A vector (3,) that moves by the sum of derivative[i] (3, 3) times the vectors' moves."""
-        by = np.einsum("nij,nkjl->kil", derivative, self.by)
-        return Moved(np.asarray(vector, np.float64)[None], by[None], self.rotations)
+    def result(self, vector: FloatArray, derivative: FloatArray) -> MovedVectors:
+        """Return a vector (3,) that depends on these vectors by the derivatives (n, 3, 3)."""
+        derivatives = np.einsum("nij,nkjl->kil", derivative, self.derivatives)
+        return MovedVectors(np.asarray(vector, np.float64)[None], derivatives[None], self.rotations)
 
 
-def moved(vectors: npt.ArrayLike, turns: Turns) -> Moved:
-    """Unit vectors (n, 3) as their registrations move them."""
+def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
+    """Return unit vectors (n, 3) with their derivatives by their registrations."""
     v = np.asarray(vectors, np.float64).reshape(-1, 3)
-    by = np.zeros((len(v), len(turns.rotations), 3, 3))
+    derivatives = np.zeros((len(v), len(turns.rotations), 3, 3))
     rows = np.flatnonzero(turns.group >= 0)
     # w x v = -(v x w)
-    by[rows, turns.group[rows]] = -across(v[rows])
-    return Moved(v, by, turns.rotations)
+    derivatives[rows, turns.group[rows]] = -cross_matrix(v[rows])
+    return MovedVectors(v, derivatives, turns.rotations)
 
 
-def joined(parts: Sequence[Moved]) -> Moved:
-    """Results that rest on the same registrations, as vectors of a further one."""
-    return Moved(
+def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
+    """Join results that depend on the same registrations to vectors of a further result."""
+    return MovedVectors(
         np.concatenate([part.vectors for part in parts]),
-        np.concatenate([part.by for part in parts]),
+        np.concatenate([part.derivatives for part in parts]),
         parts[0].rotations,
     )
 
 
-def principal_axis(given: Moved, values: FloatArray, axes: FloatArray, index: int) -> Moved:
-    """One of the principal axes of the vectors' orientation tensor; values, axes as
-    `statistics.orientation_tensor` gives them."""
-    x, axis = given.vectors, axes[index]
+def principal_axis(
+    moved: MovedVectors, values: FloatArray, axes: FloatArray, index: int
+) -> MovedVectors:
+    """Return a principal axis of the vectors' orientation tensor with its derivatives.
+
+    Parameters
+    ----------
+    moved : MovedVectors
+    values, axes : (3,) and (3, 3) ndarray
+        Result of `statistics.orientation_tensor`.
+    index : int
+        Row of the axis.
+
+    Returns
+    -------
+    MovedVectors
+    """
+    x, axis = moved.vectors, axes[index]
     n = len(x)
     derivative = np.zeros((n, 3, 3))
     for j in range(3):
-        apart = values[index] - values[j]
-        if j == index or abs(apart) < _SAME:
+        gap = values[index] - values[j]
+        if j == index or abs(gap) < MIN_EIGENVALUE_GAP:
             continue
-        pull = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis
-        derivative += axes[j][None, :, None] * pull[:, None, :] / (n * apart)
-    return given.result(axis, derivative)
+        product = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis
+        derivative += axes[j][None, :, None] * product[:, None, :] / (n * gap)
+    return moved.result(axis, derivative)
 
 
-def resultant(given: Moved, signs: FloatArray | None = None) -> Moved:
-    """The direction of the sum of the vectors; signs : (n,) by which each is turned round first."""
-    s = np.ones(len(given.vectors)) if signs is None else signs
-    total = s @ given.vectors
+def resultant(moved: MovedVectors, signs: FloatArray | None = None) -> MovedVectors:
+    """Return the direction of the sum of vectors; `signs` (n,) flips each before."""
+    s = np.ones(len(moved.vectors)) if signs is None else signs
+    total = s @ moved.vectors
     length = float(np.linalg.norm(total))
     mean = total / length
     flat = (np.eye(3) - np.outer(mean, mean)) / length
-    return given.result(mean, s[:, None, None] * flat)
+    return moved.result(mean, s[:, None, None] * flat)
 
 
-def laid_into(line: Moved, plane: Moved) -> Moved:
-    """A line (one) that is turned into the plane with this normal (one), in which it nearly lies:
-    along the plane it strays by itself, across it with the plane."""
-    normal, given = plane.vectors[0], line.vectors[0]
-    flat = given - normal * (given @ normal)
+def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
+    """Project a line onto the plane with this normal, which nearly contains it.
+
+    Within the plane the line moves by itself, perpendicular to it with the plane.
+    """
+    normal, direction = plane.vectors[0], line.vectors[0]
+    flat = direction - normal * (direction @ normal)
     flat = flat / np.linalg.norm(flat)
-    beside = np.cross(normal, flat)
-    derivative = np.array([np.outer(beside, beside), -np.outer(normal, flat)])
-    return joined([line, plane]).result(flat, derivative)
+    sideways = np.cross(normal, flat)
+    derivative = np.array([np.outer(sideways, sideways), -np.outer(normal, flat)])
+    return join_results([line, plane]).result(flat, derivative)
 
 
-def meeting(first: Moved, second: Moved) -> Moved:
-    """The line in which two planes meet, of which these are the normals (one each)."""
+def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
+    """Return the intersection line of two planes, given by their normals."""
     a, b = first.vectors[0], second.vectors[0]
     cross = np.cross(a, b)
     sine = float(np.linalg.norm(cross))
     line = cross / sine
     flat = (np.eye(3) - np.outer(line, line)) / sine
     # d(a x b) = -(b x da) + a x db
-    derivative = np.array([-flat @ across(b[None])[0], flat @ across(a[None])[0]])
-    return joined([first, second]).result(line, derivative)
+    derivative = np.array([-flat @ cross_matrix(b[None])[0], flat @ cross_matrix(a[None])[0]])
+    return join_results([first, second]).result(line, derivative)
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A joint 95 % region on the sphere: half-angles, and the direction (3,) of the larger one."""
+    """Joint 95 % region on the sphere: half-angles, and the direction (3,) of the larger one."""
 
     largest_deg: float
     smallest_deg: float
@@ -166,45 +196,64 @@ class Region:
 
     @property
     def line(self) -> Line:
-        """The direction of the larger half-angle, as an axis."""
+        """Direction of the larger half-angle, as an axis."""
         return Line.from_vector(self.axis)
 
 
 def region(
     vector: npt.ArrayLike,
     covariance: npt.ArrayLike | None,
-    own: tuple[float, float, npt.ArrayLike] | None = None,
+    own_region: tuple[float, float, npt.ArrayLike] | None = None,
 ) -> Region:
-    """The joint 95 % region of a unit vector (3,).
+    """Compute the joint 95 % region of a unit vector (3,).
 
-    covariance : (3, 3) radians squared, by its registrations; None for nothing
-    own : half-angles of the region without them, degrees, and the direction (3,) of the larger one
+    Parameters
+    ----------
+    vector : (3,) array_like
+    covariance : (3, 3) array_like or None
+        Covariance by registrations, radians squared.
+    own_region : (float, float, (3,) array_like), optional
+        Half-angles of the region without registrations, degrees, and the direction of the larger.
+
+    Returns
+    -------
+    Region
     """
     v = np.asarray(vector, np.float64)
     spread = np.zeros((3, 3)) if covariance is None else CHI2_TWO * np.asarray(covariance)
-    if own is not None:
-        spread = spread + squared_region(v, *own)
-    basis = _across_basis(v)
+    if own_region is not None:
+        spread = spread + squared_region(v, *own_region)
+    basis = _tangent_basis(v)
     squares, directions = np.linalg.eigh(basis @ spread @ basis.T)
-    # The cone of a few scattered directions may be wider than that.
-    most = 90.0 if own is None else max(90.0, own[0])
-    angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), most)
+    # The cone of a few scattered directions may be wider than 90 degrees.
+    max_angle_deg = 90.0 if own_region is None else max(90.0, own_region[0])
+    angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), max_angle_deg)
     return Region(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
 
 
 def squared_region(
     vector: FloatArray, largest_deg: float, smallest_deg: float, toward: npt.ArrayLike
 ) -> FloatArray:
-    """Return the (3, 3) matrix whose eigenvalues are the squares of a region's half-angles.
+    """Return the (3, 3) matrix whose eigenvalues are the squared half-angles of a region.
 
-    They are in radians squared, along `toward` (3,) and across it; the covariance of the vector is
-    the matrix divided by CHI2_TWO.
+    Parameters
+    ----------
+    vector : (3,) ndarray
+    largest_deg, smallest_deg : float
+        Half-angles, degrees.
+    toward : (3,) array_like
+        Direction of the larger half-angle.
+
+    Returns
+    -------
+    (3, 3) ndarray
+        Radians squared; the covariance of the vector is this matrix divided by CHI2_TWO.
     """
-    first = np.asarray(toward, np.float64)
-    first = first - vector * (first @ vector)
-    first = first / np.linalg.norm(first)
-    second = np.cross(vector, first)
-    along = np.radians(largest_deg) ** 2 * np.outer(first, first)
+    along_axis = np.asarray(toward, np.float64)
+    along_axis = along_axis - vector * (along_axis @ vector)
+    along_axis = along_axis / np.linalg.norm(along_axis)
+    second = np.cross(vector, along_axis)
+    along = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
     return np.asarray(along + np.radians(smallest_deg) ** 2 * np.outer(second, second))
 
 
@@ -215,21 +264,25 @@ def region_of_line(
     smallest_deg: float | None,
     toward: npt.ArrayLike | None,
 ) -> Region | None:
-    """`region` of a line whose own half-angles may not be known (None); toward : None for a round
-    region."""
+    """Compute the joint 95 % region of a line; None if its own half-angles are unknown.
+
+    `toward` is None for a round region.
+    """
     if largest_deg is None or smallest_deg is None:
         return None
-    own = cone(vector, largest_deg) if toward is None else (largest_deg, smallest_deg, toward)
-    return region(vector, covariance, own)
+    own_region = (
+        cone(vector, largest_deg) if toward is None else (largest_deg, smallest_deg, toward)
+    )
+    return region(vector, covariance, own_region)
 
 
 def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, FloatArray]:
-    """A round region, as `region` takes it."""
-    return half_angle_deg, half_angle_deg, _across_basis(np.asarray(vector, np.float64))[0]
+    """Return a round region in the form that `region` expects."""
+    return half_angle_deg, half_angle_deg, _tangent_basis(np.asarray(vector, np.float64))[0]
 
 
-def _across_basis(v: FloatArray) -> FloatArray:
-    """(2, 3) unit vectors at right angles to v and each other."""
+def _tangent_basis(v: FloatArray) -> FloatArray:
+    """Return two unit vectors (2, 3) perpendicular to v and each other."""
     first = np.cross(v, np.eye(3)[int(np.argmin(np.abs(v)))])
     first = first / np.linalg.norm(first)
     return np.array([first, np.cross(v, first)])

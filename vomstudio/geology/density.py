@@ -1,10 +1,10 @@
-"""How densely poles and lines lie on the lower hemisphere, as numbers: grids, levels, maxima.
+"""Density of poles and lines on the lower hemisphere: grids, levels and maxima.
 
-Four ways to count, each of axial data. Kamb's (Kamb 1959, Journal of Geophysical Research 64,
-1891-1909) counts in a circle that grows as the data become few, so that a uniform scatter is
-expected to have `sigma` (3) of its own standard deviations in it; the linear and the exponential
-kernel (Vollmer 1995, Computers & Geosciences 21, 31-49) smooth that count. Schmidt's counts in 1 %
-of the hemisphere, whatever the number of data.
+Four counting methods for axial data. Kamb's (Kamb 1959, Journal of Geophysical Research 64,
+1891-1909) uses a circle that grows for few data, so that a uniform distribution is expected to have
+`sigma` (3) standard deviations in it. The linear and exponential kernels (Vollmer 1995, Computers &
+Geosciences 21, 31-49) smooth this count. Schmidt's counts in 1 % of the hemisphere, regardless of
+the number of data.
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ DENSITY_UNITS = {
     "schmidt": to_translate("% of data per 1 % area"),
 }
 SIGMA = 3.0
-MOST_LEVELS = 8
+MAX_LEVELS = 8
 
-_TILE = 8
-_BLOCK = _TILE**2
-_PAIRS = 100_000
-"""Cosines at a time that stay in the cache."""
-_NEGLIGIBLE = 30.0
-"""Poles for which the exponent is below minus this add less than 1e-13 each, and are left out
-where whole blocks of places are as far."""
+TILE_SIZE = 8
+BLOCK_SIZE = TILE_SIZE**2
+MAX_PAIRS = 100_000
+"""Number of cosines that stay in the cache."""
+NEGLIGIBLE_EXPONENT = 30.0
+"""Poles with an exponent below minus this contribute less than 1e-13 each; blocks skip them."""
 
 
 def density(
@@ -44,35 +43,64 @@ def density(
     method: str = "exponential_kamb",
     sigma: float = SIGMA,
 ) -> FloatArray:
-    """Density (m,) of axial data (n, 3) at unit vectors (m, 3).
+    """Compute the density (m,) of axial data at unit vectors.
 
-    kamb: count in a circle whose area is sigma^2 / (n + sigma^2) of the hemisphere, in standard
-    deviations of a uniform scatter (Kamb 1959): sigma where uniform; exponential_kamb and
-    linear_kamb: the same with a smooth kernel (Vollmer 1995); schmidt: share of the data in 1 % of
-    the area, that is 1 where uniform. Kamb's are lowered by half a count, as usual, and never
-    below 0. Quickest where neighbours in `at` are neighbours on the sphere. Raises ValueError for
-    another method.
+    Kamb's densities are lowered by half a count, as usual, and never negative. The function is
+    fastest
+    if neighbours in `at` are neighbours on the sphere.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+        Axial data.
+    at : (m, 3) array_like
+        Unit vectors.
+    method : str
+        "kamb": count in a circle of sigma^2 / (n + sigma^2) of the hemisphere, in standard
+        deviations
+        of a uniform distribution (Kamb 1959), which has `sigma`. "exponential_kamb" and
+        "linear_kamb":
+        the same with a smooth kernel (Vollmer 1995). "schmidt": share of the data in 1 % of the
+        area,
+        which is 1 for a uniform distribution.
+    sigma : float
+        Expected count of a uniform distribution in its standard deviations.
+
+    Returns
+    -------
+    (m,) ndarray
+
+    Raises
+    ------
+    ValueError
+        If the method is unknown.
     """
     kernel = _Kernel.of(method, np.atleast_2d(np.asarray(vectors)).shape[0], sigma)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     g = np.atleast_2d(np.asarray(at, dtype=np.float64))
     total = np.zeros(len(g))
-    for i in range(0, len(g), _BLOCK):
-        near = _near(v, g[i : i + _BLOCK], kernel)
-        step = max(1, _PAIRS // max(len(near), 1))
-        for j in range(i, min(i + _BLOCK, len(g)), step):
-            k = min(j + step, i + _BLOCK)
+    for i in range(0, len(g), BLOCK_SIZE):
+        near = _within_reach(v, g[i : i + BLOCK_SIZE], kernel)
+        step = max(1, MAX_PAIRS // max(len(near), 1))
+        for j in range(i, min(i + BLOCK_SIZE, len(g)), step):
+            k = min(j + step, i + BLOCK_SIZE)
             total[j:k] = kernel.count(np.abs(g[j:k] @ near.T))
-    lowered = 0.0 if method == "schmidt" else 0.5
-    return np.maximum((total - lowered) / kernel.scale, 0.0)
+    correction = 0.0 if method == "schmidt" else 0.5
+    return np.maximum((total - correction) / kernel.scale, 0.0)
 
 
 @dataclass(frozen=True)
 class _Kernel:
-    """What a pole counts at a place, by the cosine of the angle between them.
+    """Weight of a pole at a place by the cosine of the angle between them.
 
-    cap: area of the counting circle as a share of the hemisphere; reach_deg: no pole farther away
-    counts; scale: the unit.
+    Attributes
+    ----------
+    cap : float
+        Area of the counting circle as a share of the hemisphere.
+    scale : float
+        Unit of the density.
+    reach_deg : float
+        Maximum distance of a pole that counts, degrees.
     """
 
     method: str
@@ -87,36 +115,36 @@ class _Kernel:
             raise ValueError(f"unknown method {method!r}; use one of {DENSITY_METHODS}")
         cap = counting_area(n, method, sigma)
         if method == "schmidt":
-            return cls(method, cap, 0.0, cap * n, _opening(cap))
+            return cls(method, cap, 0.0, cap * n, _opening_deg(cap))
         if method != "exponential_kamb":
-            return cls(method, cap, 0.0, math.sqrt(n * cap * (1.0 - cap)), _opening(cap))
+            return cls(method, cap, 0.0, math.sqrt(n * cap * (1.0 - cap)), _opening_deg(cap))
         steep = 2.0 * (1.0 + n / sigma**2)
         scale = math.sqrt(n * (steep / 2.0 - 1.0) / steep**2)
-        return cls(method, cap, steep, scale, _opening(_NEGLIGIBLE / steep))
+        return cls(method, cap, steep, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steep))
 
     def count(self, cosine: FloatArray) -> FloatArray:
-        """Counts (m,) by the cosines (m, k)."""
+        """Return counts (m,) for cosines (m, k)."""
         if self.method in ("schmidt", "kamb"):
             return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
         if self.method == "linear_kamb":
-            over = np.maximum(cosine - (1.0 - self.cap), 0.0)
-            return np.asarray(over.sum(axis=1) * (2.0 / self.cap))
+            excess = np.maximum(cosine - (1.0 - self.cap), 0.0)
+            return np.asarray(excess.sum(axis=1) * (2.0 / self.cap))
         power = self.steep * (cosine - 1.0)
         return np.asarray(np.exp(power, out=power).sum(axis=1))
 
 
 def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> float:
-    """Area of the counting circle of n data, as a share of the hemisphere's."""
+    """Return the area of the counting circle of n data, as a share of the hemisphere."""
     return 0.01 if method == "schmidt" else sigma**2 / (n + sigma**2)
 
 
-def _opening(cap: float) -> float:
-    """Half-angle in degrees of a circle that covers this share of the hemisphere."""
+def _opening_deg(cap: float) -> float:
+    """Return the half-angle of a circle with this share of the hemisphere, degrees."""
     return math.degrees(math.acos(max(1.0 - cap, 0.0)))
 
 
-def _near(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
-    """Those of the data (n, 3) that can count anywhere in a block of places (m, 3)."""
+def _within_reach(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
+    """Select the data (n, 3) that can count anywhere in a block of places (m, 3)."""
     middle = block.sum(axis=0)
     length = float(np.linalg.norm(middle))
     if length < 1e-9 or kernel.reach_deg >= 90.0:
@@ -136,11 +164,26 @@ def density_grid(
     size: int | None = None,
     sigma: float = SIGMA,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """x (size,), y (size,) and density (size, size), rows along y, over the square about the net.
+    """Compute the density on a square grid around the net.
 
-    size : None for as many places as the counting circle of these data needs (`grid_size`).
-    Beyond the primitive circle the values are those of the nearest point on it, so that contours
-    reach it cleanly and can be clipped by it.
+    Beyond the primitive circle, values are those of the nearest point on it, so that contours reach
+    it
+    and can be clipped by it.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+        Axial data.
+    method, projection : str
+    size : int, optional
+        Number of places per side; by default `grid_size`.
+    sigma : float
+
+    Returns
+    -------
+    x, y : (size,) ndarray
+    density : (size, size) ndarray
+        Rows along y.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     n = grid_size(len(v), method, sigma) if size is None else size
@@ -148,9 +191,9 @@ def density_grid(
     x, y = np.meshgrid(axis, axis)
     radius = np.hypot(x, y)
     reach = 1.0 + 3.0 * (axis[1] - axis[0])
-    # Tile by tile: the places of a block lie together, and few of the data count in it.
+    # Tile by tile, because few data count in a block of adjacent places.
     row, column = np.indices(x.shape)
-    tile = (row // _TILE) * n + column // _TILE
+    tile = (row // TILE_SIZE) * n + column // TILE_SIZE
     order = np.argsort(tile.ravel(), kind="stable")
     order = order[radius.ravel()[order] <= reach]
     inward = np.maximum(radius.ravel()[order], 1.0)
@@ -161,71 +204,93 @@ def density_grid(
 
 
 def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> int:
-    """Places along a side of the grid, 61 to 181: a third of the counting circle's radius apart on
-    an equal-area net, on which the circle has the square root of its share of the area."""
-    apart = math.sqrt(counting_area(n, method, sigma)) / 3.0
-    return int(min(max(2 * round(1.0 / apart) + 1, 61), 181))
+    """Return the number of places per side of the grid, 61 to 181.
+
+    Their distance is a third of the counting circle's radius on an equal-area net, where the radius
+    is
+    the square root of its share of the area.
+    """
+    spacing = math.sqrt(counting_area(n, method, sigma)) / 3.0
+    return int(min(max(2 * round(1.0 / spacing) + 1, 61), 181))
 
 
-def round_levels(top: float, method: str) -> list[float]:
-    """At most 8 round levels below the highest density: every 2 (or more) standard deviations, or
-    round shares."""
+def round_levels(maximum: float, method: str) -> list[float]:
+    """Return up to 8 round levels below the maximum density.
+
+    They are multiples of 2 (or more) standard deviations, or round shares.
+    """
     steps = (2, 4, 5, 10, 20, 50, 100, 200, 500) if method != "schmidt" else (1, 2, 5, 10, 20, 50)
     for step in steps:
-        if top / step <= MOST_LEVELS:
-            count = math.ceil(top / step) - 1
+        if maximum / step <= MAX_LEVELS:
+            count = math.ceil(maximum / step) - 1
             return [float(step * (i + 1)) for i in range(max(count, 0))]
     return [float(steps[-1])]
 
 
-def densest(
+def find_maximum(
     vectors: npt.ArrayLike, method: str = "exponential_kamb", sigma: float = SIGMA
 ) -> tuple[FloatArray, float]:
-    """Where axial data (n, 3) lie densest: a unit vector (3,) that points down, and the density
-    there. Of a place that all around is as dense (the counts of Kamb and Schmidt have steps), the
-    middle, where that is as dense too."""
+    """Find the direction of maximum density of axial data.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    method : str
+    sigma : float
+
+    Returns
+    -------
+    direction : (3,) ndarray
+        Unit vector that points down; the middle of an area of equal density (counts of Kamb and
+        Schmidt have steps) if it has the same density.
+    density : float
+    """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
-    places = _side_by_side(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
-    found = density(v, places, method, sigma)
-    best, top = places[int(np.argmax(found))], float(found.max())
-    opening = _opening(counting_area(len(v), method, sigma))
+    places = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
+    densities = density(v, places, method, sigma)
+    best, maximum = places[int(np.argmax(densities))], float(densities.max())
+    opening = _opening_deg(counting_area(len(v), method, sigma))
     if method in ("kamb", "schmidt"):
-        alike = places[found >= top - 1e-9]
-        alike = alike * np.where(alike @ best < 0.0, -1.0, 1.0)[:, None]
+        equal = places[densities >= maximum - 1e-9]
+        equal = equal * np.where(equal @ best < 0.0, -1.0, 1.0)[:, None]
         near = math.cos(math.radians(min(2.0 * opening, 90.0)))
-        middle = alike[alike @ best >= near].sum(axis=0)
+        middle = equal[equal @ best >= near].sum(axis=0)
         middle /= np.linalg.norm(middle)
-        if density(v, middle, method, sigma)[0] >= top - 1e-9:
+        if density(v, middle, method, sigma)[0] >= maximum - 1e-9:
             best = middle
     else:
-        best = _climbed(v, best, _Kernel.of(method, len(v), sigma))
-        top = max(top, float(density(v, best, method, sigma)[0]))
-    return (-best if best[2] > 0 else best), top
+        best = _climb(v, best, _Kernel.of(method, len(v), sigma))
+        maximum = max(maximum, float(density(v, best, method, sigma)[0]))
+    return (-best if best[2] > 0 else best), maximum
 
 
 def _lattice(n: int) -> FloatArray:
-    """n unit vectors (n, 3), spread evenly over the lower hemisphere along a spiral."""
+    """Return n unit vectors (n, 3), evenly distributed over the lower hemisphere on a spiral."""
     i = np.arange(n) + 0.5
     z, turn = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
     h = np.sqrt(1.0 - z**2)
     return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
 
 
-def _side_by_side(places: FloatArray) -> FloatArray:
-    """Axes (n, 3) in an order in which most of a block lie together on the net."""
+def _sort_by_place(places: FloatArray) -> FloatArray:
+    """Sort axes (n, 3) so that most of a block are adjacent on the net."""
     down = np.where(places[:, 2:] > 0.0, -places, places)
     flat = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
     column, row = np.floor((flat + 1.0) * 8.0).astype(int).T
     return np.asarray(down[np.lexsort((row, column))])
 
 
-def _climbed(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
-    """The top of the hill of density that a unit vector stands on. Both smooth kernels are convex
-    in the place, so that the sum of the data, each by its kernel's slope, never leads down."""
+def _climb(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
+    """Climb to the local maximum of density near a unit vector.
+
+    Both smooth kernels are convex in the place, so the sum of the data, weighted by the slope of
+    their
+    kernels, never decreases.
+    """
     place = start
-    # The hill is no wider than the kernel: a few times its reach holds all that counts on the way.
-    aside = min(3.0 * kernel.reach_deg, 90.0)
-    vectors = vectors[np.abs(vectors @ start) >= math.cos(math.radians(aside)) - 1e-12]
+    # The maximum is as wide as the kernel, so a few times its reach includes all relevant data.
+    radius_deg = min(3.0 * kernel.reach_deg, 90.0)
+    vectors = vectors[np.abs(vectors @ start) >= math.cos(math.radians(radius_deg)) - 1e-12]
     for _ in range(2000):
         cosine = vectors @ place
         if kernel.method == "linear_kamb":
@@ -234,8 +299,8 @@ def _climbed(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatAr
             slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
         new = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
         new /= np.linalg.norm(new)
-        moved = float(np.abs(new - place).max())
+        change = float(np.abs(new - place).max())
         place = new
-        if moved < 1e-12:
+        if change < 1e-12:
             break
     return np.asarray(place)

@@ -1,9 +1,9 @@
-"""Domains of a structure, each with its own axis, and whether one axis serves all of them.
+"""Domains of a structure, each with its own axis, and a test of whether one axis serves all.
 
-Where no direction is valid for all (fig. 31c), a section projects each domain along its own. One
-great circle through all poles is tested against one for each domain by F (the extra sum of squares
-of nested fits); a domain of one dip has no axis of its own, and is asked only how far its mean pole
-lies from the common great circle.
+If no direction is valid for all domains (fig. 31c), a section projects each along its own axis. An
+F test (extra sum of squares of nested fits) compares one great circle through all poles with one
+per domain. A domain of one dip has no axis of its own: only the angle of its mean pole from the
+common great circle counts.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_p
 from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
-APART_P, APART_DEG = 0.05, 5.0
-"""Domains have their own axes below this chance, and from so many degrees apart on."""
+AXES_DIFFER_P, AXES_DIFFER_DEG = 0.05, 5.0
+"""Significance level and minimum angle at which domains have different axes."""
 
 
 @dataclass(frozen=True)
 class DomainFigures:
-    """A domain: how many planes, and its axis, or the reason why it has none."""
+    """Domain with its number of planes and its axis, or the reason for not having one."""
 
     n: int
     axis: AxisFigures | None
@@ -43,12 +43,17 @@ class DomainFigures:
 
 @dataclass(frozen=True)
 class OneAxisFigures:
-    """Test whether one axis serves all domains.
+    """Test of whether one axis serves all domains.
 
-    F, p : of the extra sum of squares, None if there is nothing to test
-    apart_deg : largest angle between the axes of two domains, None if fewer than two have one
-    beds_off_deg : largest angle between the common axis and the mean bed of a domain of one dip,
-        None without such domains
+    Attributes
+    ----------
+    F, p : float or None
+        Extra sum of squares; None if it cannot be tested.
+    apart_deg : float or None
+        Largest angle between the axes of two domains; None if fewer than two have one.
+    beds_off_deg : float or None
+        Largest angle between the common axis and the mean bed of a domain of one dip; None without
+        such domains.
     """
 
     serves_all: bool
@@ -60,7 +65,7 @@ class OneAxisFigures:
 
 
 def describe_domain(domain: DomainFigures, decimals: int) -> str:
-    """Describe a domain in one line: its count, and its axis or the reason why it has none."""
+    """Describe a domain in one line: its count and its axis, or the reason for not having one."""
     if domain.axis is None:
         return tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
     if domain.axis.verdict == "homoclinal":
@@ -102,30 +107,30 @@ def domain_axes(
     beta = pooled.beta.vector()
     figures: dict[str, DomainFigures] = {}
     axes_by_domain: dict[str, FoldAxis] = {}
-    separate, parameters, n = 0.0, 0, 0
-    together, off_beds = 0.0, list[float]()
+    separate_squares, parameters, n = 0.0, 0, 0
+    pooled_squares, off_beds = 0.0, list[float]()
     for name, (azimuth, dip) in beds.items():
         poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
         n += len(poles)
-        together += _square(poles @ beta)
-        axis, reason = _own_axis(azimuth, dip, waviness_deg)
+        pooled_squares += _square(poles @ beta)
+        axis, reason = _domain_axis(azimuth, dip, waviness_deg)
         if axis is not None and axis.verdict != "homoclinal" and len(poles) > 2:
             axes_by_domain[name] = axis
-            separate += _square(poles @ axis.beta.vector())
+            separate_squares += _square(poles @ axis.beta.vector())
             parameters += 2
         else:
             axes = orientation_tensor(poles)[1]
             along = flip_to(poles, axes[0]) @ beta
-            separate += float(np.sum((along - along.mean()) ** 2))
+            separate_squares += float(np.sum((along - along.mean()) ** 2))
             parameters += 1
             off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
         figures[name] = DomainFigures(len(poles), None if axis is None else axis.figures, reason)
     off_axes = [
         angle_between_lines(a.beta, b.beta) for a, b in combinations(axes_by_domain.values(), 2)
     ]
-    return figures, _judged(
-        together,
-        separate,
+    return figures, _test_one_axis(
+        pooled_squares,
+        separate_squares,
         parameters,
         n,
         max(off_axes, default=None),
@@ -154,37 +159,49 @@ def projection_axes(
     beds: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
     faults: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
 ) -> dict[str, ProjectionAxis]:
-    """Of each domain its own axis (textbook 4.2, fig. 31c and d): beta of a fold whose verdict is
-    not "no"; of beds of one dip the line in which their mean meets that of the faults.
+    """Compute the projection axis of each domain (textbook 4.2, fig. 31c and d).
 
-    beds : by domain, dip directions and dips (n,) in degrees; faults : those of all faults.
+    It is beta for a fold whose verdict is not "no". For beds of one dip it is the intersection of
+    their
+    mean with that of the faults.
+
+    Parameters
+    ----------
+    beds : mapping of str to (array_like, array_like)
+        Dip directions and dips by domain, degrees.
+    faults : (array_like, array_like), optional
+        Dip directions and dips of all faults, degrees.
+
+    Returns
+    -------
+    dict of str to ProjectionAxis
     """
-    found: dict[str, ProjectionAxis] = {}
+    axes: dict[str, ProjectionAxis] = {}
     for name, (azimuth, dip) in beds.items():
-        fold, reason = _own_axis(azimuth, dip, None)
+        fold, reason = _domain_axis(azimuth, dip, None)
         if fold is not None and fold.verdict != "homoclinal" and fold.valid != "no":
             description = tr("fold axis, {verdict}", verdict=fold.verdict)
-            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, description, fold.valid)
+            axes[name] = ProjectionAxis(fold.beta, fold.error95_deg, description, fold.valid)
             continue
         if faults is not None:
             try:
-                met = common_axis({"beds": (azimuth, dip), "faults": faults})
+                common = common_axis({"beds": (azimuth, dip), "faults": faults})
             except GeometryError as error:
-                found[name] = ProjectionAxis(None, None, error.message)
+                axes[name] = ProjectionAxis(None, None, error.message)
                 continue
             description = tr("where the beds meet the faults")
-            found[name] = ProjectionAxis(met.beta, met.error95_deg, description, met.valid)
+            axes[name] = ProjectionAxis(common.beta, common.error95_deg, description, common.valid)
             continue
         description = (
             str(reason)
             if fold is None
             else tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
         )
-        found[name] = ProjectionAxis(None, None, description)
-    return found
+        axes[name] = ProjectionAxis(None, None, description)
+    return axes
 
 
-def _own_axis(
+def _domain_axis(
     azimuth: npt.ArrayLike, dip: npt.ArrayLike, waviness_deg: float | None
 ) -> tuple[FoldAxis | None, Finding | None]:
     try:
@@ -197,9 +214,9 @@ def _square(along: FloatArray) -> float:
     return float(np.sum(np.arcsin(np.clip(along, -1.0, 1.0)) ** 2))
 
 
-def _judged(
-    together: float,
-    separate: float,
+def _test_one_axis(
+    pooled_squares: float,
+    separate_squares: float,
     parameters: int,
     n: int,
     apart_deg: float | None,
@@ -209,10 +226,10 @@ def _judged(
     if extra <= 0 or free <= 0:
         reason = Finding("fold.one-dip-domains")
         return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
-    variance = max(separate / free, 1e-12)
-    ratio = max(together - separate, 0.0) / extra / variance
+    variance = max(separate_squares / free, 1e-12)
+    ratio = max(pooled_squares - separate_squares, 0.0) / extra / variance
     p = f_tail(extra, free, ratio)
-    differ = p < APART_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= APART_DEG
+    differ = p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
     reasons = [Finding("fold.domains-differ" if differ else "fold.one-axis", p=p)]
     if apart_deg is not None:
         reasons.append(Finding("fold.axes-apart", angle_deg=apart_deg))

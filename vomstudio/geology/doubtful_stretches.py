@@ -1,4 +1,4 @@
-"""What a trace's plane is worth if some stretches of it are on another surface than the rest."""
+"""Plane of a trace without its doubtful stretches, which may lie on another surface."""
 
 from __future__ import annotations
 
@@ -17,15 +17,22 @@ Range = tuple[int, int]
 """First and last vertex of a stretch, from 0."""
 
 MIN_POINTS = 8
-"""Of the rest, for a plane that has an error."""
+"""Minimum number of remaining points for a plane with an error."""
 MARGIN = 2
-"""Vertices at either end of a stretch that belong to the way across, and to neither side."""
+"""Vertices at either end of a stretch that belong to the transition and to neither side."""
 
 
 @dataclass(frozen=True)
 class DoubtfulStretch:
-    """start, end : first and last vertex, from 0; offset_m : of its middle from the plane of the
-    rest, along the upward normal"""
+    """Stretch of a trace that may lie on another surface.
+
+    Attributes
+    ----------
+    start, end : int
+        First and last vertex, from 0.
+    offset_m : float
+        Distance of its middle from the plane of the other points along the upward normal, m.
+    """
 
     start: int
     end: int
@@ -33,8 +40,8 @@ class DoubtfulStretch:
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
-    """fit : plane of the points outside of the stretches; None if they have none"""
+class RemainingTrace:
+    """Plane of the points outside the doubtful stretches; `fit` is None if it has no error."""
 
     fit: PlaneFit | None
     stretches: tuple[DoubtfulStretch, ...]
@@ -42,51 +49,65 @@ class Rest:
     def error95_deg(
         self, fit: PlaneFit, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
-        """Half-angle of 95 % of the plane of all points, if the plane of the rest is right."""
+        """Return the 95 % half-angle of the plane of all points if the remaining plane is right."""
         if self.fit is None:
             return 90.0
         cosine = min(abs(float(fit.normal @ self.fit.normal)), 1.0)
-        own = total_error_deg(self.fit, resolution_m, outcrop_normal=outcrop_normal)
-        return min(float(np.degrees(np.arccos(cosine))) + (90.0 if own is None else own), 90.0)
+        remaining_error = total_error_deg(self.fit, resolution_m, outcrop_normal=outcrop_normal)
+        return min(
+            float(np.degrees(np.arccos(cosine)))
+            + (90.0 if remaining_error is None else remaining_error),
+            90.0,
+        )
 
     def findings(self) -> list[Finding]:
-        """One for each stretch, with its vertices counted from 1."""
+        """Return one finding per stretch, with its vertices counted from 1."""
         plane = None if self.fit is None else Plane.from_normal(self.fit.normal)
         return [
             Finding(
                 "trace.beside",
-                start=one.start + 1,
-                end=one.end + 1,
-                offset_m=abs(one.offset_m),
+                start=stretch.start + 1,
+                end=stretch.end + 1,
+                offset_m=abs(stretch.offset_m),
                 rest_dip_direction_deg=None if plane is None else plane.dip_direction_deg,
                 rest_dip_deg=None if plane is None else plane.dip_deg,
             )
-            for one in self.stretches
+            for stretch in self.stretches
         ]
 
 
-def rest_of(points: FloatArray, ranges: Sequence[Range]) -> Rest | None:
-    """Fit a plane to the points of a trace (n, 3) outside of some stretches; None without such.
+def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> RemainingTrace | None:
+    """Fit a plane to the points of a trace outside some stretches.
 
-    Ranges that are not of these points are left out.
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+        Points of the trace. World frame, m.
+    ranges : sequence of (int, int)
+        First and last vertex of each stretch; invalid ranges are ignored.
+
+    Returns
+    -------
+    RemainingTrace or None
+        None without a valid range.
     """
     n = len(points)
     valid = [(a, b) for a, b in ranges if 0 <= a <= b < n]
     if not valid:
         return None
-    kept = np.ones(n, np.bool_)
+    remaining = np.ones(n, np.bool_)
     for a, b in valid:
-        kept[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
+        remaining[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
     fit = None
-    if kept.sum() >= MIN_POINTS:
-        found = fit_planes(points[kept], [0, int(kept.sum())])[0]
-        fit = found if found.error is None else None
+    if remaining.sum() >= MIN_POINTS:
+        candidate = fit_planes(points[remaining], [0, int(remaining.sum())])[0]
+        fit = candidate if candidate.error is None else None
     stretches = tuple(DoubtfulStretch(a, b, offset(points, (a, b), fit)) for a, b in valid)
-    return Rest(fit, stretches)
+    return RemainingTrace(fit, stretches)
 
 
 def offset(points: FloatArray, stretch: Range, fit: PlaneFit | None) -> float:
-    """Distance of a stretch's middle from a plane; 0 without one."""
+    """Return the distance of a stretch's middle from a plane, m; 0 without a plane."""
     if fit is None:
         return 0.0
     middle = points[stretch[0] : stretch[1] + 1].mean(axis=0)

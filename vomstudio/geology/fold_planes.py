@@ -1,7 +1,7 @@
-"""Which planes a fold axis is computed from: one rule for tables, net, statistics and views.
+"""Selection of the planes of a fold axis: one rule for tables, net, statistics and views.
 
-Planes count alike, whatever their errors, since the scatter of real folds exceeds these. How many
-of them are not good is therefore stated with every axis.
+Planes have equal weights regardless of their errors, because the scatter of real folds exceeds
+these. The number of planes that are not good is therefore reported with every axis.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class FoldFilter:
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """So many rows that were not used, what they are, and why."""
+class ExcludedRows:
+    """Number of rows that were not used, their description and the reason."""
 
     what: str
     n: int
@@ -50,62 +50,68 @@ class LeftOut:
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenPlanes:
-    """Result of `choose_planes`.
+class SelectedPlanes:
+    """Result of `select_planes`.
 
-    Parameters
+    Attributes
     ----------
-    use : (n,) bool
-    left_out : tuple of LeftOut
+    use : (n,) ndarray of bool
+    left_out : tuple of ExcludedRows
     not_good : int or None
-        Planes in use whose verdict is not good; None if none of them has a verdict.
+        Number of selected planes whose verdict is not good; None if none has a verdict.
     """
 
     use: BoolArray
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedRows, ...]
     not_good: int | None
 
 
-def verdict_in(word: str | None) -> str:
-    """Return the verdict that a cell contains, "" for none."""
+def parse_verdict(word: str | None) -> str:
+    """Return the verdict in a cell, "" if it has none."""
     text = (word or "").strip().casefold()
     return text if text in VERDICTS else ""
 
 
-def choose_planes(
-    qualities: Sequence[str | None], sets: Sequence[str], which: FoldFilter
-) -> ChosenPlanes:
-    """Choose the planes of one kind that a fold axis is computed from.
+def select_planes(
+    qualities: Sequence[str | None], sets: Sequence[str], selection: FoldFilter
+) -> SelectedPlanes:
+    """Select the planes of one kind for a fold axis.
 
-    Planes without a verdict, such as compass readings, are used only if none has one.
+    Planes without a verdict, such as compass readings, are used only if no plane has one.
 
     Parameters
     ----------
-    qualities : (n,) verdicts; None and other words are no verdicts
-    sets : (n,) names of their sets, "" for none
-    which : FoldFilter
+    qualities : (n,) sequence of str or None
+        Verdicts; other words are ignored.
+    sets : (n,) sequence of str
+        Names of their sets, "" for none.
+    selection : FoldFilter
+
+    Returns
+    -------
+    SelectedPlanes
     """
-    verdict = np.array([verdict_in(quality) for quality in qualities], np.str_)
+    verdict = np.array([parse_verdict(quality) for quality in qualities], np.str_)
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def leave_out(bad: BoolArray, what: str, reason: Finding) -> None:
+    def leave_out(excluded: BoolArray, what: str, reason: Finding) -> None:
         nonlocal use
-        if count := int((use & bad).sum()):
-            left_out.append(LeftOut(what, count, reason))
-        use = use & ~bad
+        if count := int((use & excluded).sum()):
+            left_out.append(ExcludedRows(what, count, reason))
+        use = use & ~excluded
 
-    if which.set_name is not None:
-        name = which.set_name.strip().casefold()
-        other = np.array([each.strip().casefold() != name for each in sets], bool)
-        leave_out(other, tr("other sets"), Finding("fold.only-set", set=which.set_name))
-    judged = verdict != ""
-    if (judged & use).any() or which.min_quality is not None:
-        leave_out(~judged, tr("without a verdict"), Finding("fold.only-picks"))
-    if which.min_quality is not None:
-        for quality in VERDICTS[VERDICTS.index(which.min_quality) + 1 :]:
-            reason = Finding("fold.only-quality", quality=which.min_quality)
+    if selection.set_name is not None:
+        name = selection.set_name.strip().casefold()
+        is_other_set = np.array([each.strip().casefold() != name for each in sets], bool)
+        leave_out(is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name))
+    has_verdict = verdict != ""
+    if (has_verdict & use).any() or selection.min_quality is not None:
+        leave_out(~has_verdict, tr("without a verdict"), Finding("fold.only-picks"))
+    if selection.min_quality is not None:
+        for quality in VERDICTS[VERDICTS.index(selection.min_quality) + 1 :]:
+            reason = Finding("fold.only-quality", quality=selection.min_quality)
             leave_out(verdict == quality, quality, reason)
-    known = judged & use
-    not_good = int((known & (verdict != "good")).sum()) if known.any() else None
-    return ChosenPlanes(use, tuple(left_out), not_good)
+    judged = has_verdict & use
+    not_good = int((judged & (verdict != "good")).sum()) if judged.any() else None
+    return SelectedPlanes(use, tuple(left_out), not_good)

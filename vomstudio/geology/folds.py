@@ -1,20 +1,20 @@
-"""Fold axes and common axes: the pi-plane, beta, how well beta is known, what may be done with it.
+"""Fold axes and common axes: pi-plane, beta, its error and its validity.
 
 Beta is the eigenvector of S3 of the poles' orientation tensor, the pole of the best plane through
 them (textbook 4.2, fig. 31). Its confidence region is the asymptotic one of a principal axis,
-variance S3 Sj / (n (Sj - S3)^2) toward axis j (Anderson 1963, Annals of Mathematical Statistics
-34, 122-148; Fisher, Lewis & Embleton 1987, Statistical analysis of spherical data, ch. 6), with n
+variance S3 Sj / (n (Sj - S3)^2) toward axis j (Anderson 1963, Annals of Mathematical Statistics 34,
+122-148; Fisher, Lewis & Embleton 1987, Statistical analysis of spherical data, ch. 6), with n
 replaced by n - 2 in S3 and F(0.95; 2, n - 2) in place of chi-square, as in the regression that it
-becomes where the scatter about the great circle is small. It is joint (both tilts at once), 95 %,
-and supposes that each pole strays from the great circle on its own and by the same law.
+approaches for small scatter about the great circle. It is joint (both tilts at once) at 95 % and
+assumes independent deviations of the poles from the great circle with one distribution.
 
-An axis is valid only if its region is small, and of folds that scatter alike that is so for those
-whose few poles happen to scatter little: their regions hold less often than 95 %. So the semi-axes
-are widened by 1 / (n - 2), and under `MIN_PLANES_FOR_YES` planes no axis is valid without
-conditions. `tests/benchmarks/bench_folds.py` prints how often regions hold, of all axes and of the
-valid ones. A region over 30 degrees holds in 85 % only, and from `WEAK_AXIS_DEG` on the result
-says that the axis is weak. What the registration of the models adds to it is common to their
-planes and does not shrink with their number (common_turns).
+An axis is valid only if its region is small. Of folds with equal scatter, these are the ones whose
+few poles scatter little by chance, and their regions contain the axis in less than 95 % of cases.
+The semi-axes are therefore widened by 1 / (n - 2), and below `MIN_PLANES_FOR_YES` planes no axis is
+valid without conditions. `tests/benchmarks/bench_folds.py` prints the coverage of the regions, of
+all axes and of the valid ones. A region over 30 degrees has a coverage of 85 %, and from
+`WEAK_AXIS_DEG` on the result reports a weak axis. The error of the registration is common to the
+planes of a model and does not decrease with their number (common_rotation_errors).
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
-    Moved,
+    MovedVectors,
     Region,
     Turns,
-    moved,
+    move_vectors,
     principal_axis,
     region,
 )
@@ -56,38 +56,54 @@ from vomstudio.geology.folding.findings import (
     lone_plane_finding,
     shape_findings,
 )
-from vomstudio.geology.folding.limbs import lone_limb
-from vomstudio.geology.folding.shapes import Shape, shape_of, strays_of
-from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.folding.limbs import find_lone_limb
+from vomstudio.geology.folding.shapes import Shape, describe_shape, find_outliers
+from vomstudio.geology.folding.verdicts import MIN_PLANES, WEAK_AXIS_DEG, Verdict, assess_fold
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, planes_to_poles, rake_of
-from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
+from vomstudio.geology.populations.distributions import LineFigures, assess_uniformity, f95
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
-FELT_DEG = 1.0
-"""A turn of beta by less is no matter for any verdict, however exact the planes are."""
+MIN_TURN_DEG = 1.0
+"""A smaller rotation of beta does not affect any verdict, even for exact planes."""
 
 MIN_ARC = 1e-10
-"""S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
+"""The planes are parallel if S2 is below this (to 1e-5 rad), so any line in them is an axis."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoldAxis:
-    """A view direction found from planes, with its uncertainty and its verdict.
+    """Fold axis with its uncertainty and its verdict.
 
-    n: of the planes, or of the sets of a common axis.
-    beta: the axis, plunging down. pi_plane: the plane normal to it, the best through the poles.
-    max/min_confidence95_deg: semi-axes of the joint 95 % region of beta, None where the data have
-    no redundancy.
-    confidence_direction_deg: rake in the pi-plane, 0 to 180 from its right-hand-rule strike, of
-    the direction in which beta tilts most; `confidence_axis` is the same direction as a line.
-    eigenvalues: S1 >= S2 >= S3 of the tensor, sum 1.
-    rms_deg: of the poles' angles from the pi-plane. arc_deg: shortest arc of the pi-plane that
-    holds all poles (axial, 0 to 180).
-    valid: "yes", "conditional" or "no"; verdict: its name; reasons: findings with numbers.
-    registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
-    planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
-    None where that of the planes is not known.
-    strays: the planes that the verdict is not about; beta is that of all.
+    Attributes
+    ----------
+    n : int
+        Number of planes, or of sets of a common axis.
+    beta : Line
+        The axis, plunging down.
+    pi_plane : Plane
+        Plane normal to beta, the best through the poles.
+    eigenvalues : (float, float, float)
+        S1 >= S2 >= S3 of the orientation tensor, sum 1.
+    rms_deg : float
+        RMS angle of the poles from the pi-plane, degrees.
+    arc_deg : float
+        Shortest arc of the pi-plane that contains all poles (axial), 0 to 180 degrees.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of the joint 95 % region of beta, degrees; None without redundancy.
+    confidence_direction_deg : float or None
+        Rake in the pi-plane, 0 to 180 degrees from its right-hand-rule strike, of the direction in
+        which beta is least certain.
+    confidence_axis : Line or None
+        The same direction as a line.
+    valid : {"yes", "conditional", "no"}
+    verdict : str
+    reasons : tuple of Finding
+    registration_error_deg : float or None
+        Larger half-angle of the 95 % region of beta by the registrations, degrees; None if unknown.
+    total : Region or None
+        Joint 95 % region with the registration; None if that of the planes is unknown.
+    strays : tuple of Stray
+        Outlying planes that the verdict excludes; beta includes them.
     """
 
     n: int
@@ -113,13 +129,13 @@ class FoldAxis:
 
     @property
     def error95_deg(self) -> float | None:
-        """The larger half-angle of all that is known of beta's error."""
+        """Larger half-angle of the total error of beta, degrees."""
         return self.max_confidence95_deg if self.total is None else self.total.largest_deg
 
     @property
     def figures(self) -> AxisFigures:
         """The results as plain numbers and words."""
-        swing, total = self.confidence_axis, self.total
+        direction, total = self.confidence_axis, self.total
         return AxisFigures(
             BetaFigures(
                 self.beta.trend_deg,
@@ -127,7 +143,7 @@ class FoldAxis:
                 self.max_confidence95_deg,
                 self.min_confidence95_deg,
                 self.confidence_direction_deg,
-                _line_figures(swing),
+                _line_figures(direction),
                 self.registration_error_deg,
                 None if total is None else total.largest_deg,
                 None if total is None else total.smallest_deg,
@@ -162,15 +178,33 @@ def fold_axis(
     names: Sequence[str] | None = None,
     overturned: npt.ArrayLike | None = None,
 ) -> FoldAxis:
-    """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
+    """Compute the pi-plane and beta of planes of one kind.
 
-    turns : what is known of their registrations, (n,)
-    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
-    waviness_deg : how far a pole strays by nature, with its error (standard deviation); None for
-        the usual limits of a cylindrical fold
-    names : of the planes, for what is said of single ones; None for their places, from 1
-    overturned : (n,) whether younger beds lie below each, for the angle between limbs
-    Raises GeometryError for fewer than two planes or planes that are all parallel.
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : (n,) array_like
+        At least two planes, degrees.
+    turns : Turns, optional
+        Errors of their registrations, (n,).
+    bowed_deg : float, optional
+        Difference of dips between the edges of a bowed model, degrees.
+    waviness_deg : float, optional
+        Standard deviation of natural poles from the great circle, including their error,
+        degrees; by
+        default the usual limits of a cylindrical fold apply.
+    names : sequence of str, optional
+        Names of the planes for findings; by default their numbers from 1.
+    overturned : (n,) array_like of bool, optional
+        True if younger beds lie below, for the angle between limbs.
+
+    Returns
+    -------
+    FoldAxis
+
+    Raises
+    ------
+    GeometryError
+        If there are fewer than two planes, or all are parallel.
     """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
@@ -181,18 +215,18 @@ def fold_axis(
     if values[1] < MIN_ARC:
         raise GeometryError(Finding("fold.parallel-planes", n=n))
     semi_axes = _semi_axes(values, n)
-    given = None if turns is None or not turns.known else moved(poles, turns)
-    turned = None if given is None else principal_axis(given, values, axes, 2)
+    moved_poles = None if turns is None or not turns.known else move_vectors(poles, turns)
+    moved_axis = None if moved_poles is None else principal_axis(moved_poles, values, axes, 2)
     flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
-    shape = shape_of(poles, values, axes, flags)
-    uniform = uniformity(poles, False).p
+    shape = describe_shape(poles, values, axes, flags)
+    uniform_p = assess_uniformity(poles, False).p
     bowed = bowed_findings(bowed_deg, shape.arc_deg)
 
-    left_out = None if n < 4 else _leave_one_out(poles, axes[2])
+    leave_one_out = None if n < 4 else _leave_one_out(poles, axes[2])
     labels = names or [str(row + 1) for row in range(n)]
-    is_stray, others = strays_of(poles, axes), None
-    if is_stray.any():
-        is_used = ~is_stray
+    is_outlier, others = find_outliers(poles, axes), None
+    if is_outlier.any():
+        is_used = ~is_outlier
         azimuths, dips = np.atleast_1d(dip_direction_deg)[is_used], np.atleast_1d(dip_deg)[is_used]
         used_turns = None if turns is None else turns.of(is_used)
         used_flags = None if flags is None else flags[is_used]
@@ -203,46 +237,52 @@ def fold_axis(
         if others.valid == "no" or others.strays:
             others = None
 
-    def judged(error95_deg: float | None) -> Verdict:
-        verdict = verdict_of(shape, error95_deg, uniform, waviness_deg)
+    def judge(error95_deg: float | None) -> Verdict:
+        verdict = assess_fold(shape, error95_deg, uniform_p, waviness_deg)
         valid = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
         verdict = replace(verdict, valid=valid, reasons=(*bowed, *verdict.reasons))
-        if others is not None or left_out is None or semi_axes is None:
+        if others is not None or leave_one_out is None or semi_axes is None:
             return verdict
-        return _on_many(verdict, poles, shape, left_out, semi_axes[0], labels, bowed, waviness_deg)
+        return _check_single_planes(
+            verdict, poles, shape, leave_one_out, semi_axes[0], labels, bowed, waviness_deg
+        )
 
-    result = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_findings(shape))
-    result = replace(result, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
+    result = build_axis(
+        poles, values, axes, semi_axes, axes[1], judge, moved_axis, shape_findings(shape)
+    )
+    result = replace(result, shape=shape, limbs=_limbs(shape), leave_one_out=leave_one_out)
     if others is None:
         return result
-    stray_rows = np.flatnonzero(is_stray).tolist()
-    stray_labels = [labels[row] for row in stray_rows]
+    outlier_rows = np.flatnonzero(is_outlier).tolist()
+    outlier_labels = [labels[row] for row in outlier_rows]
     return replace(
         result,
-        strays=tuple(Stray(row, names[row] if names else None) for row in stray_rows),
+        strays=tuple(Stray(row, names[row] if names else None) for row in outlier_rows),
         valid="conditional",
         verdict=others.verdict,
-        reasons=(_strays_finding(stray_labels, result, others), *others.reasons),
+        reasons=(_outliers_finding(outlier_labels, result, others), *others.reasons),
     )
 
 
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
-    """Degrees, of the joint 95 % region of beta by the eigenvalues of the tensor of n poles, the
-    larger first; None where they have no redundancy."""
+    """Return the semi-axes of the joint 95 % region of beta for n poles, degrees, the larger first.
+
+    None without redundancy.
+    """
     if n < 3:
         return None
     variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
-    wider = 1.0 + 1.0 / (n - 2)
-    first, second = np.degrees(np.arctan(wider * np.sqrt(variance * 2.0 * f95(n - 2))))
+    widening = 1.0 + 1.0 / (n - 2)
+    first, second = np.degrees(np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2))))
     return float(second), float(first)
 
 
-def _on_many(
+def _check_single_planes(
     verdict: Verdict,
     poles: FloatArray,
     shape: Shape,
     leave_one_out: LeaveOneOut,
-    most_deg: float,
+    error95_deg: float,
     names: Sequence[str],
     bowed: Sequence[Finding],
     waviness_deg: float | None,
@@ -252,30 +292,34 @@ def _on_many(
     It does if beta leaves its own 95 % region without that plane, or if the other planes have
     another verdict. Of the two validities the weaker one counts.
     """
-    if len(poles) < FEW_PLANES or verdict.name in ("homoclinal", "scattered"):
+    if len(poles) < MIN_PLANES or verdict.name in ("homoclinal", "scattered"):
         return verdict
-    turned = leave_one_out.turn_deg > max(most_deg, FELT_DEG)
-    row, other = lone_limb(poles), None
+    has_turned = leave_one_out.turn_deg > max(error95_deg, MIN_TURN_DEG)
+    row, other = find_lone_limb(poles), None
     if row is None and verdict.name != "undetermined":
-        row, other = _decisive(verdict, poles, shape, leave_one_out.index, waviness_deg)
-    if row is None and turned and verdict.name not in ("conical", "two axes"):
-        # Where there is no one axis beta may turn.
+        row, other = _find_decisive_plane(verdict, poles, shape, leave_one_out.index, waviness_deg)
+    if row is None and has_turned and verdict.name not in ("conical", "two axes"):
+        # Without a single axis, a rotation of beta is irrelevant.
         row = leave_one_out.index
     if row is None:
         return verdict
     if other is not None and other.untested and verdict.name == "cylindrical":
         finding = cone_untested_finding(names[row], other)
         return replace(verdict, valid="conditional", reasons=(finding, *verdict.reasons))
-    turn = leave_one_out.turn_deg if turned and row == leave_one_out.index else None
-    finding = lone_plane_finding(names[row], turn, most_deg, other)
+    turn = leave_one_out.turn_deg if has_turned and row == leave_one_out.index else None
+    finding = lone_plane_finding(names[row], turn, error95_deg, other)
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
-    # What spoke for the shape does so no more.
+    # The reasons for the shape do not apply any more.
     return Verdict("undetermined", "conditional", (finding, *bowed))
 
 
-def _decisive(
-    verdict: Verdict, poles: FloatArray, shape: Shape, turns_most: int, waviness_deg: float | None
+def _find_decisive_plane(
+    verdict: Verdict,
+    poles: FloatArray,
+    shape: Shape,
+    most_influential: int,
+    waviness_deg: float | None,
 ) -> tuple[int | None, Verdict | None]:
     """Find the plane without which the others have another verdict.
 
@@ -288,12 +332,12 @@ def _decisive(
     verdict : Verdict or None
         Verdict of the other planes.
     """
-    far = int(np.argmax(np.abs(poles @ shape.axes[2])))
-    for row in dict.fromkeys((*arc_ends(poles, shape.axes), turns_most, far)):
-        # Two axes of the others would be no doubt of any other verdict.
+    farthest = int(np.argmax(np.abs(poles @ shape.axes[2])))
+    for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential, farthest)):
+        # Two axes of the others do not contradict any other verdict.
         two = verdict.name == "two axes"
         other = _verdict_without(poles, row, waviness_deg, two=two)
-        # The best of several cones through all planes but one is often better by chance alone.
+        # The best of several cones without one plane is often better by chance.
         is_cone_artifact = verdict.name == "cylindrical" and other.name == "conical"
         is_alike = other.name == verdict.name or verdict.valid == other.valid == "no"
         if not is_alike and not is_cone_artifact:
@@ -304,28 +348,30 @@ def _decisive(
 def _verdict_without(
     poles: FloatArray, row: int, waviness_deg: float | None, *, two: bool
 ) -> Verdict:
-    """Of all planes but one, as if they were as many: errors that are larger and an arc that is
-    shorter only since there is one plane fewer say nothing of that plane."""
+    """Return the verdict of all planes but one, scaled to the original number.
+
+    Larger errors and a shorter arc that are due only to the smaller number of planes do not count.
+    """
     n, others = len(poles), np.delete(poles, row, axis=0)
     values, axes = orientation_tensor(others)
-    shape = shape_of(others, values, axes)
+    shape = describe_shape(others, values, axes)
     semi_axes = _semi_axes(values, n)
     error = None if semi_axes is None else semi_axes[0]
-    cone = None if shape.cone is None else shape.cone.of_more(n - 1, n)
-    as_many = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
-    uniform = uniformity(others, False).p
-    return verdict_of(as_many, error, uniform, waviness_deg, FEW_PLANES - 1, two=two)
+    cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
+    scaled = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
+    uniform_p = assess_uniformity(others, False).p
+    return assess_fold(scaled, error, uniform_p, waviness_deg, MIN_PLANES - 1, two=two)
 
 
-def axis_of(
+def build_axis(
     poles: FloatArray,
     values: FloatArray,
     axes: FloatArray,
     semi_axes: tuple[float, float] | None,
-    swing: FloatArray,
-    judged: Callable[[float | None], Verdict],
-    turned: Moved | None,
-    counted: Sequence[Finding],
+    larger_direction: FloatArray,
+    judge: Callable[[float | None], Verdict],
+    moved_axis: MovedVectors | None,
+    notes: Sequence[Finding],
 ) -> FoldAxis:
     """Return beta of poles, or of the means of sets, with its errors and its verdict.
 
@@ -347,22 +393,24 @@ def axis_of(
     """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
-    covariance = None if turned is None else turned.covariance()[0]
-    total = None if semi_axes is None else region(axes[2], covariance, (*semi_axes, swing))
+    covariance = None if moved_axis is None else moved_axis.covariance()[0]
+    total = (
+        None if semi_axes is None else region(axes[2], covariance, (*semi_axes, larger_direction))
+    )
     registration, registration_findings = None, list[Finding]()
     if covariance is not None:
         registration = region(axes[2], covariance).largest_deg
-        registration_findings = [_registered(registration, total)]
-    direction = None if semi_axes is None else Line.from_vector(swing)
-    verdict = judged(None if total is None else total.largest_deg)
-    off = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
-    known = [] if semi_axes is None else [error_finding(semi_axes)]
+        registration_findings = [_registration_finding(registration, total)]
+    direction = None if semi_axes is None else Line.from_vector(larger_direction)
+    verdict = judge(None if total is None else total.largest_deg)
+    off_deg = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
+    error_findings = [] if semi_axes is None else [error_finding(semi_axes)]
     return FoldAxis(
         n=len(poles),
         beta=beta,
         pi_plane=pi_plane,
         eigenvalues=(float(values[0]), float(values[1]), float(values[2])),
-        rms_deg=rms(off),
+        rms_deg=rms(off_deg),
         arc_deg=arc_deg(poles, axes),
         max_confidence95_deg=None if semi_axes is None else semi_axes[0],
         min_confidence95_deg=None if semi_axes is None else semi_axes[1],
@@ -370,7 +418,7 @@ def axis_of(
         confidence_axis=direction,
         valid=verdict.valid,
         verdict=verdict.name,
-        reasons=(*verdict.reasons, *counted, *known, *registration_findings),
+        reasons=(*verdict.reasons, *notes, *error_findings, *registration_findings),
         registration_error_deg=registration,
         total=total,
     )
@@ -403,8 +451,10 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
 
 
 def _limbs(shape: Shape) -> LimbFigures | None:
-    """The fold opens downward, or upward, but lies on neither limb. None where the poles do not
-    tell the limbs."""
+    """Return the figures of the limbs; None if the poles do not determine them.
+
+    The fold opens downward or upward but contains neither limb.
+    """
     if shape.limbs is None or shape.limbs.doubt:
         return None
     limbs = shape.limbs
@@ -427,17 +477,17 @@ def _limbs(shape: Shape) -> LimbFigures | None:
 
 
 def _leave_one_out(poles: FloatArray, beta: FloatArray) -> LeaveOneOut | None:
-    """Which of the poles turns beta most."""
+    """Find the pole whose omission rotates beta most."""
     total = poles.T @ poles
-    without = total - poles[:, :, None] * poles[:, None, :]
-    others = np.linalg.eigh(without)[1][:, :, 0]
-    turn = np.degrees(np.arccos(np.minimum(np.abs(others @ beta), 1.0)))
+    tensors = total - poles[:, :, None] * poles[:, None, :]
+    axes = np.linalg.eigh(tensors)[1][:, :, 0]
+    turn = np.degrees(np.arccos(np.minimum(np.abs(axes @ beta), 1.0)))
     worst = int(np.argmax(turn))
-    line = Line.from_vector(others[worst])
+    line = Line.from_vector(axes[worst])
     return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
 
 
-def _strays_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
+def _outliers_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
     """Report the outlying planes, which the verdict does not include."""
     return Finding(
         "fold.strays",
@@ -450,7 +500,7 @@ def _strays_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> 
     )
 
 
-def _registered(registration_deg: float, total: Region | None) -> Finding:
+def _registration_finding(registration_deg: float, total: Region | None) -> Finding:
     """Report the error of beta by the registration, which all planes of a model share."""
     if total is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)

@@ -1,10 +1,10 @@
-"""Where two planes meet, and how well that line is known.
+"""Intersection line of two planes with its error.
 
-A plane's normal n known to within the ellipse C (joint 95 %, tangent to the sphere) lets the line
-stray from the plane by sqrt(l' C l), l being the line. A line that must lie in both planes strays
-by a vector e at right angles to itself with e . n1 = s1, e . n2 = s2; as the two strays are
-independent, the joint 95 % region of e is the ellipse that they span. The narrower the angle
-between the planes, the longer it is (Fisher, Lewis & Embleton 1987, propagation of errors, ch. 3).
+Let the ellipse C be the error of a plane's normal n (joint 95 %, tangent to the sphere). A line l
+in the plane then deviates from it by sqrt(l' C l). A line that must lie in both planes deviates by
+a vector e perpendicular to itself with e . n1 = s1, e . n2 = s2. Both deviations are independent,
+so the joint 95 % region of e is the ellipse that they span. It becomes longer as the angle between
+the planes decreases (Fisher, Lewis & Embleton 1987, propagation of errors, ch. 3).
 """
 
 from __future__ import annotations
@@ -21,20 +21,31 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
+from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 
 PARALLEL_DEG = 0.01
 
-STRAY95 = 1.959963984540054
-"""Standard deviations either side that hold 95 % of normal errors."""
+NORMAL_QUANTILE95 = 1.959963984540054
+"""Two-sided 95 % quantile of the normal distribution in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
 class UncertainPlane:
-    """normal (3,) upward unit vector; spread95 (3, 3) the matrix C whose ellipse x' C^-1 x <= 1 in
-    the plane tangent to the sphere at the normal is its joint 95 % region; None: unknown. free:
-    the degrees of freedom of the variance behind it. roughness: standard deviation of its points
-    from it, m."""
+    """Plane with the error of its normal.
+
+    Attributes
+    ----------
+    normal : (3,) ndarray
+        Upward unit vector.
+    spread95 : (3, 3) ndarray or None
+        Matrix C whose ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal
+        is its
+        joint 95 % region; None if unknown.
+    free : float
+        Degrees of freedom of the variance.
+    roughness : float
+        Standard deviation of its points from it, m.
+    """
 
     normal: FloatArray
     spread95: FloatArray | None
@@ -44,9 +55,20 @@ class UncertainPlane:
 
 @dataclass(frozen=True, eq=False)
 class IntersectionLine:
-    """line: axial, plunging down. angle_deg: between the planes, 0 to 90. max/min_confidence95_deg:
-    semi-axes of the joint 95 % region of the line, confidence_axis (3,) the direction of the larger
-    one; None where the error of a plane is unknown."""
+    """Intersection line of two planes.
+
+    Attributes
+    ----------
+    line : Line
+        Axial, plunging down.
+    angle_deg : float
+        Angle between the planes, 0 to 90 degrees.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of the joint 95 % region of the line, degrees; None if the error of a plane is
+        unknown.
+    confidence_axis : (3,) ndarray or None
+        Direction of the larger semi-axis.
+    """
 
     line: Line
     angle_deg: float
@@ -62,8 +84,22 @@ def uncertain_plane(
     min_confidence95_deg: float | None,
     free: float = math.inf,
 ) -> UncertainPlane:
-    """Of a fitted plane: `tilt` (3,) is the direction in the plane toward which its normal strays
-    most, `free` the degrees of freedom of its residuals."""
+    """Return a fitted plane with the error of its normal.
+
+    Parameters
+    ----------
+    normal : (3,) array_like
+    tilt : (3,) array_like
+        Direction in the plane toward which its normal is most uncertain.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of the joint 95 % region, degrees.
+    free : float
+        Degrees of freedom of its residuals.
+
+    Returns
+    -------
+    UncertainPlane
+    """
     n = np.asarray(normal, dtype=np.float64)
     if max_confidence95_deg is None or min_confidence95_deg is None:
         return UncertainPlane(n, None)
@@ -74,37 +110,55 @@ def uncertain_plane(
     return UncertainPlane(n, t1**2 * np.outer(e1, e1) + t2**2 * np.outer(e2, e2), free)
 
 
-def stray95(plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True) -> float | None:
-    """How far a vector (3,) in the plane may leave it, 95 %, in the unit of the vector; None where
-    the plane's error is unknown. joint: the half-width of the joint region, else the interval of
-    this one figure alone (Student's t against Fisher's F of two)."""
+def deviation95(
+    plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
+) -> float | None:
+    """Return the 95 % deviation of a vector in a plane from this plane, in the unit of the vector.
+
+    Parameters
+    ----------
+    plane : UncertainPlane
+    vector : (3,) array_like
+    joint : bool
+        True for the half-width of the joint region, False for the interval of this figure alone
+        (Student's t instead of Fisher's F).
+
+    Returns
+    -------
+    float or None
+        None if the error of the plane is unknown.
+    """
     if plane.spread95 is None:
         return None
     v = np.asarray(vector, dtype=np.float64)
     width = math.sqrt(max(float(v @ plane.spread95 @ v), 0.0))
-    return width if joint else width * _marginal(plane.free)
+    return width if joint else width * _marginal_factor(plane.free)
 
 
 def t95(free: float) -> float:
-    """How many standard deviations either side hold 95 % (Student)."""
+    """Return the two-sided 95 % quantile of Student's t."""
     from scipy.special import stdtrit
 
-    return STRAY95 if math.isinf(free) else float(stdtrit(free, 1.0 - LEVEL / 2.0))
+    return NORMAL_QUANTILE95 if math.isinf(free) else float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
 
 
-def _marginal(free: float) -> float:
+def _marginal_factor(free: float) -> float:
     if math.isinf(free):
-        return STRAY95 / math.sqrt(-2.0 * math.log(LEVEL))
+        return NORMAL_QUANTILE95 / math.sqrt(-2.0 * math.log(SIGNIFICANCE))
     return t95(free) / math.sqrt(free * float(joint_quantile(np.array([free]))[0]))
 
 
 def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
-    """The mean of planes of one set, axially (orientation tensor), with the error of the mean from
-    their scatter; of a single plane its own.
+    """Compute the axial mean of the planes of one set with its error.
 
-    Hotelling's T^2 in the plane tangent at the mean, F with 2 and n - 2 degrees of freedom; of two
-    or three planes, which do not tell the shape of their scatter, it is taken as equal in all
-    directions, F with 2 and 2 (n - 1).
+    Hotelling's T^2 in the tangent plane at the mean, F with 2 and n - 2 degrees of freedom. Two or
+    three planes do not determine the shape of their scatter, which is then assumed equal in all
+    directions, F with 2 and 2 (n - 1). A single plane is returned with its own error.
+
+    Raises
+    ------
+    GeometryError
+        If there are no planes.
     """
     if not planes:
         raise GeometryError(Finding("sets.no-members"))
@@ -113,9 +167,9 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     normals = np.array([p.normal for p in planes])
     n = len(normals)
     mean = orientation_tensor(normals)[1][0]
-    strays = flip_to(normals, mean)
-    strays = strays - (strays @ mean)[:, None] * mean
-    scatter = strays.T @ strays
+    deviations = flip_to(normals, mean)
+    deviations = deviations - (deviations @ mean)[:, None] * mean
+    scatter = deviations.T @ deviations
     free = n - 2.0
     if n <= 3:
         free = 2.0 * (n - 1.0)
@@ -125,7 +179,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
 
 
 def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:
-    """Root mean square angle of planes from their mean, axially."""
+    """Return the root mean square angle of planes from their mean, axially, degrees."""
     if not planes:
         return 0.0
     normals = np.array([plane.normal for plane in planes])
@@ -135,7 +189,13 @@ def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float
 
 
 def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
-    """Raises GeometryError where the planes are parallel."""
+    """Compute the intersection line of two planes with its error.
+
+    Raises
+    ------
+    GeometryError
+        If the planes are parallel.
+    """
     cross = np.cross(a.normal, b.normal)
     sine = float(np.linalg.norm(cross))
     angle = float(np.degrees(np.arctan2(sine, abs(float(a.normal @ b.normal)))))
@@ -144,13 +204,13 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     line = cross / sine
     largest = smallest = axis = None
     if a.spread95 is not None and b.spread95 is not None:
-        strays = np.array([line @ a.spread95 @ line, line @ b.spread95 @ line])
-        # Coordinates across the line, in which n1 and n2 are the rows of a 2 x 2 system.
+        deviations = np.array([line @ a.spread95 @ line, line @ b.spread95 @ line])
+        # In coordinates perpendicular to the line, n1 and n2 are the rows of a 2 x 2 system.
         u = a.normal
         v = np.cross(line, u)
         rows = np.array([[1.0, 0.0], [float(b.normal @ u), float(b.normal @ v)]])
-        back = np.linalg.inv(rows)
-        squares, axes = np.linalg.eigh(back @ np.diag(strays) @ back.T)
+        inverse = np.linalg.inv(rows)
+        squares, axes = np.linalg.eigh(inverse @ np.diag(deviations) @ inverse.T)
         smallest, largest = np.degrees(np.arctan(np.sqrt(np.maximum(squares, 0.0)))).tolist()
         axis = axes[0, 1] * u + axes[1, 1] * v
     return IntersectionLine(Line.from_vector(line), angle, largest, smallest, axis)

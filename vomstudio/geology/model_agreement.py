@@ -1,4 +1,4 @@
-"""Whether the orientations that two models of the same rock give agree within their errors."""
+"""Agreement of the orientations of two models of the same rock within their errors."""
 
 from __future__ import annotations
 
@@ -14,9 +14,21 @@ from vomstudio.core.results import Result
 
 @dataclass(frozen=True, eq=False)
 class OrientedPlane:
-    """normal : (3,) unit vector, World, whichever way it points; kind : such as "bedding", empty
-    where not known; place : (3,) World, its middle; extent_m : how long it is; error95_deg : 95 %
-    half-angle, with the registration where that is known. None where not known"""
+    """Plane measured on a model; attributes are None if unknown.
+
+    Attributes
+    ----------
+    kind : str
+        Feature kind such as "bedding"; "" if unknown.
+    normal : (3,) ndarray
+        Unit vector in either direction. World frame.
+    place : (3,) ndarray or None
+        Its middle. World frame, m.
+    extent_m : float or None
+        Length, m.
+    error95_deg : float or None
+        95 % half-angle, including the registration if known, degrees.
+    """
 
     name: str
     kind: str
@@ -28,9 +40,23 @@ class OrientedPlane:
 
 @dataclass(frozen=True)
 class MatchedPlane:
-    """first, second : names; by : how they were matched; distance_m : between their middles;
-    angle_deg : between the planes, 0 to 90; error95_deg : the errors of both, as the root of the
-    sum of squares; agree : the angle is no larger. None where not known"""
+    """Pair of planes of the same structure; attributes are None if unknown.
+
+    Attributes
+    ----------
+    first, second : str
+        Names.
+    by : {"name", "nearness"}
+        How they were matched.
+    distance_m : float or None
+        Distance of their middles, m.
+    angle_deg : float
+        Angle between the planes, 0 to 90 degrees.
+    error95_deg : float or None
+        Root of the sum of squares of both errors, degrees.
+    agree : bool or None
+        True if the angle is within the error.
+    """
 
     first: str
     second: str
@@ -43,9 +69,19 @@ class MatchedPlane:
 
 @dataclass(frozen=True)
 class Agreement(Result):
-    """n : matched planes; unmatched : of the first and of the second; median_angle_deg and
-    rms_angle_deg : over them, None without any; agree_share : of those whose errors are known, None
-    without any"""
+    """Agreement of two sets of planes.
+
+    Attributes
+    ----------
+    n : int
+        Number of matched planes.
+    unmatched : (int, int)
+        Number of planes without a match in the first and the second set.
+    median_angle_deg, rms_angle_deg : float or None
+        Angles of the matched planes, degrees; None without matches.
+    agree_share : float or None
+        Share of matches with known errors that agree; None without such.
+    """
 
     n: int
     by_name: int
@@ -57,47 +93,59 @@ class Agreement(Result):
     matched: tuple[MatchedPlane, ...]
 
 
-def agreement(first: Sequence[OrientedPlane], second: Sequence[OrientedPlane]) -> Agreement:
-    """The angle between each two planes that are the same structure, beside their errors.
+def compare_orientations(
+    first: Sequence[OrientedPlane], second: Sequence[OrientedPlane]
+) -> Agreement:
+    """Compare the orientations of the same structures in two models.
 
-    By name: where one plane of each has it (case and spaces at the ends forgiven). Of the others
-    by nearness: of the same kind, each the nearest to the other, and no farther apart than half of
-    the longer one's extent. The stated errors are larger half-angles of 95 % regions, so that where
-    they are right more than 95 % agree.
+    Planes match by name if both models have this name once (ignoring case and surrounding spaces).
+    Others match by nearness: the same kind, each the nearest to the other, and within half the
+    extent
+    of the longer one. Stated errors are the larger half-angles of 95 % regions, so more than 95 %
+    agree
+    if they are right.
+
+    Parameters
+    ----------
+    first, second : sequence of OrientedPlane
+
+    Returns
+    -------
+    Agreement
     """
     pairs: list[tuple[int, int, Literal["name", "nearness"]]] = []
-    names = [_unique(planes) for planes in (first, second)]
+    names = [_unique_names(planes) for planes in (first, second)]
     for name, i in names[0].items():
         if (j := names[1].get(name)) is not None:
             pairs.append((i, j, "name"))
-    left = [
+    remaining = [
         [k for k in range(len(planes)) if k not in {pair[side] for pair in pairs}]
         for side, planes in enumerate((first, second))
     ]
-    pairs += [(i, j, "nearness") for i, j in _nearest(first, second, *left)]
+    pairs += [(i, j, "nearness") for i, j in _nearest(first, second, *remaining)]
     pairs.sort()
-    matched = tuple(_matched(first[i], second[j], by) for i, j, by in pairs)
-    angles = np.array([one.angle_deg for one in matched])
-    known = [one.agree for one in matched if one.agree is not None]
+    matched = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
+    angles = np.array([plane.angle_deg for plane in matched])
+    decided = [plane.agree for plane in matched if plane.agree is not None]
     return Agreement(
         len(matched),
-        sum(one.by == "name" for one in matched),
-        sum(one.by == "nearness" for one in matched),
+        sum(plane.by == "name" for plane in matched),
+        sum(plane.by == "nearness" for plane in matched),
         (len(first) - len(matched), len(second) - len(matched)),
         float(np.median(angles)) if len(angles) else None,
         float(np.sqrt((angles**2).mean())) if len(angles) else None,
-        sum(known) / len(known) if known else None,
+        sum(decided) / len(decided) if decided else None,
         matched,
     )
 
 
-def _unique(planes: Sequence[OrientedPlane]) -> dict[str, int]:
-    """Rows by name, of names that stand once."""
+def _unique_names(planes: Sequence[OrientedPlane]) -> dict[str, int]:
+    """Return rows by name, for names that occur once."""
     names = [plane.name.strip().casefold() for plane in planes]
-    rows: dict[str, list[int]] = {}
+    rows_by_name: dict[str, list[int]] = {}
     for row, name in enumerate(names):
-        rows.setdefault(name, []).append(row)
-    return {name: own[0] for name, own in rows.items() if name and len(own) == 1}
+        rows_by_name.setdefault(name, []).append(row)
+    return {name: rows[0] for name, rows in rows_by_name.items() if name and len(rows) == 1}
 
 
 def _nearest(
@@ -106,10 +154,10 @@ def _nearest(
     left: Sequence[int],
     right: Sequence[int],
 ) -> list[tuple[int, int]]:
-    """Rows of planes of the same kind that are nearest to each other, and near enough."""
+    """Return rows of planes of the same kind that are mutual nearest neighbours."""
     from scipy.spatial import cKDTree
 
-    found = []
+    pairs = []
     for kind in {first[i].kind for i in left}:
         sides = [
             [
@@ -122,17 +170,17 @@ def _nearest(
         if not (sides[0] and sides[1]):
             continue
         places = [np.array([place for _, place in side]) for side in sides]
-        apart, there = cKDTree(places[1]).query(places[0])
-        back = cKDTree(places[0]).query(places[1])[1]
-        for row, (distance, other) in enumerate(zip(apart, there, strict=True)):
+        distances, nearest = cKDTree(places[1]).query(places[0])
+        reverse = cKDTree(places[0]).query(places[1])[1]
+        for row, (distance, other) in enumerate(zip(distances, nearest, strict=True)):
             i, j = sides[0][row][0], sides[1][int(other)][0]
             reach = max(first[i].extent_m or 0.0, second[j].extent_m or 0.0) / 2.0
-            if back[int(other)] == row and distance <= reach:
-                found.append((i, j))
-    return found
+            if reverse[int(other)] == row and distance <= reach:
+                pairs.append((i, j))
+    return pairs
 
 
-def _matched(
+def _match(
     one: OrientedPlane, other: OrientedPlane, by: Literal["name", "nearness"]
 ) -> MatchedPlane:
     across = float(np.linalg.norm(np.cross(one.normal, other.normal)))

@@ -1,15 +1,21 @@
-"""Reading and writing orientations in the notations of field books.
+"""Parsing and formatting of orientations in the notations of field books.
 
-Planes are printed in one of `NOTATIONS`:
+Planes are formatted in one of `NOTATIONS`:
     "dipdir/dip"   132/41        dip direction and dip
     "strike/dip"   042/41 RHR    strike by the right-hand rule, and dip
-    "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant it dips to
-and read from those and their usual relatives: other separators (132-41, 132 41, 132°/41°), the
-left-hand rule (222/41 LHR: the plane dips to the left), either end of the strike with the side the
-plane dips to (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or
-West; E-W 30N; strike 042 dip 41 SE; dip first with an arrow (41 → 132). Lines are trend/plunge
-(130/25, N50W 25) or plunge first with an arrow (25 → 130). Decimal commas and minutes (7°30') are
-accepted. Texts with no meaning, or with two, raise InputError with the reason.
+    "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant of the dip
+
+These and their usual variants are parsed: other separators (132-41, 132 41, 132°/41°), the
+left-hand rule
+(222/41 LHR: the plane dips to the left), either end of the strike with the side of the dip (042/41
+SE,
+222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West; E-W 30N; strike 042
+dip 41 SE;
+dip first with an arrow (41 → 132). Lines are trend/plunge (130/25, N50W 25) or plunge first with an
+arrow
+(25 → 130). Decimal commas and minutes (7°30') are accepted. Invalid or ambiguous texts raise
+InputError
+with the reason.
 """
 
 from __future__ import annotations
@@ -25,10 +31,10 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
-"""What planes can be printed in."""
+"""Output notations of planes."""
 
 PAIR_MEANINGS = (*NOTATIONS, "strike/dip lhr")
-"""What `parse_plane` can be told that two bare numbers mean."""
+"""Interpretations of two plain numbers in `parse_plane`."""
 
 _WINDS = {
     "N": 0.0,
@@ -95,9 +101,11 @@ _TOKEN = re.compile(
 )
 
 SIDE_REACH_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
-"""How far a dip direction may lie from the side it is said to dip to, by the letters of the side:
-SE is a quadrant (45 to both sides, and 10 for a rounded strike), E is a half that must not be
-mistaken for the strike itself."""
+"""Maximum angle between a dip direction and the given side, by the number of its letters. SE is a
+quadrant
+(45 to both sides, and 10 for a rounded strike), E is a half that must not be mistaken for the
+strike.
+"""
 
 
 @dataclass(frozen=True)
@@ -131,10 +139,23 @@ def _exact(*angles_deg: float) -> str:
 
 
 def parse_plane(text: str, notation: str | None = None) -> Plane:
-    """The plane that a text names.
+    """Parse a plane.
 
-    notation: what two bare numbers mean, one of `PAIR_MEANINGS`; None is "dipdir/dip". What the
-    text says itself (RHR, LHR, a quadrant, a label, an arrow) goes before it. Raises InputError.
+    Parameters
+    ----------
+    text : str
+    notation : str, optional
+        Interpretation of two plain numbers, one of `PAIR_MEANINGS`; default "dipdir/dip". Explicit
+        notations (RHR, LHR, a quadrant, a label, an arrow) have precedence.
+
+    Returns
+    -------
+    Plane
+
+    Raises
+    ------
+    InputError
+        If the text is not a plane.
     """
     meaning = "dipdir/dip" if notation is None else notation
     if meaning not in PAIR_MEANINGS:
@@ -212,8 +233,9 @@ def line_option(text: str, field: str) -> Line:
 
 
 def parse_line(text: str) -> Line:
-    """The line that a text names; a negative plunge (130/-25) is a directed line that points up.
-    Raises InputError."""
+    """Parse a line; a negative plunge (130/-25) is a directed line that points up. Raises
+    InputError.
+    """
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
     tokens = _tokens(text)
@@ -243,7 +265,7 @@ def parse_line(text: str) -> Line:
 
 
 def parse_azimuth(text: str) -> float:
-    """The azimuth that a text names, degrees: 45°, N45E, NW. Raises InputError."""
+    """Parse an azimuth in degrees: 45°, N45E, NW. Raises InputError."""
     tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
         raise _refused("notation.not-an-azimuth", text)
@@ -283,7 +305,7 @@ def parse_rake(text: str, plane: Plane) -> float:
 
 
 def parse_angle(text: str) -> float:
-    """Degrees of a text such as 7°30'. Raises InputError."""
+    """Parse an angle such as 7°30', degrees. Raises InputError."""
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
         raise _refused("notation.not-an-angle", text)
@@ -307,7 +329,7 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     clean = text.translate(_SAME).upper()
     for match in _TOKEN.finditer(clean):
         kind = str(match.lastgroup)
-        found = match.group(0)
+        matched = match.group(0)
         if match.group("number") is not None:
             token = _number(match)
             if raw and raw[-1].kind == "mark" and raw[-1].text == "-":
@@ -324,17 +346,17 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
             after_mark = False
             continue
         if kind == "word":
-            raw.extend(_word(text, found))
+            raw.extend(_word(text, matched))
             after_mark = False
         elif kind == "arrow":
-            raw.append(_Token("arrow", found))
+            raw.append(_Token("arrow", matched))
             after_mark = True
         elif kind == "mark":
-            if found != "-":
+            if matched != "-":
                 after_mark = True
-            raw.append(_Token("mark", found))
+            raw.append(_Token("mark", matched))
         else:
-            raise _refused("notation.unknown-word", text, word=found)
+            raise _refused("notation.unknown-word", text, word=matched)
     return _bearings(text, raw, is_azimuth=is_azimuth)
 
 
@@ -493,7 +515,7 @@ def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plan
 
 
 def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
-    """Three digits before the point; what rounds to 360 is 000."""
+    """Format an azimuth with three digits before the point; values that round to 360 are 000."""
     text = _padded(wrap360(azimuth_deg), decimals, 3)
     return _padded(0.0, decimals, 3) if text.startswith("360") else text
 
@@ -506,16 +528,16 @@ def format_wind(azimuth_deg: float) -> str:
 
 
 def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
-    """A number for the cell of a file; what rounds to 360 is 0."""
+    """Format an azimuth for a cell of a file; values that round to 360 are 0."""
     return f"{wrap360(round(azimuth_deg, decimals)):.{decimals}f}"
 
 
 def format_plane(
     plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, bare: bool = False
 ) -> str:
-    """A plane in one of `NOTATIONS`, always with the same number of digits.
+    """Format a plane in one of `NOTATIONS` with a fixed number of digits.
 
-    bare: leave out the "RHR" behind strike/dip, where a column's header says it already.
+    `bare` omits "RHR" after strike/dip, for columns whose header states it.
     """
     dip = _padded(plane.dip_deg, decimals, 2)
     if notation == "dipdir/dip":
@@ -534,7 +556,7 @@ def format_plane(
 
 
 def format_line(line: Line, decimals: int = 0) -> str:
-    """trend/plunge, always with the same number of digits (and a minus where it points up)."""
+    """Format trend/plunge with a fixed number of digits, with a minus if it points up."""
     return f"{format_azimuth(line.trend_deg, decimals)}/{_padded(line.plunge_deg, decimals, 2)}"
 
 

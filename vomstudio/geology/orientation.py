@@ -1,13 +1,16 @@
-"""Lines and planes: the angles of geologists and the vectors behind them.
+"""Lines and planes: geological angles and the corresponding vectors.
 
 World frame x East, y North, z Up; azimuths clockwise from North, all angles in degrees. A line is
 (trend, plunge), plunge positive down, with the vector (sin t cos p, cos t cos p, -sin p). A plane
-is (dip direction, dip) with the upward normal (sin dd sin d, cos dd sin d, cos d); its pole is the
-downward normal, the line (dd + 180, 90 - d); its strike, by the right-hand rule, is dd - 90.
+is (dip
+direction, dip) with the upward normal (sin dd sin d, cos dd sin d, cos d); its pole is the downward
+normal, the line (dd + 180, 90 - d); its strike, by the right-hand rule, is dd - 90.
 
-Angles are recovered with atan2 of both legs, never with arccos or arcsin alone, which lose half of
-the digits near horizontal and vertical; sines and cosines are exact at multiples of 90 degrees, so
-that a vertical plane has a normal whose z is exactly 0.
+Angles are computed by atan2 of both legs, never by arccos or arcsin alone, which lose half of the
+digits
+near horizontal and vertical. Sines and cosines are exact at multiples of 90 degrees, so the normal
+of a
+vertical plane has a z of exactly 0.
 """
 
 from __future__ import annotations
@@ -24,16 +27,19 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.vectors import wrap360
 
 ANGLE_TOLERANCE_DEG = 1e-7
-"""A dip under this has no dip direction, a plunge within this of 90 has no trend, and a plane or
-line within this of vertical or horizontal is treated as exactly that where a choice between two
-equivalent directions must be made. Far below any measurement, far above rounding."""
+"""A dip below this has no dip direction, a plunge within this of 90 has no trend, and planes and
+lines
+within this of vertical or horizontal are treated as exactly that if one of two equivalent
+directions must
+be selected. Far below any measurement, far above rounding.
+"""
 
 
 # Angles --------------------------------------------------------------------------------------
 
 
 def sin_cos_deg(angle_deg: float | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sine and cosine of degrees, exact at every multiple of 90."""
+    """Return sine and cosine of degrees, exact at every multiple of 90."""
     angle = np.asarray(angle_deg, dtype=np.float64)
     quadrant = np.round(angle / 90.0)
     rest_rad = np.radians(angle - 90.0 * quadrant)
@@ -55,36 +61,48 @@ def _finite(value: float, name: str) -> float:
 
 
 def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> FloatArray:
-    """Unit vectors (n, 3), World, of n lines; a plunge over 90 is not refused here."""
+    """Return unit vectors (n, 3), World frame, of n lines; plunges over 90 are accepted."""
     sin_t, cos_t = sin_cos_deg(np.asarray(trend_deg, dtype=np.float64))
     sin_p, cos_p = sin_cos_deg(np.asarray(plunge_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p), axis=-1)
 
 
 def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
-    """Upward unit normals (n, 3), World, of n planes."""
+    """Return upward unit normals (n, 3), World frame, of n planes."""
     sin_a, cos_a = sin_cos_deg(np.asarray(dip_direction_deg, dtype=np.float64))
     sin_d, cos_d = sin_cos_deg(np.asarray(dip_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_a * sin_d, cos_a * sin_d, cos_d), axis=-1)
 
 
 def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
-    """Downward unit normals (n, 3), World, of n planes."""
+    """Return downward unit normals (n, 3), World frame, of n planes."""
     return 0.0 - planes_to_normals(dip_direction_deg, dip_deg)
 
 
 def vectors_to_lines(
     vectors: npt.ArrayLike, *, directed: bool = False
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Trend, plunge and "trend undefined" (n,) of vectors (n, 3) of any length but zero.
+    """Compute trend and plunge of vectors.
 
-    Axial (default): plunge in [0, 90]; a horizontal line takes the trend in [0, 180).
-    Directed: plunge in [-90, 90]. A vertical line has trend 0 and is flagged. Zero or non-finite
-    vectors give NaN (and are not flagged as vertical). The input is not modified.
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+        World frame, any length except zero.
+    directed : bool
+        False for axes, with a plunge in [0, 90] and the trend of horizontal lines in [0, 180).
+        True for
+        plunges in [-90, 90].
+
+    Returns
+    -------
+    trend, plunge : (n,) ndarray
+        Degrees; NaN for zero or non-finite vectors. A vertical line has trend 0.
+    undefined : (n,) ndarray of bool
+        Whether the line is vertical.
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    bad = ~np.isfinite(v).all(axis=-1) | ((x == 0) & (y == 0) & (z == 0))
+    is_invalid = ~np.isfinite(v).all(axis=-1) | ((x == 0) & (y == 0) & (z == 0))
     with np.errstate(invalid="ignore"):
         trend = np.degrees(np.arctan2(x, y))
         plunge = np.degrees(np.arctan2(-z, np.hypot(x, y)))
@@ -95,47 +113,59 @@ def vectors_to_lines(
         flat = plunge < ANGLE_TOLERANCE_DEG
         plunge = np.where(flat, 0.0, plunge)
         trend = wrap360(trend)
-        trend = np.where(flat, _half_turn(trend), trend)
+        trend = np.where(flat, _wrap180(trend), trend)
     undefined = 90.0 - np.abs(plunge) < ANGLE_TOLERANCE_DEG
     plunge = np.where(undefined, np.copysign(90.0, plunge), plunge)
     trend = np.where(undefined, 0.0, wrap360(trend))
     return (
-        np.where(bad, np.nan, trend),
-        np.where(bad, np.nan, plunge + 0.0),
-        np.where(bad, False, undefined),
+        np.where(is_invalid, np.nan, trend),
+        np.where(is_invalid, np.nan, plunge + 0.0),
+        np.where(is_invalid, False, undefined),
     )
 
 
 def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Dip direction, dip and "dip direction undefined" (n,) of normals (n, 3), either sign, any
-    length but zero.
+    """Compute dip direction and dip of normals.
 
-    A vertical plane takes the dip direction in [90, 270), so that its strike is in [0, 180).
-    A horizontal one has dip direction 0 and is flagged. Zero or non-finite normals give NaN.
+    Parameters
+    ----------
+    normals : (n, 3) array_like
+        World frame, either direction, any length except zero.
+
+    Returns
+    -------
+    dip_direction, dip : (n,) ndarray
+        Degrees; NaN for zero or non-finite normals. A vertical plane has a dip direction in
+        [90, 270), so
+        that its strike is in [0, 180); a horizontal one has 0.
+    undefined : (n,) ndarray of bool
+        Whether the plane is horizontal.
     """
     n = np.atleast_2d(np.asarray(normals, dtype=np.float64))
     x, y, z = n[..., 0], n[..., 1], n[..., 2]
-    bad = ~np.isfinite(n).all(axis=-1) | ((x == 0) & (y == 0) & (z == 0))
+    is_invalid = ~np.isfinite(n).all(axis=-1) | ((x == 0) & (y == 0) & (z == 0))
     with np.errstate(invalid="ignore"):
         azimuth = np.degrees(np.arctan2(x, y))
         dip = np.degrees(np.arctan2(np.hypot(x, y), np.abs(z)))
     azimuth = wrap360(np.where(z < 0, azimuth + 180.0, azimuth))
     vertical = 90.0 - dip < ANGLE_TOLERANCE_DEG
     dip = np.where(vertical, 90.0, dip)
-    azimuth = np.where(vertical, wrap360(_half_turn(wrap360(azimuth - 90.0)) + 90.0), azimuth)
+    azimuth = np.where(vertical, wrap360(_wrap180(wrap360(azimuth - 90.0)) + 90.0), azimuth)
     undefined = dip < ANGLE_TOLERANCE_DEG
     azimuth = np.where(undefined, 0.0, azimuth)
     dip = np.where(undefined, 0.0, dip)
     return (
-        np.where(bad, np.nan, azimuth),
-        np.where(bad, np.nan, dip),
-        np.where(bad, False, undefined),
+        np.where(is_invalid, np.nan, azimuth),
+        np.where(is_invalid, np.nan, dip),
+        np.where(is_invalid, False, undefined),
     )
 
 
-def _half_turn(azimuth_deg: FloatArray) -> FloatArray:
-    """An azimuth in [0, 360) taken modulo 180; one a rounding error below 180 or 360 is 0, so that
-    the two readings of the same horizontal line agree."""
+def _wrap180(azimuth_deg: FloatArray) -> FloatArray:
+    """Wrap azimuths in [0, 360) modulo 180; values within rounding of 180 become 0.
+
+    Both readings of a horizontal line then agree.
+    """
     half = np.where(azimuth_deg >= 180.0, azimuth_deg - 180.0, azimuth_deg)
     return np.where(180.0 - half < ANGLE_TOLERANCE_DEG, 0.0, half)
 
@@ -145,9 +175,20 @@ def _half_turn(azimuth_deg: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Line:
-    """A line, axial or directed. Trend is taken modulo 360; plunge, positive down, must lie in
-    [-90, 90] (negative only for directed lines: it points up). The trend of a vertical line is 0,
-    and `undefined` says so. Raises GeometryError for anything else."""
+    """Axial or directed line.
+
+    Parameters
+    ----------
+    trend_deg : float
+        Taken modulo 360; 0 for a vertical line, which is `undefined`.
+    plunge_deg : float
+        [-90, 90], positive down; negative only for directed lines, which point up.
+
+    Raises
+    ------
+    GeometryError
+        If an angle is invalid.
+    """
 
     trend_deg: float
     plunge_deg: float
@@ -165,28 +206,28 @@ class Line:
 
     @property
     def undefined(self) -> bool:
-        """True where the line is vertical, so that its trend means nothing."""
+        """Whether the line is vertical, so that its trend is undefined."""
         return 90.0 - abs(self.plunge_deg) < ANGLE_TOLERANCE_DEG
 
     def vector(self) -> FloatArray:
-        """Unit vector (3,), World."""
+        """Return the unit vector (3,) in the World frame."""
         return lines_to_vectors(self.trend_deg, self.plunge_deg)
 
     @classmethod
     def from_vector(cls, vector: npt.ArrayLike, *, directed: bool = False) -> Line:
-        """The line along a vector of any length but zero; axial unless `directed`."""
+        """Return the line along a vector of any length except zero; axial unless `directed`."""
         v = _vector3(vector, "direction")
         trend, plunge, _ = vectors_to_lines(v, directed=directed)
         return cls(float(trend[0]), float(plunge[0]))
 
     def downward(self) -> Line:
-        """The same axis with a plunge in [0, 90]."""
+        """Return the same axis with a plunge in [0, 90]."""
         if self.plunge_deg >= 0:
             return self
         return Line(self.trend_deg + 180.0, -self.plunge_deg)
 
     def normal_plane(self) -> Plane:
-        """The plane that has this line as its pole."""
+        """Return the plane whose pole is this line."""
         line = self.downward()
         if line.undefined:
             return Plane(0.0, 0.0)
@@ -197,10 +238,22 @@ class Line:
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane. Dip direction is taken modulo 360; dip must lie in [0, 90] (an overturned bed is a
-    flag beside its plane, not a dip over 90). The dip direction of a horizontal plane is 0, and
-    `undefined` says so. A vertical plane keeps the dip direction it was given, though the opposite
-    one names the same plane; `from_normal` gives the one in [90, 270). Raises GeometryError."""
+    """Plane by dip direction and dip.
+
+    Parameters
+    ----------
+    dip_direction_deg : float
+        Taken modulo 360; 0 for a horizontal plane, which is `undefined`. A vertical plane keeps
+        the given
+        direction, although the opposite one is equivalent; `from_normal` returns that in [90, 270).
+    dip_deg : float
+        [0, 90]; overturned beds have a flag rather than a dip over 90.
+
+    Raises
+    ------
+    GeometryError
+        If an angle is invalid.
+    """
 
     dip_direction_deg: float
     dip_deg: float
@@ -218,7 +271,7 @@ class Plane:
 
     @property
     def undefined(self) -> bool:
-        """True where the plane is horizontal, so that dip direction and strike mean nothing."""
+        """Whether the plane is horizontal, so that dip direction and strike are undefined."""
         return self.dip_deg < ANGLE_TOLERANCE_DEG
 
     @property
@@ -227,7 +280,9 @@ class Plane:
 
     @property
     def strike_rhr_deg(self) -> float:
-        """Strike with the plane dipping to the right; meaningless where `undefined`."""
+        """Right-hand-rule strike, with the plane dipping to the right; meaningless if
+        `undefined`.
+        """
         return wrap360(self.dip_direction_deg - 90.0)
 
     @classmethod
@@ -236,13 +291,13 @@ class Plane:
 
     @classmethod
     def from_normal(cls, normal: npt.ArrayLike) -> Plane:
-        """The plane with this normal, of either sign and any length but zero."""
+        """Return the plane with this normal, in either direction and of any length except zero."""
         azimuth, dip, _ = normals_to_planes(_vector3(normal, "normal"))
         return cls(float(azimuth[0]), float(dip[0]))
 
     @classmethod
     def from_normals(cls, normals: npt.ArrayLike) -> list[Plane]:
-        """The planes with these normals (n, 3): `from_normal` of all at once."""
+        """Return the planes with these normals (n, 3), like `from_normal`."""
         rows = np.asarray(normals, dtype=np.float64).reshape(-1, 3)
         if not (np.isfinite(rows).all() and rows.any(axis=1).all()):
             return [cls.from_normal(row) for row in rows]
@@ -250,12 +305,12 @@ class Plane:
         return [cls(*pair) for pair in zip(azimuth.tolist(), dip.tolist(), strict=True)]
 
     def normal(self) -> FloatArray:
-        """Upward unit normal (3,), World."""
+        """Return the upward unit normal (3,) in the World frame."""
         return planes_to_normals(self.dip_direction_deg, self.dip_deg)
 
     @property
     def pole_trend_deg(self) -> float:
-        """Trend of the downward normal, 0 where the plane is horizontal."""
+        """Trend of the downward normal, 0 for a horizontal plane."""
         return 0.0 if self.undefined else wrap360(self.dip_direction_deg + 180.0)
 
     @property
@@ -264,21 +319,23 @@ class Plane:
         return 90.0 if self.undefined else 90.0 - self.dip_deg
 
     def pole(self) -> Line:
-        """The downward normal as a line."""
+        """Return the downward normal as a line."""
         return Line(self.pole_trend_deg, self.pole_plunge_deg)
 
     def strike_vector(self) -> FloatArray:
-        """Horizontal unit vector (3,) along the strike that rakes are counted from: right-hand
-        rule, but in [0, 180) on a vertical plane."""
+        """Return the horizontal unit vector (3,) along the strike from which rakes are counted.
+
+        By the right-hand rule, but in [0, 180) on a vertical plane.
+        """
         return lines_to_vectors(self._rake_strike_deg(), 0.0)
 
     def dip_vector(self) -> FloatArray:
-        """Unit vector (3,) down dip."""
+        """Return the unit vector (3,) down the dip."""
         return lines_to_vectors(self._rake_strike_deg() + 90.0, self.dip_deg)
 
     def _rake_strike_deg(self) -> float:
         strike = self.strike_rhr_deg
-        return float(_half_turn(np.asarray(strike))) if self.vertical else strike
+        return float(_wrap180(np.asarray(strike))) if self.vertical else strike
 
 
 def _vector3(vector: npt.ArrayLike, name: str) -> FloatArray:
@@ -298,22 +355,22 @@ def _angle_deg(a: FloatArray, b: FloatArray, *, axial: bool) -> float:
 
 
 def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
-    """Angle in degrees: 0 to 90 between axes, 0 to 180 between directed lines."""
+    """Return the angle between lines: 0 to 90 degrees for axes, 0 to 180 for directed lines."""
     return _angle_deg(a.vector(), b.vector(), axial=not directed)
 
 
 def angle_between_planes(a: Plane, b: Plane) -> float:
-    """Acute dihedral angle in degrees, 0 to 90."""
+    """Return the acute dihedral angle, 0 to 90 degrees."""
     return _angle_deg(a.normal(), b.normal(), axial=True)
 
 
 def angle_line_plane(line: Line, plane: Plane) -> float:
-    """Angle in degrees, 0 to 90, by which the line leaves the plane."""
+    """Return the angle between a line and a plane, 0 to 90 degrees."""
     return 90.0 - _angle_deg(line.vector(), plane.normal(), axial=True)
 
 
 def intersection(a: Plane, b: Plane) -> Line:
-    """The line in which two planes meet. Raises GeometryError where they are parallel."""
+    """Return the intersection line of two planes. Raises GeometryError if they are parallel."""
     across = np.cross(a.normal(), b.normal())
     if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError(Finding("planes.parallel"))
@@ -324,33 +381,38 @@ def intersection(a: Plane, b: Plane) -> Line:
 
 
 def rake_of(line: Line, plane: Plane) -> float:
-    """Rake of a lineation (axial) in degrees, [0, 180), from the right-hand-rule strike, 90 = down
-    dip; on a vertical plane the strike is taken in [0, 180).
+    """Return the rake of a lineation (axial), [0, 180) degrees from the right-hand-rule strike.
 
-    A line off the plane is first projected onto it along the normal (`angle_line_plane` tells by
-    how much); a line along the normal has no rake: GeometryError. On a horizontal plane, whose
-    strike is undefined, the rake is counted from the strike of dip direction 0.
+    90 is down dip; on a vertical plane the strike is in [0, 180). A line off the plane is projected
+    along the
+    normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted from the
+    strike of dip
+    direction 0.
+
+    Raises
+    ------
+    GeometryError
+        If the line is along the normal.
     """
-    along, down = _in_plane(line, plane)
-    return float(_half_turn(np.asarray(wrap360(math.degrees(math.atan2(down, along))))))
+    along, down = _plane_components(line, plane)
+    return float(_wrap180(np.asarray(wrap360(math.degrees(math.atan2(down, along))))))
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:
-    """The lineation with this rake, as `rake_of` counts it; any angle is taken modulo 180."""
+    """Return the lineation with this rake as in `rake_of`, modulo 180 degrees."""
     sin_r, cos_r = sin_cos_deg(_finite(rake_deg, "rake"))
     return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
-    """The directed line along which the hanging wall moves; a reverse slip points up (negative
-    plunge)."""
+    """Return the directed line of the hanging wall's movement; reverse slip points up."""
     sin_r, cos_r = sin_cos_deg(_finite(slip_rake_deg, "rake"))
     vector = cos_r * plane.strike_vector() - sin_r * plane.dip_vector()
     return Line.from_vector(vector, directed=True)
 
 
-def _in_plane(line: Line, plane: Plane) -> tuple[float, float]:
-    """Components of the line along the strike and down the dip."""
+def _plane_components(line: Line, plane: Plane) -> tuple[float, float]:
+    """Return the components of the line along the strike and down the dip."""
     v = line.vector()
     along, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
     if math.hypot(along, down) < math.radians(ANGLE_TOLERANCE_DEG):

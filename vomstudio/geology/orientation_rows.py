@@ -1,4 +1,4 @@
-"""Planes and lines of one table, wherever they were read."""
+"""Planes and lines of a table, independent of its source."""
 
 from __future__ import annotations
 
@@ -11,16 +11,27 @@ from vomstudio.geology.common_rotation_errors import Turns
 
 
 class OrientationRows(Protocol):
-    """n planes and lines, row by row; NaN where a row is not of that geometry.
+    """Table of n planes and lines; NaN for values of the other geometry.
 
-    path : where they come from, for errors
-    ids, kinds, sets : (n,) words; kinds and sets are None where there is no such column
-    overturned : (n,) whether a bed's younger side is below, None where that is not said
-    convention : how the columns were understood, for people
-    dropped : lines of the table without angles; warnings : sentences
-    turns : how the rows turn with the registrations of their models, None where nothing is said
-    repeats : how many rows were left out since they repeat others
-    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
+    Attributes
+    ----------
+    path : Path
+        Source, for errors.
+    ids, kinds, sets : (n,) tuple of str
+        Kinds and sets are None without such a column.
+    overturned : (n,) tuple of bool or None
+        Whether the younger side of a bed is below, None if unknown.
+    convention : str
+        Interpretation of the columns, for users.
+    dropped : tuple of int
+        Lines of the table without angles.
+    warnings : tuple of Finding
+    turns : Turns or None
+        Rotation of the rows with the registrations of their models.
+    repeats : int
+        Number of rows excluded as repeats of others.
+    bowed_deg : float or None
+        Difference of dips between the edges of a bowed model, degrees.
     """
 
     @property
@@ -59,7 +70,9 @@ class OrientationRows(Protocol):
     def __len__(self) -> int: ...
 
     def column(self, key: str) -> list[str]:
-        """(n,) the words of the column that the user calls `key`. Raises UsageError."""
+        """Return the words (n,) of the column with this name. Raises UsageError."""
 
     def vectors(self) -> FloatArray:
-        """(n, 3) unit vectors, World: downward poles of the planes, and the lines as directed."""
+        """Return unit vectors (n, 3), World frame: poles of the planes (down), and directed
+        lines.
+        """

@@ -1,10 +1,10 @@
-"""What a straight trace does determine: the band of planes that contain its line.
+"""Band of planes that a straight trace determines: all planes that contain its line.
 
-A plane through a straight trace may be turned about it at will, so that its pole lies anywhere on
-the great circle at right angles to the trace; the error of the trace's direction makes a band of
-that circle. The band is the joint 95 % region of the fitted normal (`geometry.plane_errors`: the F
-test of (m'Cm)(m'C^-1 m)) where that is no ellipse any more. Within it a plane is picked out by what
-else is known: a set that the trace may belong to, whose poles scatter by Fisher's law, or another
+A plane through a straight trace may rotate freely about it, so its pole lies anywhere on the great
+circle perpendicular to the trace. The direction error of the trace widens this circle to a band:
+the joint 95 % region of the fitted normal (`geometry.plane_errors`: the F test of
+(m'Cm)(m'C^-1 m)) where it is not an ellipse any more. Other information selects a plane within the
+band: a set to which the trace may belong, whose poles scatter by Fisher's distribution, or another
 trace in the same plane that crosses it.
 """
 
@@ -22,30 +22,36 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.profiles import DEFAULTS
-from vomstudio.geology.quality import is_within_wander, resolution_tilt_deg, wider_of
+from vomstudio.geology.quality import governing_half_angles, is_within_wander, resolution_tilt_deg
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 
-NARROW_DEG = 10.0
-"""Ours: a band whose half-width is larger is no band: the points are a blob."""
-_SLENDER = 3.0
-"""And the planes must be freer to turn about the trace than along it by this factor."""
-LEVEL = 0.05
-_TURNS, _ACROSS, _REACH = 360, 41, 6.0
-# Nothing is known better than this, radians: a trace that is straight to the last digit.
-_LEAST = 1e-6
-_CROSSING_DEG = 10.0
+MAX_HALF_WIDTH_DEG = 10.0
+"""Maximum half-width of a band; the points of a wider one are a blob (own choice)."""
+MIN_ASPECT_RATIO = 3.0
+"""Minimum ratio of the rotation about the trace to that along it (own choice)."""
+SIGNIFICANCE = 0.05
+N_TURNS, N_ACROSS, GRID_RANGE_SIGMA = 360, 41, 6.0
+# Smallest error of a trace, which may be straight to the last digit.
+MIN_SIGMA_RAD = 1e-6
+MIN_CROSSING_DEG = 10.0
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneBand:
-    """The planes that a straight trace allows, 95 %.
+    """Planes that a straight trace allows at 95 % confidence.
 
-    axes : (3, 3) unit vectors as rows: the trace's line, and two at right angles to it, of which
-        the third is the normal of the best plane
-    widths_rad : (2,) semi-axes along the line where the normal lies along the second and the third
-    turn_rad : how far the normal may be turned about the line from the third; pi / 2 is any
-    free : degrees of freedom of the errors
+    Attributes
+    ----------
+    axes : (3, 3) ndarray
+        Unit vectors as rows: the line of the trace and two perpendicular to it, of which the third
+        is the normal of the best plane.
+    widths_rad : (2,) tuple
+        Semi-axes along the line at normals along the second and third axis, radians.
+    turn_rad : float
+        Maximum rotation of the normal about the line from the third axis; pi / 2 if unrestricted.
+    free : float
+        Degrees of freedom of the errors.
     """
 
     axes: FloatArray
@@ -55,50 +61,50 @@ class PlaneBand:
 
     @property
     def line(self) -> Line:
-        """The trace's, which lies in every plane of the band."""
+        """Line of the trace, which every plane of the band contains."""
         return Line.from_vector(self.axes[0])
 
     @property
     def half_width95_deg(self) -> float:
-        """By how much a plane may miss the trace's line, at most."""
+        """Maximum angle between a plane of the band and the line of the trace."""
         return float(np.degrees(max(self.widths_rad)))
 
     @property
     def turn95_deg(self) -> float:
-        """How far planes may be turned about the line from the best one; 90 is any."""
+        """Maximum rotation of a plane about the line from the best one; 90 if unrestricted."""
         return float(np.degrees(self.turn_rad))
 
     @property
     def best(self) -> Plane | None:
-        """The plane in the middle of the band; None where all turns are alike."""
+        """Plane in the middle of the band; None if all rotations are equally likely."""
         return None if self.turn_rad >= np.pi / 2 else Plane.from_normal(self.axes[2])
 
     def widths_at_rad(self, turn: FloatArray) -> FloatArray:
-        """(k,) half-widths where the normal is turned about the line by so much from the third."""
+        """Return the half-widths (k,) at normals rotated about the line by `turn`, radians."""
         second, third = np.tan(self.widths_rad)
         return np.asarray(np.arctan(np.hypot(second * np.sin(turn), third * np.cos(turn))))
 
     def normals(self, turn: FloatArray, along: FloatArray) -> FloatArray:
-        """(k, 3) unit normals, turned about the line and tilted along it (radians)."""
+        """Return unit normals (k, 3) rotated about the line and tilted along it, radians."""
         across = np.sin(turn)[:, None] * self.axes[1] + np.cos(turn)[:, None] * self.axes[2]
         return np.asarray(np.cos(along)[:, None] * across + np.sin(along)[:, None] * self.axes[0])
 
     def misfit(self, normals: npt.ArrayLike) -> FloatArray:
-        """(k,) squared distance of unit normals (k, 3) from the best one, 1 on the band's edge."""
-        own = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
-        turn = np.arctan2(own[:, 1], own[:, 2])
-        along = np.arcsin(np.clip(own[:, 0], -1.0, 1.0))
-        off = (np.tan(along) / np.tan(self.widths_at_rad(turn))) ** 2
+        """Return the squared distances (k,) of normals (k, 3) from the best one; 1 is the edge."""
+        local = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
+        turn = np.arctan2(local[:, 1], local[:, 2])
+        along = np.arcsin(np.clip(local[:, 0], -1.0, 1.0))
+        squares = (np.tan(along) / np.tan(self.widths_at_rad(turn))) ** 2
         if self.turn_rad < np.pi / 2:
-            off += ((np.abs((turn + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
-        return np.asarray(off)
+            squares += ((np.abs((turn + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
+        return np.asarray(squares)
 
-    def holds(self, normals: npt.ArrayLike) -> BoolArray:
-        """(k,) whether unit normals (k, 3) are inside the band."""
+    def contains(self, normals: npt.ArrayLike) -> BoolArray:
+        """Return for each of the unit normals (k, 3) whether it is inside the band."""
         return np.asarray(self.misfit(normals) <= 1.0)
 
     def dips_deg(self) -> tuple[float, float]:
-        """Lowest and highest dip of the planes in the band."""
+        """Return the lowest and the highest dip in the band, degrees."""
         turn = np.linspace(-self.turn_rad, self.turn_rad, 721)
         width = self.widths_at_rad(turn)
         dips = []
@@ -108,39 +114,57 @@ class PlaneBand:
         return float(np.min(dips)), float(np.max(dips))
 
     def outline(self, count: int = 181) -> tuple[FloatArray, FloatArray]:
-        """The two edges (count, 3) of the band of normals."""
+        """Return the two edges (count, 3) of the band of normals."""
         turn = np.linspace(-self.turn_rad, self.turn_rad, count)
         width = self.widths_at_rad(turn)
         return self.normals(turn, width), self.normals(turn, -width)
 
     def likelihood(self, normals: FloatArray) -> FloatArray:
-        """(k,) of unit normals (k, 3): Student's law in two dimensions, whose 95 % is the band."""
+        """Return the likelihood (k,) of normals (k, 3).
+
+        Student's distribution in two dimensions, whose 95 % region is the band.
+        """
         quantile = float(joint_quantile(np.array([self.free]))[0])
         return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
 
     def sigma_rad(self, turn: FloatArray) -> FloatArray:
-        """(k,) scale of the error along the line, where the normal is turned by so much."""
+        """Return the scale (k,) of the error along the line at normals rotated by `turn`,
+        radians.
+        """
         quantile = float(joint_quantile(np.array([self.free]))[0])
         scale = self.widths_at_rad(turn) / np.sqrt(self.free * quantile)
-        return np.asarray(np.maximum(scale, _LEAST))
+        return np.asarray(np.maximum(scale, MIN_SIGMA_RAD))
 
 
-def band_of(
+def find_plane_band(
     fit: PlaneFit,
     *,
     resolution_m: float | None = None,
     registration_deg: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
 ) -> PlaneBand | None:
-    """The band of a trace whose plane is poor because it is straight; None where a plane is
-    determined, or not even a line.
+    """Find the band of a trace whose plane is poorly determined because the trace is straight.
 
-    resolution_m : of the model, which can tilt a line over its length; registration_deg : 95 %
-    half-angle by which the registration can; outcrop_normal : (3,) of the face around the trace
+    Parameters
+    ----------
+    fit : PlaneFit
+    resolution_m : float, optional
+        Resolution of the model, which can tilt a line over its length, m.
+    registration_deg : float, optional
+        95 % half-angle of the registration, degrees.
+    outcrop_normal : (3,) array_like, optional
+        Normal of the face around the trace.
+
+    Returns
+    -------
+    PlaneBand or None
+        None if the trace determines a plane, or not even a line.
     """
     if fit.error is not None or fit.trace is None or fit.n_effective is None:
         return None
-    largest, smallest = wider_of(fit, resolution_m=resolution_m, outcrop_normal=outcrop_normal)
+    largest, smallest = governing_half_angles(
+        fit, resolution_m=resolution_m, outcrop_normal=outcrop_normal
+    )
     if largest is None or smallest is None:
         return None
     largest = max(largest, resolution_tilt_deg(fit, resolution_m) or 0.0)
@@ -148,23 +172,23 @@ def band_of(
     if largest <= DEFAULTS.poor_confidence95_deg or l1 <= 0.0:
         return None
     third = np.tan(np.radians(min(smallest, 89.0)))
-    # As the variance in the direction of the normal.
+    # In proportion to the variance in the direction of the normal.
     second = third * np.sqrt(l2 / l3) if l3 > 0.0 else third
-    floor = 0.0
+    min_width = 0.0
     if resolution_m is not None and fit.extent:
-        # Half a spacing over the length; where the trace has no other width than its own wander,
-        # which goes to one side over long stretches, a whole one.
-        sways = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
-        floor = float(np.arctan(sways * resolution_m / fit.extent))
+        # Half a spacing over the length, or a whole one if the trace is only as wide as it
+        # wanders, which shifts long stretches to one side.
+        spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
+        min_width = float(np.arctan(spacings * resolution_m / fit.extent))
     turned = np.radians(registration_deg or 0.0)
-    widths = [float(np.hypot(max(np.arctan(w), floor), turned)) for w in (second, third)]
-    half = float(np.degrees(max(widths)))
-    if half > NARROW_DEG or largest < _SLENDER * half:
+    widths = [float(np.hypot(max(np.arctan(w), min_width), turned)) for w in (second, third)]
+    half_width = float(np.degrees(max(widths)))
+    if half_width > MAX_HALF_WIDTH_DEG or largest < MIN_ASPECT_RATIO * half_width:
         return None
     turn = np.pi / 2 if largest >= 89.999 else float(np.hypot(np.radians(largest), turned))
     return PlaneBand(
         np.asarray(fit.axes),
-        (max(widths[0], _LEAST), max(widths[1], _LEAST)),
+        (max(widths[0], MIN_SIGMA_RAD), max(widths[1], MIN_SIGMA_RAD)),
         min(turn, np.pi / 2),
         max(fit.n_effective - 3.0, 1.0),
     )
@@ -172,8 +196,7 @@ def band_of(
 
 @dataclass(frozen=True)
 class SetPrior:
-    """A set of planes: its mean pole or normal (3,), Fisher's concentration and how many they
-    are."""
+    """Set of planes: mean pole or normal (3,), Fisher's concentration and number of planes."""
 
     name: str
     normal: tuple[float, float, float]
@@ -182,18 +205,24 @@ class SetPrior:
 
     @property
     def predictive(self) -> float:
-        """Concentration of the next plane of the set: its scatter, and the error of its mean."""
+        """Concentration of the next plane of the set: its scatter and the error of its mean."""
         return self.kappa * self.n / (self.n + 1.0)
 
 
 @dataclass(frozen=True)
 class BandSet:
-    """What a set says of the plane of a straight trace.
+    """Comparison of a set with the band of a straight trace.
 
-    p : of a plane of the set as far from the band as its mean is, or farther; compatible : p is at
-        least 0.05
-    probability : that the trace is of this set, rather than of another or of none
-    dip_direction_deg, dip_deg, max/min_confidence95_deg : the plane, if it is of the set
+    Attributes
+    ----------
+    p : float
+        p-value of a plane of the set whose distance from the band is at least that of its mean.
+    compatible : bool
+        True if p is at least 0.05.
+    probability : float
+        Probability that the trace belongs to this set rather than to another or to none.
+    dip_direction_deg, dip_deg, max_confidence95_deg, min_confidence95_deg : float
+        Plane of the trace if it belongs to the set, degrees.
     """
 
     name: str
@@ -207,51 +236,71 @@ class BandSet:
     min_confidence95_deg: float
 
 
-def sets_in_band(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandSet, ...], float]:
-    """What each set says of a straight trace's plane, the most probable first; and the probability
-    that it is of none of them.
+def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandSet, ...], float]:
+    """Compare the band of a straight trace with sets of planes.
 
-    Before the trace is looked at, a plane is of a set with the set's share of all planes; one plane
-    more than there are is of none of them, and any attitude is as likely for it.
+    The prior probability of a set is its share of all planes. One additional plane belongs to none
+    of the sets and has a uniform distribution of attitudes.
+
+    Parameters
+    ----------
+    band : PlaneBand
+    sets : sequence of SetPrior
+
+    Returns
+    -------
+    sets : tuple of BandSet
+        The most probable first.
+    none_probability : float
+        Probability that the plane belongs to none of the sets.
     """
-    normals, weights = _grid(band)
-    lie = band.likelihood(normals) * weights
-    total = sum(each.n for each in sets) + 1.0
-    none = float(lie.sum()) / (4.0 * np.pi) / total
-    found = []
-    for each in sets:
-        posterior = lie * _fisher(each.predictive, normals @ np.asarray(each.normal))
-        evidence = float(posterior.sum()) * each.n / total
-        found.append((evidence, each, posterior))
-    everything = none + sum(evidence for evidence, *_ in found)
-    told = []
-    for evidence, each, posterior in found:
-        p = _p(band, each)
+    normals, weights = _band_grid(band)
+    likelihood = band.likelihood(normals) * weights
+    n_planes = sum(prior.n for prior in sets) + 1.0
+    evidence_none = float(likelihood.sum()) / (4.0 * np.pi) / n_planes
+    candidates = []
+    for prior in sets:
+        posterior = likelihood * _fisher_density(
+            prior.predictive, normals @ np.asarray(prior.normal)
+        )
+        evidence = float(posterior.sum()) * prior.n / n_planes
+        candidates.append((evidence, prior, posterior))
+    total_evidence = evidence_none + sum(evidence for evidence, *_ in candidates)
+    band_sets = []
+    for evidence, prior, posterior in candidates:
+        p = _p_value(band, prior)
         if evidence > 0.0:
-            plane, largest, smallest = _plane(normals, posterior)
+            plane, largest, smallest = _mean_plane(normals, posterior)
         else:
-            plane, largest, smallest = Plane.from_normal(np.asarray(each.normal)), 90.0, 90.0
-        told.append(
+            plane, largest, smallest = Plane.from_normal(np.asarray(prior.normal)), 90.0, 90.0
+        band_sets.append(
             BandSet(
-                each.name,
-                each.n,
+                prior.name,
+                prior.n,
                 p,
-                p >= LEVEL,
-                evidence / everything,
+                p >= SIGNIFICANCE,
+                evidence / total_evidence,
                 plane.dip_direction_deg,
                 plane.dip_deg,
                 largest,
                 smallest,
             )
         )
-    told.sort(key=lambda each: -each.probability)
-    return tuple(told), none / everything
+    band_sets.sort(key=lambda prior: -prior.probability)
+    return tuple(band_sets), evidence_none / total_evidence
 
 
 @dataclass(frozen=True)
 class CrossingPlane:
-    """The plane of two straight traces that cross: semi-axes of the joint 95 % region of its
-    normal; crossing_deg : the angle between the traces"""
+    """Plane of two straight traces that cross.
+
+    Attributes
+    ----------
+    max_confidence95_deg, min_confidence95_deg : float
+        Semi-axes of the joint 95 % region of its normal, degrees.
+    crossing_deg : float
+        Angle between the traces, degrees.
+    """
 
     dip_direction_deg: float
     dip_deg: float
@@ -262,23 +311,36 @@ class CrossingPlane:
 
 
 def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
-    """The plane that contains both lines, each with its error. Raises GeometryError for lines that
-    are nearly parallel."""
+    """Find the plane that contains the lines of two traces, with its error.
+
+    Parameters
+    ----------
+    one, other : PlaneBand
+
+    Returns
+    -------
+    CrossingPlane
+
+    Raises
+    ------
+    GeometryError
+        If the lines are nearly parallel.
+    """
     first, second = one.axes[0], other.axes[0]
     angle = float(np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first, second))), 1.0))))
-    if angle < _CROSSING_DEG:
+    if angle < MIN_CROSSING_DEG:
         raise GeometryError(Finding("plane.parallel-traces", angle_deg=angle))
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)
     basis = np.stack([first, np.cross(normal, first)])
     # A tilt x of the normal misses each line by x . d.
     lines = np.stack([first, second]) @ basis.T
-    scales = [_scale(band, normal) for band in (one, other)]
+    scales = [_line_error_rad(band, normal) for band in (one, other)]
     free = min(one.free, other.free)
-    back = np.linalg.inv(lines)
-    covariance = back @ np.diag(np.square(scales)) @ back.T
-    reach = np.sqrt(free * float(joint_quantile(np.array([free]))[0]))
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0)) * reach
+    inverse = np.linalg.inv(lines)
+    covariance = inverse @ np.diag(np.square(scales)) @ inverse.T
+    factor = np.sqrt(free * float(joint_quantile(np.array([free]))[0]))
+    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0)) * factor
     plane = Plane.from_normal(normal)
     x, y, z = plane.normal().tolist()
     return CrossingPlane(
@@ -292,55 +354,58 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
 
 
 # ----------------------------------------------------------------------------------------------
-def _scale(band: PlaneBand, normal: FloatArray) -> float:
-    """Of the error along the line, where the plane's normal is this."""
-    own = band.axes @ normal
-    return float(band.sigma_rad(np.array([np.arctan2(own[1], own[2])]))[0])
+def _line_error_rad(band: PlaneBand, normal: FloatArray) -> float:
+    """Return the scale of the error along the line for this normal, radians."""
+    local = band.axes @ normal
+    return float(band.sigma_rad(np.array([np.arctan2(local[1], local[2])]))[0])
 
 
-def _grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
-    """Normals (k, 3) all over the band and beyond its edges, and the area of each."""
-    turn = (np.arange(_TURNS) + 0.5) * np.pi / _TURNS - np.pi / 2
-    share = np.linspace(-_REACH, _REACH, _ACROSS)
+def _band_grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
+    """Return normals (k, 3) on a grid beyond the edges of the band, and the area of each."""
+    turn = (np.arange(N_TURNS) + 0.5) * np.pi / N_TURNS - np.pi / 2
+    share = np.linspace(-GRID_RANGE_SIGMA, GRID_RANGE_SIGMA, N_ACROSS)
     sigma = band.sigma_rad(turn)
     along = np.clip(np.outer(sigma, share), -1.5, 1.5)
-    step = sigma * (share[1] - share[0]) * np.pi / _TURNS
-    normals = band.normals(np.repeat(turn, _ACROSS), along.ravel())
-    return normals, np.repeat(step, _ACROSS) * np.cos(along.ravel())
+    step = sigma * (share[1] - share[0]) * np.pi / N_TURNS
+    normals = band.normals(np.repeat(turn, N_ACROSS), along.ravel())
+    return normals, np.repeat(step, N_ACROSS) * np.cos(along.ravel())
 
 
-def _fisher(kappa: float, cosine: FloatArray) -> FloatArray:
-    """Density of an axial Fisher law on the sphere at the cosines from its mean."""
+def _fisher_density(kappa: float, cosine: FloatArray) -> FloatArray:
+    """Return the axial Fisher density on the sphere at cosines from its mean."""
     c = np.abs(cosine)
-    both = np.exp(kappa * (c - 1.0)) + np.exp(-kappa * (c + 1.0))
-    return np.asarray(kappa * both / (4.0 * np.pi * -np.expm1(-2.0 * kappa)))
+    density = np.exp(kappa * (c - 1.0)) + np.exp(-kappa * (c + 1.0))
+    return np.asarray(kappa * density / (4.0 * np.pi * -np.expm1(-2.0 * kappa)))
 
 
-def _p(band: PlaneBand, prior: SetPrior) -> float:
-    """Of a plane of the set lying as far from the band as the set's mean, along the line."""
-    own = band.axes @ np.asarray(prior.normal)
-    off = float(np.arcsin(np.clip(abs(own[0]), 0.0, 1.0)))
-    of_line = _scale(band, np.asarray(prior.normal)) ** 2
-    of_set = 1.0 / prior.predictive
-    # Welch and Satterthwaite's degrees of freedom of the sum.
-    both = of_line + of_set
-    free = both**2 / (of_line**2 / band.free + of_set**2 / max(2.0 * (prior.n - 1.0), 1.0))
-    return f_tail(1.0, free, off**2 / both)
+def _p_value(band: PlaneBand, prior: SetPrior) -> float:
+    """Return the p-value of a plane of the set at the distance of the set's mean."""
+    local = band.axes @ np.asarray(prior.normal)
+    misfit = float(np.arcsin(np.clip(abs(local[0]), 0.0, 1.0)))
+    variance_line = _line_error_rad(band, np.asarray(prior.normal)) ** 2
+    variance_set = 1.0 / prior.predictive
+    # Welch-Satterthwaite degrees of freedom of the sum.
+    variance = variance_line + variance_set
+    free = variance**2 / (
+        variance_line**2 / band.free + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
+    )
+    return f_tail(1.0, free, misfit**2 / variance)
 
 
-def _plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float, float]:
-    """The axis about which weighted normals lie, and the semi-axes of their 95 % ellipse."""
+def _mean_plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float, float]:
+    """Return the mean axis of weighted normals and the semi-axes of their 95 % ellipse."""
     share = weights / weights.sum()
     tensor = (normals * share[:, None]).T @ normals
     _, vectors = np.linalg.eigh(tensor)
     middle = vectors[:, 2]
-    # Seen in the tangent plane, which the ellipse is drawn in; far ones weigh no more than at 80
-    # degrees.
-    own = normals @ vectors
-    cosine = np.maximum(np.abs(own[:, 2]), np.cos(np.radians(80.0)))
-    tangent = own[:, :2] / cosine[:, None]
+    # Project to the tangent plane of the ellipse; limit the weight of normals beyond 80 degrees.
+    local = normals @ vectors
+    cosine = np.maximum(np.abs(local[:, 2]), np.cos(np.radians(80.0)))
+    tangent = local[:, :2] / cosine[:, None]
     covariance = (tangent * share[:, None]).T @ tangent
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0) * -2.0 * np.log(LEVEL))
+    small, large = np.sqrt(
+        np.maximum(np.linalg.eigvalsh(covariance), 0.0) * -2.0 * np.log(SIGNIFICANCE)
+    )
     return (
         Plane.from_normal(middle),
         float(np.degrees(np.arctan(large))),

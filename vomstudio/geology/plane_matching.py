@@ -1,4 +1,4 @@
-"""How far planes that were proposed agree with those that a geologist has measured, both ways."""
+"""Agreement of proposed planes with those of a geologist, in both directions."""
 
 from __future__ import annotations
 
@@ -9,15 +9,27 @@ import numpy as np
 
 from vomstudio.geology.model_agreement import OrientedPlane
 
-TOLERANCE_DEG = 10.0
-"""Ours: the waviness of a surface turns two good readings of it by as much."""
+MIN_TOLERANCE_DEG = 10.0
+"""Own choice: the waviness of a surface causes such differences between two good measurements."""
 
 
 @dataclass(frozen=True)
-class BothWays:
-    """picked, proposed : planes that have a place; picks_near : of the picked, those that have a
-    proposed one within half of the longer one's extent; picks_found : of these, those that agree
-    with one; proposed_near, proposed_borne_out : the same of the proposed"""
+class MutualAgreement:
+    """Agreement of picked and proposed planes.
+
+    Attributes
+    ----------
+    picked, proposed : int
+        Number of planes with a position.
+    picks_near : int
+        Number of picked planes with a proposed one within half the extent of the longer one.
+    picks_found : int
+        Number of these that agree with one.
+    proposed_near, proposed_borne_out : int
+        The same for proposed planes.
+    median_angle_deg : float or None
+        Of the picks found, to the best proposed plane, degrees.
+    """
 
     picked: int
     picks_near: int
@@ -28,35 +40,38 @@ class BothWays:
     median_angle_deg: float | None
 
 
-def agreement_both_ways(
+def compare_proposals(
     picked: Sequence[OrientedPlane], proposed: Sequence[OrientedPlane]
-) -> BothWays:
-    """Two planes agree where the angle between them is at most 10 degrees or what their 95 % errors
-    allow together (root of the sum of squares), whichever is more. A proposed plane that nobody
-    picked near is not wrong, and counts on neither side. median_angle_deg : of the picked ones that
-    were found, to the proposed plane that fits best; None without any."""
-    own = [plane for plane in picked if plane.place is not None]
-    others = [plane for plane in proposed if plane.place is not None]
-    if not (own and others):
-        return BothWays(len(own), 0, 0, len(others), 0, 0, None)
-    near, agree, angle = _held_together(own, others)
-    best = np.where(near & agree, angle, np.inf).min(axis=1)
-    found = best[np.isfinite(best)]
-    return BothWays(
-        len(own),
-        int(near.any(axis=1).sum()),
-        len(found),
-        len(others),
-        int(near.any(axis=0).sum()),
-        int((near & agree).any(axis=0).sum()),
-        float(np.median(found)) if len(found) else None,
+) -> MutualAgreement:
+    """Compare proposed planes with picked ones.
+
+    Two planes agree if their angle is within 10 degrees or their combined 95 % errors (root of the
+    sum of
+    squares), whichever is larger. Proposed planes without a pick nearby are not wrong and do not
+    count.
+    """
+    placed_picks = [plane for plane in picked if plane.place is not None]
+    placed_proposals = [plane for plane in proposed if plane.place is not None]
+    if not (placed_picks and placed_proposals):
+        return MutualAgreement(len(placed_picks), 0, 0, len(placed_proposals), 0, 0, None)
+    is_near, agrees, angle = _compare_planes(placed_picks, placed_proposals)
+    best = np.where(is_near & agrees, angle, np.inf).min(axis=1)
+    angles = best[np.isfinite(best)]
+    return MutualAgreement(
+        len(placed_picks),
+        int(is_near.any(axis=1).sum()),
+        len(angles),
+        len(placed_proposals),
+        int(is_near.any(axis=0).sum()),
+        int((is_near & agrees).any(axis=0).sum()),
+        float(np.median(angles)) if len(angles) else None,
     )
 
 
-def _held_together(
+def _compare_planes(
     one: Sequence[OrientedPlane], other: Sequence[OrientedPlane]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(k, m) whether they are near each other, whether they agree, and the angle between them."""
+    """Return whether planes (k, m) are near each other, whether they agree, and their angle."""
 
     def columns(planes: Sequence[OrientedPlane]) -> tuple[np.ndarray, ...]:
         return (
@@ -69,7 +84,7 @@ def _held_together(
     normal, place, extent, error = columns(one)
     its_normal, its_place, its_extent, its_error = columns(other)
     angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
-    apart = np.linalg.norm(place[:, None] - its_place[None], axis=2)
-    reach = np.maximum(extent[:, None], its_extent[None]) / 2.0
-    allowed = np.maximum(np.hypot(error[:, None], its_error[None]), TOLERANCE_DEG)
-    return apart <= reach, angle <= allowed, angle
+    distance = np.linalg.norm(place[:, None] - its_place[None], axis=2)
+    max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0
+    allowed = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
+    return distance <= max_distance, angle <= allowed, angle

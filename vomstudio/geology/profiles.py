@@ -1,6 +1,7 @@
-"""The limits by which planes and lines are judged, under the names of their profiles.
+"""Thresholds of the verdicts on planes and lines, by profile.
 
-Apart from the judging, which needs numpy: a project names its profile before anything is measured.
+Separate from the verdicts, which need numpy: a project names its profile before anything is
+measured.
 """
 
 from __future__ import annotations
@@ -13,22 +14,35 @@ from vomstudio.core.words import tr
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What counts as good. The textbook (section 4.1) gives no limits but the two of 4.1.3.
+    """Thresholds of a verdict. The textbook (section 4.1) has only the two limits of 4.1.3.
 
-    good_confidence95_deg, poor_confidence95_deg : ours: 5 degrees is about what two geologists
-        differ by with a compass on the same bed, beyond 15 a plane says little about a structure
-    good_M, good_K : M = ln(l1 / l3) above, K = ln(l1 / l2) / ln(l2 / l3) below; so quoted in later
-        work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a best
-        fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858. The paper
-        itself was not at hand
-    extent_over_resolution : two orders of magnitude between a feature and the spacing of the
-        model (textbook 4.1.3); least_extent_over_resolution : below it no error can be believed
-    surface_effect_deg : ours: a trace's plane this close to the outcrop face may measure the face
-    profile : the name under which these limits are printed beside every verdict
-    by : what decides, "error": how far the plane may be off; "shape": the textbook's figures as
-        hard limits: coplanarity, collinearity (eqs. 20 and 21) and extent over resolution
-    least_coplanarity, most_collinearity : ours, since the textbook gives none: the plane whose M is
-        4 and whose K is 0.8 has them
+    Attributes
+    ----------
+    good_confidence95_deg, poor_confidence95_deg : float
+        Own choice: two geologists with a compass on the same bed differ by about 5 degrees;
+        beyond 15 a
+        plane has little value for a structure.
+    good_M, good_K : float
+        Lower limit of M = ln(l1 / l3), upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted
+        in later work
+        and in published plane-fitting programs after O. Fernandez (2005), Obtaining a best
+        fitting plane
+        through 3D georeferenced data, J. Struct. Geol. 27, 855-858 (the paper itself was not
+        available).
+    extent_over_resolution : float
+        Two orders of magnitude between a feature and the spacing of the model (textbook 4.1.3).
+    least_extent_over_resolution : float
+        Errors below it are not reliable.
+    surface_effect_deg : float
+        Own choice: a trace's plane within this angle of the outcrop face may be that of the face.
+    profile : str
+        Name of these limits, printed with every verdict.
+    by : {"error", "shape"}
+        Criterion: the total error, or the textbook's coplanarity, collinearity (eqs. 20 and 21)
+        and extent
+        over resolution as hard limits.
+    least_coplanarity, most_collinearity : float
+        Own choice: those of the plane whose M is 4 and whose K is 0.8.
     """
 
     good_confidence95_deg: float = 5.0
@@ -44,7 +58,7 @@ class Thresholds:
     most_collinearity: float = 6.0
 
     def __post_init__(self) -> None:
-        """Raises TypeError for limits that are no numbers."""
+        """Validate the limits. Raises TypeError."""
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type == "float" and (
@@ -56,8 +70,7 @@ class Thresholds:
 
     @property
     def description(self) -> str:
-        """The profile with the limits that decide, as a sentence: it stands wherever verdicts are
-        printed, since a word like good says nothing without them."""
+        """Profile with its limits as a sentence, printed wherever verdicts are."""
         if self.by == "shape":
             return tr(
                 "Verdicts by the profile “{profile}”: good with a coplanarity of at least "
@@ -87,5 +100,5 @@ class Thresholds:
 
 DEFAULTS = Thresholds()
 TEXTBOOK = Thresholds(profile="textbook", by="shape")
-PROFILES = {each.profile: each for each in (DEFAULTS, TEXTBOOK)}
-"""The profiles that every project has, by name."""
+PROFILES = {profile.profile: profile for profile in (DEFAULTS, TEXTBOOK)}
+"""Profiles of every project, by name."""

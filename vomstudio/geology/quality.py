@@ -1,4 +1,4 @@
-"""Whether a fitted plane is worth keeping: good, doubtful or poor, with the reasons."""
+"""Verdict on a fitted plane or line: good, doubtful or poor, with the reasons."""
 
 from __future__ import annotations
 
@@ -25,17 +25,16 @@ Kind = Literal["trace", "patch"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """How far a plane or line can be trusted, and why.
+    """Verdict on a plane or line.
 
-    Parameters
+    Attributes
     ----------
     quality : {"good", "doubtful", "poor"}
     reasons : tuple of Finding
-        What kept it from being good, and what to do about it.
+        Reasons for a worse verdict than good, with remedies.
     notes : tuple of Finding
-        Shape and extent beside their recommended values, and questions to the geologist.
+        Shape and extent compared with recommended values, and questions to the geologist.
     limits : Thresholds
-        By which it was given.
     """
 
     quality: Quality
@@ -49,23 +48,25 @@ class Verdict:
         return self.limits.profile
 
 
-# Ours: the plane of a trace that is this close to the face may be the face: a plane whose error is
-# larger is poor for that alone.
-_IN_THE_FACE_DEG = DEFAULTS.poor_confidence95_deg
-# Ours: a trace with less relief than this out of the face is a drawing on the face.
-_RELIEF_OVER_RESOLUTION = 3.0
-_RELIEF_OVER_EXTENT = 0.02
-# Ours, by tests/benchmarks/bench_conditional.py.
-_FEWEST_GOOD = 6.0
+# Own choice: within this angle the plane of a trace may be that of the face; a plane with a larger
+# error is poor in any case.
+MAX_FACE_ANGLE_DEG = DEFAULTS.poor_confidence95_deg
+# Own choice: a trace with less relief is only a line drawn on the face.
+MIN_RELIEF_OVER_RESOLUTION = 3.0
+MIN_RELIEF_OVER_EXTENT = 0.02
+# Own choice, from tests/benchmarks/bench_conditional.py.
+MIN_INDEPENDENT_POINTS = 6.0
 
 
-def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
-    """Return the half-angle by which a plane is judged; None where undefined.
+def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
+    """Return the half-angle that governs the verdict on a plane, degrees; None if undefined.
 
-    The wider of confidence and hyperbolic error where the roughness is as long as the trace, and
-    for a patch: its points are close neighbours on one rough surface, so a confidence that counts
-    every one of them as independent shrinks with the resolution of the model, not with knowledge.
-    What a bow of the trace can tilt that its points do not show comes on top.
+    It is the larger of confidence and hyperbolic error if the roughness is as long as the trace,
+    and for
+    patches: their points are close neighbours on one rough surface, so a confidence that assumes
+    independence depends on the resolution of the model rather than on information. The possible
+    tilt by
+    an unresolved bow of the trace is added.
     """
     confidence, hyperbolic = fit.max_confidence95_deg, fit.max_angular_error_deg
     if hyperbolic is not None and (fit.long_roughness or kind == "patch"):
@@ -75,25 +76,26 @@ def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | N
     return min(math.hypot(confidence, fit.bow_tilt_deg), 90.0)
 
 
-def wider_of(
+def governing_half_angles(
     fit: PlaneFit,
     kind: Kind = "trace",
     resolution_m: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
     stretch_error_deg: float | None = None,
 ) -> tuple[float | None, float | None]:
-    """Return the largest and smallest half-angle of the figure by which a plane is judged (see
-    `confidence_that_counts_deg`), for what follows from the plane. Doubtful stretches may turn it
-    in any direction."""
-    counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
-    if counts is None or smallest is None or fit.max_confidence95_deg is None:
+    """Return the largest and smallest half-angle that govern the verdict, degrees.
+
+    See `governing_confidence_deg`. Doubtful stretches may rotate the plane in any direction.
+    """
+    largest, smallest = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
+    if largest is None or smallest is None or fit.max_confidence95_deg is None:
         return None, None
     widened = fit.long_roughness or kind == "patch"
-    if widened and counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
+    if widened and largest > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
         smallest = max(smallest, fit.min_angular_error_deg)
-    turned = is_within_wander(fit, kind, resolution_m, outcrop_normal)
+    is_undetermined = is_within_wander(fit, kind, resolution_m, outcrop_normal)
     stretch = stretch_error_deg or 0.0
-    return max(90.0 if turned else counts, stretch), max(smallest, stretch)
+    return max(90.0 if is_undetermined else largest, stretch), max(smallest, stretch)
 
 
 def is_within_wander(
@@ -102,11 +104,11 @@ def is_within_wander(
     resolution_m: float | None,
     outcrop_normal: npt.ArrayLike | None,
 ) -> bool:
-    """Return whether a trace lies in the outcrop's face and is no wider there than points stray
-    along it, so that any plane through the line is possible.
+    """Return whether a trace in the face of the outcrop is no wider than its points wander.
 
-    How far points stray out of the face their residuals show, and the fit's error has it. How far
-    they stray along the face no residual shows where the plane is that face.
+    Any plane through the line is then possible. The fit's error includes deviations normal to the
+    face,
+    but residuals do not show deviations along the face if the plane is that face.
     """
     spacing = resolution_m or 0.0
     if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
@@ -114,13 +116,13 @@ def is_within_wander(
     if outcrop_normal is None:
         return False
     angle = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
-    if angle is None or angle > _IN_THE_FACE_DEG:
+    if angle is None or angle > MAX_FACE_ANGLE_DEG:
         return False
     return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
 
 def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
-    """Length of a trace; of a patch the diameter of the disc with the same spread of points."""
+    """Return the length of a trace, or the diameter of the disc equivalent to a patch, m."""
     if kind == "trace" or fit.trace is None:
         return fit.extent
     l1, l2, _ = fit.eigenvalues
@@ -131,39 +133,45 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
 def resolution_tilt_deg(
     fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
 ) -> float | None:
-    """Return by how much the model's resolution can tilt a plane, degrees; None where unknown.
+    """Return the possible tilt of a plane by the model's resolution, degrees; None if unknown.
 
-    Of a patch half of the resolution over its shorter axis. The points of a trace are known no
-    better than to a tenth of the resolution each, one sigma, whatever their residuals say: what
-    that tilts the plane of independent points, 95 %, but no more than half of the resolution over
-    the shorter axis.
+    For a patch it is half the resolution over its shorter axis. The points of a trace have an
+    accuracy of
+    a tenth of the resolution each, one sigma, regardless of their residuals: the resulting 95 %
+    tilt of
+    independent points is limited by half the resolution over the shorter axis.
     """
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
     # The variance of a strip of width w is w^2 / 12 across it.
     shorter = math.sqrt(12.0 * max(fit.trace * float(fit.eigenvalues[1]), 0.0))
-    most = tilt_of_resolution_deg(resolution_m, shorter)
+    max_tilt = tilt_of_resolution_deg(resolution_m, shorter)
     if kind == "patch":
-        return most
-    return min(most, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
+        return max_tilt
+    return min(max_tilt, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
 
 
 def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
-    """Return the 95 % half-angle, degrees, by which independent errors of the points tilt a plane
-    about its longer axis."""
+    """Return the 95 % tilt of a plane about its longer axis by independent errors of points,
+    degrees.
+    """
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
     return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
 def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
-    """Return whether a plane is from fewer than 6 independent points and nothing else bounds the
-    roughness: their own misfit is small by chance too often.
+    """Return whether a plane has fewer than 6 independent points and no other bound of its
+    roughness.
 
-    The model's resolution bounds it where errors of the points of half of it still give a good
-    plane.
+    The misfit of few points is too often small by chance. The model's resolution is a bound if
+    point
+    errors of half of it still result in a good plane.
     """
-    if fit.n <= 3 or (fit.n if fit.n_effective is None else fit.n_effective) >= _FEWEST_GOOD:
+    if (
+        fit.n <= 3
+        or (fit.n if fit.n_effective is None else fit.n_effective) >= MIN_INDEPENDENT_POINTS
+    ):
         return False
     return not resolution_m or _tilt_of_points_deg(fit, 0.5 * resolution_m) > good_deg
 
@@ -176,18 +184,23 @@ def total_error_deg(
     outcrop_normal: npt.ArrayLike | None = None,
     stretch_error_deg: float | None = None,
 ) -> float | None:
-    """Return the half-angle by which the verdict is decided, 95 %; None where the fit's is
-    undefined.
+    """Return the 95 % half-angle that decides the verdict, degrees; None if the fit has none.
 
-    That of the fit (see `confidence_that_counts_deg`), no less than what the resolution can tilt or
-    what doubtful stretches leave (geology/doubtful_stretches.py), together with what the model's
-    registration can.
+    That of the fit (see `governing_confidence_deg`), at least the tilt by the resolution or by
+    doubtful
+    stretches (geology/doubtful_stretches.py), combined with the error of the registration.
     """
-    angle = confidence_that_counts_deg(fit, kind)
+    angle = governing_confidence_deg(fit, kind)
     if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
         return None if angle is None else 90.0
-    own = max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0, stretch_error_deg or 0.0)
-    return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
+    model_error = max(
+        angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0, stretch_error_deg or 0.0
+    )
+    return (
+        min(float(np.hypot(model_error, registration_deg or 0.0)), 90.0)
+        if registration_deg
+        else model_error
+    )
 
 
 def judge(
@@ -198,48 +211,67 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
-    seen: Sequence[Finding] = (),
+    surface_findings: Sequence[Finding] = (),
     stretch_error_deg: float | None = None,
     bend_deg: float | None = None,
 ) -> Verdict:
-    """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
-    that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
-    of the textbook are met, doubtful where one is missed, poor where more are; the error is a note.
+    """Judge a fitted plane.
 
-    resolution_m : effective resolution of the model around the pick; None: unknown, no rule
-    outcrop_normal : (3,) normal of the outcrop's face on a scale larger than the trace, either
-        sense; None: unknown
-    kind : a patch is the outcrop face, so the surface effect is looked for in traces only
-    registration_deg : 95 % half-angle by which the model's registration can tilt the plane
-    seen : what the surface or the way of a trace says against its plane
-        (geometry/heights/levels.py, geology/doubtful_stretches.py)
-    stretch_error_deg : 95 % half-angle of the plane in view of doubtful stretches
-    bend_deg : by which a face bends as a whole, see `geometry.heights.bends`
+    By error, its total error decides, and what this figure does not include; shape and extent are
+    notes.
+    By shape, it is good if all three limits of the textbook are met, doubtful if one is not, and
+    otherwise poor; the error is a note.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    resolution_m : float or None
+        Effective resolution of the model around the pick, m; None if unknown.
+    outcrop_normal : (3,) array_like or None
+        Normal of the outcrop's face on a scale larger than the trace, in either direction.
+    kind : {"trace", "patch"}
+        A patch is the outcrop face, so only traces are tested against it.
+    thresholds : Thresholds
+    registration_deg : float, optional
+        95 % half-angle of the model's registration, degrees.
+    surface_findings : sequence of Finding
+        Findings of the surface or path of a trace (geometry/heights/levels.py,
+        geology/doubtful_stretches.py).
+    stretch_error_deg : float, optional
+        95 % half-angle that includes doubtful stretches, degrees.
+    bend_deg : float, optional
+        Bend of the whole face, see `geometry.heights.bends`, degrees.
+
+    Returns
+    -------
+    Verdict
     """
     if fit.error is not None:
         return Verdict("poor", (fit.error,), limits=thresholds)
-    drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
-    decided = _by_shape if thresholds.by == "shape" else _by_error
-    poor, reasons, notes = decided(
+    face_reasons, questions = _face_findings(fit, kind, outcrop_normal, resolution_m, thresholds)
+    assess = _judge_by_shape if thresholds.by == "shape" else _judge_by_error
+    poor, reasons, notes = assess(
         fit, kind, resolution_m, thresholds, registration_deg, outcrop_normal, stretch_error_deg
     )
-    reasons += [*drawn, *seen]
+    reasons += [*face_reasons, *surface_findings]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     total = total_error_deg(fit, resolution_m, kind, registration_deg)
     if is_local(fit, bend_deg, total) and bend_deg is not None and total is not None:
         regional_deg = min(math.hypot(total, bend_deg), 90.0)
         notes.append(Finding("plane.local", bend_deg=bend_deg, regional_deg=regional_deg))
-    return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
+    return Verdict(quality, tuple(reasons), tuple(notes + questions), thresholds)
 
 
 def is_local(fit: PlaneFit, bend_deg: float | None, total_deg: float | None) -> bool:
-    """Return whether a plane is the attitude of this place alone: its roughness is as long as the
-    trace, or its face bends as a whole by more than the plane's error."""
+    """Return whether a plane is the attitude of this place only.
+
+    Its roughness is as long as the trace, or its face bends by more than the plane's error.
+    """
     bends = bend_deg is not None and total_deg is not None and bend_deg > total_deg
     return bends or fit.long_roughness
 
 
-def _by_error(
+def _judge_by_error(
     fit: PlaneFit,
     kind: Kind,
     resolution_m: float | None,
@@ -248,13 +280,13 @@ def _by_error(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
-    """Whether it is poor, reasons and notes."""
-    poor, reasons = _of_direction(
+    """Return whether the plane is poor, reasons and notes."""
+    poor, reasons = _direction_findings(
         fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
     )
     if fit.long_roughness:
         reasons.append(Finding("plane.long-roughness"))
-    notes = _of_shape(fit, kind, thresholds)
+    notes = _shape_findings(fit, kind, thresholds)
     extent = feature_extent_m(fit, kind)
     if resolution_m is not None and resolution_m > 0.0 and extent is not None:
         ratio = extent / resolution_m
@@ -268,13 +300,13 @@ def _by_error(
                     # Rounded down: never the recommended figure itself.
                     ratio=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
                     recommended=thresholds.extent_over_resolution,
-                    error_deg=PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0,
+                    error_deg=PlaneSizes.from_resolution(resolution_m).error_deg(extent) or 90.0,
                 )
             )
     return poor, reasons, notes
 
 
-def _by_shape(
+def _judge_by_shape(
     fit: PlaneFit,
     kind: Kind,
     resolution_m: float | None,
@@ -283,15 +315,15 @@ def _by_shape(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding], list[Finding]]:
-    """Whether it is poor, reasons and notes."""
-    missed, notes = list[Finding](), list[Finding]()
+    """Return whether the plane is poor, reasons and notes."""
+    reasons, notes = list[Finding](), list[Finding]()
     # None is infinite: points exactly in one plane, or along one line.
     if fit.coplanarity is not None and fit.coplanarity < t.least_coplanarity:
-        missed.append(
+        reasons.append(
             Finding("plane.not-coplanar", coplanarity=fit.coplanarity, minimum=t.least_coplanarity)
         )
     if fit.collinearity is None or fit.collinearity > t.most_collinearity:
-        missed.append(
+        reasons.append(
             Finding(
                 "plane.collinear",
                 collinearity=_or_infinite(fit.collinearity),
@@ -303,26 +335,27 @@ def _by_shape(
         notes.append(Finding("plane.unknown-resolution"))
     elif extent < t.extent_over_resolution * resolution_m:
         ratio = extent / resolution_m
-        missed.append(Finding("plane.too-small", ratio=ratio, minimum=t.extent_over_resolution))
-    poor = len(missed) > 1
-    _, of_error = _of_direction(
+        reasons.append(Finding("plane.too-small", ratio=ratio, minimum=t.extent_over_resolution))
+    poor = len(reasons) > 1
+    _, error_reasons = _direction_findings(
         fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
     )
-    if confidence_that_counts_deg(fit, kind) is None:
-        # Without redundancy, or with points that are the same, no shape speaks for a plane.
-        return poor, missed + of_error, notes
-    return poor, missed, notes + of_error
+    if governing_confidence_deg(fit, kind) is None:
+        # Without redundancy, or with identical points, the shape does not matter.
+        return poor, reasons + error_reasons, notes
+    return poor, reasons, notes + error_reasons
 
 
-def _of_face(
+def _face_findings(
     fit: PlaneFit,
     kind: Kind,
     outcrop_normal: npt.ArrayLike | None,
     resolution_m: float | None,
     t: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
-    """A reason against a trace that is a drawing on the outcrop's face, and the question whether
-    the face that it follows is the structure."""
+    """Return a reason against a trace drawn on the face, and the question whether it is the
+    structure.
+    """
     if kind != "trace" or outcrop_normal is None:
         return [], []
     face = np.asarray(outcrop_normal, dtype=np.float64)
@@ -332,13 +365,15 @@ def _of_face(
     unit = face / np.linalg.norm(face)
     variance = float(np.sum(fit.eigenvalues * (fit.axes @ unit) ** 2)) * fit.trace
     relief = 4.0 * float(np.sqrt(max(variance, 0.0)))
-    least = max(_RELIEF_OVER_RESOLUTION * (resolution_m or 0.0), _RELIEF_OVER_EXTENT * fit.extent)
-    if relief < least:
+    min_relief = max(
+        MIN_RELIEF_OVER_RESOLUTION * (resolution_m or 0.0), MIN_RELIEF_OVER_EXTENT * fit.extent
+    )
+    if relief < min_relief:
         return [Finding("plane.in-face", angle_deg=angle)], []
     return [], [Finding("plane.along-face", angle_deg=angle)]
 
 
-def _of_direction(
+def _direction_findings(
     fit: PlaneFit,
     kind: Kind,
     resolution_m: float | None,
@@ -347,7 +382,7 @@ def _of_direction(
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
 ) -> tuple[bool, list[Finding]]:
-    """Whether the plane is poor for its error, and the reasons."""
+    """Return whether the plane is poor by its error, and the reasons."""
     angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     if angle is None and fit.n <= 3:
         return False, [Finding("plane.three-points")]
@@ -356,22 +391,22 @@ def _of_direction(
     if angle <= t.good_confidence95_deg:
         if not is_from_too_few(fit, resolution_m, t.good_confidence95_deg):
             return False, []
-        return False, [Finding("plane.too-few-points", minimum=int(_FEWEST_GOOD))]
+        return False, [Finding("plane.too-few-points", minimum=int(MIN_INDEPENDENT_POINTS))]
     poor = angle > t.poor_confidence95_deg
     limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
-    own = angle
+    model_error = angle
     if registration_deg is not None:
-        own = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
-    if registration_deg is not None and registration_deg > own:
+        model_error = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
+    if registration_deg is not None and registration_deg > model_error:
         return poor, [
             Finding("plane.registration", error_deg=registration_deg, limit_deg=limit_deg)
         ]
     if is_within_wander(fit, kind, resolution_m, face):
         return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
-    if stretch_error_deg is not None and own <= stretch_error_deg:
-        # The stretches themselves are a reason.
+    if stretch_error_deg is not None and model_error <= stretch_error_deg:
+        # The stretches are already a reason.
         return poor, []
-    if own > (confidence_that_counts_deg(fit, kind) or 0.0):
+    if model_error > (governing_confidence_deg(fit, kind) or 0.0):
         return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
     if kind == "patch":
         code = "plane.uncertain-patch"
@@ -384,7 +419,7 @@ def _is_straight(fit: PlaneFit, t: Thresholds) -> bool:
     return fit.K is None or t.good_K <= fit.K
 
 
-def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
+def _shape_findings(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
     """Compare the scatter of the points with the recommended figures."""
     notes = list[Finding]()
     # None is infinite: points exactly in one plane.
@@ -411,13 +446,14 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
     return notes
 
 
-OFF_PLANE_DEG = 10.0
-"""Ours: a lineation this far from the plane it is said to lie on was picked elsewhere."""
+MAX_OFF_PLANE_DEG = 10.0
+"""Own choice: a lineation farther from its plane was picked elsewhere."""
 
 
-ONE_SET_DEG = 12.0
-"""Ours: planes that scatter more about their mean are hardly one set. Natural joint sets and limbs
-have some 5 to 10 degrees; Big Elk, folded, has 49."""
+MAX_SET_SCATTER_DEG = 12.0
+"""Own choice: planes with more scatter are not one set. Natural joint sets and limbs have 5 to 10
+degrees, Big Elk, which is folded, 49.
+"""
 
 
 def judge_line(
@@ -431,13 +467,28 @@ def judge_line(
     registration_deg: float | None = None,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """The verdict on a line: of a lineation, or, where it follows from planes, fit None.
+    """Judge a lineation, or a line that follows from planes (`fit` is None).
 
-    confidence95_deg : larger semi-axis of its 95 % region, with the registration; None: unknown
-    registration_deg : 95 % half-angle by which the registration of its models can turn it
-    off_plane_deg : its angle from the plane it is said to lie on
-    plane_is_known : that plane has an error, which is the line's across it
-    scatter_deg : root mean square angle from its mean of the set of planes that scatters more
+    Parameters
+    ----------
+    fit : LineFit or None
+    confidence95_deg : float or None
+        Larger semi-axis of its 95 % region, with the registration, degrees; None if unknown.
+    off_plane_deg : float, optional
+        Angle from its plane, degrees.
+    plane_is_gone : bool
+        True if its plane was deleted.
+    plane_is_known : bool
+        True if its plane has an error, which is that of the line across it.
+    scatter_deg : float
+        RMS angle of the set of planes with more scatter from its mean, degrees.
+    registration_deg : float, optional
+        95 % half-angle of the registration of its models, degrees.
+    thresholds : Thresholds
+
+    Returns
+    -------
+    Verdict
     """
     t = thresholds
     poor = False
@@ -460,9 +511,9 @@ def judge_line(
         else:
             code = "line.uncertain"
         reasons.append(Finding(code, error_deg=angle, limit_deg=limit_deg))
-    if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
+    if off_plane_deg is not None and off_plane_deg > MAX_OFF_PLANE_DEG:
         reasons.append(Finding("line.off-plane", angle_deg=off_plane_deg))
-    if scatter_deg > ONE_SET_DEG:
+    if scatter_deg > MAX_SET_SCATTER_DEG:
         reasons.append(Finding("line.scattered-set", scatter_deg=scatter_deg))
     if plane_is_gone:
         reasons.append(Finding("line.plane-missing"))
@@ -471,14 +522,14 @@ def judge_line(
 
 
 def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
-    """Angle between two axes, 0 to 90; None where one has no direction."""
-    # By hand: with vectors as small as these NumPy takes ten times as long.
+    """Return the angle between two axes, 0 to 90 degrees; None if one has no direction."""
+    # Plain Python is ten times faster than NumPy for three elements.
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()
     lengths = math.sqrt(x * x + y * y + z * z) * math.sqrt(u * u + v * v + w * w)
     if not math.isfinite(lengths) or lengths == 0.0:
         return None
     i, j, k = y * w - z * v, z * u - x * w, x * v - y * u
-    # Both parts, since the arc cosine alone is blind near 0.
+    # The arc cosine alone loses digits near 0.
     across, along = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
     return math.degrees(math.atan2(across, along))
 

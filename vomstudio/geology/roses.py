@@ -1,4 +1,4 @@
-"""Azimuths, and dips or plunges, counted in bins: what rose diagrams and histograms show."""
+"""Azimuths, dips and plunges counted in bins, for rose diagrams and histograms."""
 
 from __future__ import annotations
 
@@ -16,25 +16,36 @@ from vomstudio.geology.rose_options import check_bins
 
 ROSE_OF = ("strike", "dip-direction", "trend")
 HISTOGRAM_OF = ("dip", "plunge")
-LINES_HAVE = ("trend", "plunge")
+LINE_ANGLES = ("trend", "plunge")
 """The others are of planes."""
-_LEAST = 5
-"""Of fewer Rayleigh's test says next to nothing."""
-_LEVEL_DEG = 1e-6
-"""Planes as flat, and lines as steep as this, have no azimuth."""
+MIN_FOR_RAYLEIGH = 5
+"""Rayleigh's test has almost no power for fewer rows."""
+MIN_INCLINATION_DEG = 1e-6
+"""Planes with a smaller dip, and lines closer to vertical, have no azimuth."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rose:
-    """n azimuths in bins.
+    """Rose of n azimuths in bins.
 
-    axial: both ends count alike, so that `shares` of one half of the circle are those of the
-    other, and each half sums to 1; directed azimuths sum to 1 over the circle. shares:
-    (360 / bin_deg,) from north clockwise, each bin with its lower edge. total: sum of the weights.
-    mean_deg: circular mean, of axes by doubled angles and from 0 to 180, None where there is none;
-    resultant: its mean resultant length, 0 (no direction) to 1 (all alike). rayleigh_p: chance of
-    so long a resultant where no direction is preferred, of axes by doubled angles; None of fewer
-    than 5. left_out: rows without azimuth or weight.
+    Attributes
+    ----------
+    axial : bool
+        True if both ends are equivalent: `shares` of both halves of the circle are equal, and
+        each half sums
+        to 1. Directed azimuths sum to 1 over the circle.
+    total : float
+        Sum of the weights.
+    shares : (360 / bin_deg,) ndarray
+        From north clockwise; bins include their lower edge.
+    mean_deg : float or None
+        Circular mean, degrees; of axes by doubled angles and from 0 to 180.
+    resultant : float
+        Mean resultant length, 0 (no direction) to 1 (all equal).
+    rayleigh_p : float or None
+        p-value of no preferred direction, of axes by doubled angles; None for fewer than 5.
+    left_out : int
+        Number of rows without azimuth or weight.
     """
 
     bin_deg: float
@@ -49,17 +60,27 @@ class Rose:
 
     @property
     def preferred(self) -> bool:
-        """There is a mean, and at the level of 5 % nothing speaks for its being one of chance.
-        Fewer than 5 rows are not tested."""
+        """Whether there is a mean that differs from chance at a significance of 5 %.
+
+        Fewer than 5 rows are not tested.
+        """
         return self.mean_deg is not None and (self.rayleigh_p is None or self.rayleigh_p < 0.05)
 
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """n dips or plunges in bins from 0 to 90 degrees; the upper edge belongs to the last bin.
+    """Histogram of n dips or plunges from 0 to 90 degrees; the upper edge belongs to the last bin.
 
-    shares: (90 / bin_deg,), sum 1. total: sum of the weights. mean_deg, std_deg: weighted mean and
-    standard deviation, None where there is none. left_out: rows without angle or weight.
+    Attributes
+    ----------
+    total : float
+        Sum of the weights.
+    shares : (90 / bin_deg,) ndarray
+        Sum 1.
+    mean_deg, std_deg : float or None
+        Weighted mean and standard deviation, degrees.
+    left_out : int
+        Number of rows without angle or weight.
     """
 
     bin_deg: float
@@ -71,17 +92,23 @@ class Histogram:
     left_out: int = 0
 
 
-def histogram_of(
+def count_histogram(
     angle_deg: npt.ArrayLike, *, bin_deg: float = 10.0, weights: npt.ArrayLike | None = None
 ) -> Histogram:
-    """Counts dips or plunges (n,), 0 to 90, each with its weight (n,). A plunge of a line that
-    points up counts as that of its axis. Raises UsageError for bins that do not divide 90 degrees
-    evenly, and for negative weights."""
+    """Count dips or plunges (n,), 0 to 90 degrees, with weights (n,).
+
+    Plunges of lines that point up count as those of their axis.
+
+    Raises
+    ------
+    UsageError
+        If bins do not divide 90 degrees evenly, or weights are negative.
+    """
     check_bins(bin_deg, 90.0)
     bins = round(90.0 / bin_deg)
-    a, w, left_out = _counted(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
-    place = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
-    counted = np.bincount(place, w, minlength=bins)
+    a, w, left_out = _valid_rows(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
+    bin_of_row = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
+    sums = np.bincount(bin_of_row, w, minlength=bins)
     total = float(w.sum())
     if total <= 0:
         return Histogram(bin_deg, len(a), total, np.zeros(bins), None, None, left_out)
@@ -90,62 +117,70 @@ def histogram_of(
     std = None
     if effective > 1.0 + 1e-9:
         std = math.sqrt(float(w @ (a - mean) ** 2) / total * effective / (effective - 1.0))
-    return Histogram(bin_deg, len(a), total, counted / total, mean, std, left_out)
+    return Histogram(bin_deg, len(a), total, sums / total, mean, std, left_out)
 
 
-def _counted(
+def _valid_rows(
     values: FloatArray, weights: npt.ArrayLike | None
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Values and weights of the rows that have both, and how many have not. Raises UsageError."""
+    """Return values and weights of the rows that have both, and the number of others."""
     w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
-    sound = np.isfinite(values) & np.isfinite(w)
-    if (w[sound] < 0).any():
+    is_valid = np.isfinite(values) & np.isfinite(w)
+    if (w[is_valid] < 0).any():
         raise UsageError(Finding("rose.negative-weight"), field="--weight")
-    return values[sound], w[sound], int(len(values) - sound.sum())
+    return values[is_valid], w[is_valid], int(len(values) - is_valid.sum())
 
 
-def rose_of(
+def count_rose(
     azimuth_deg: npt.ArrayLike,
     *,
     axial: bool,
     bin_deg: float = 10.0,
     weights: npt.ArrayLike | None = None,
 ) -> Rose:
-    """Counts azimuths (n,), each with its weight (n,), in bins that begin at north.
+    """Count azimuths (n,) with weights (n,) in bins that begin at north.
 
-    Rows without azimuth or weight (NaN) are left out. The mean is the circular one (Mardia & Jupp
-    2000, Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of
-    Geology 47, 673-706); of weighted rows the test of Rayleigh has as many as would be as sure
-    without weights. Raises UsageError for bins that do not divide the half
-    circle evenly, and for negative weights.
+    Rows without azimuth or weight (NaN) are excluded. The mean is the circular one (Mardia & Jupp
+    2000,
+    Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of Geology 47,
+    673-706).
+    Rayleigh's test of weighted rows uses their effective number.
+
+    Raises
+    ------
+    UsageError
+        If bins do not divide the half circle evenly, or weights are negative.
     """
-    bins = bins_of(bin_deg)
+    bins = count_bins(bin_deg)
     a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
-    a, w, left_out = _counted(a, weights)
+    a, w, left_out = _valid_rows(a, weights)
     period = 180.0 if axial else 360.0
-    # A hair more, so that 30.000000 that came out as 29.999999 is in the bin it begins.
-    place = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
+    # Add a small amount, so that 29.999999 instead of 30 is in the right bin.
+    bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
     half = bins // 2
-    counted = np.bincount(place % half if axial else place, w, minlength=half if axial else bins)
+    sums = np.bincount(
+        bin_of_row % half if axial else bin_of_row, w, minlength=half if axial else bins
+    )
     total = float(w.sum())
-    shares = counted / total if total > 0 else np.zeros(len(counted))
+    shares = sums / total if total > 0 else np.zeros(len(sums))
     turn = np.radians(a * (360.0 / period))
     east, north = float(w @ np.sin(turn)), float(w @ np.cos(turn))
     resultant = math.hypot(east, north) / total if total > 0 else 0.0
     mean = None
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
-    both = np.tile(shares, 2) if axial else shares
+    full_circle = np.tile(shares, 2) if axial else shares
     resultant = min(resultant, 1.0)
     counts = int((w > 0).sum())
-    p = rayleigh_p(total**2 / float(w @ w), resultant) if counts >= _LEAST else None
-    return Rose(bin_deg, axial, len(a), total, both, mean, resultant, p, left_out)
+    p = rayleigh_p(total**2 / float(w @ w), resultant) if counts >= MIN_FOR_RAYLEIGH else None
+    return Rose(bin_deg, axial, len(a), total, full_circle, mean, resultant, p, left_out)
 
 
 def rayleigh_p(n: float, resultant: float) -> float:
-    """Chance that n angles without preferred direction have a mean resultant length as great as
-    this. Rayleigh's test with the series that Fisher (1993), Statistical Analysis of Circular
-    Data, p. 70, gives for fewer than 50. A single angle prefers nothing."""
+    """Return the p-value of Rayleigh's test for n angles with this mean resultant length.
+
+    Series of Fisher (1993), Statistical Analysis of Circular Data, p. 70, for fewer than 50.
+    """
     if n < 2.0 - 1e-9:
         return 1.0
     z = n * resultant**2
@@ -161,50 +196,63 @@ def rayleigh_p(n: float, resultant: float) -> float:
     return min(max(math.exp(-z) * series, 0.0), 1.0)
 
 
-def bins_of(bin_deg: float) -> int:
-    """How many bins of that width make the circle. Raises UsageError."""
+def count_bins(bin_deg: float) -> int:
+    """Return the number of bins of this width on the circle. Raises UsageError."""
     check_bins(bin_deg, 180.0)
     return 2 * round(180.0 / bin_deg)
 
 
-def azimuths_of(table: OrientationRows, of: str) -> FloatArray:
-    """(n,) strikes (right-hand rule), dip directions, trends, dips or plunges; NaN in rows of the
-    other geometry, and azimuths of horizontal planes and of vertical lines."""
-    lines = of in LINES_HAVE
+def table_angles(table: OrientationRows, of: str) -> FloatArray:
+    """Return angles (n,) of a table; NaN for rows of the other geometry and undefined azimuths.
+
+    Strikes (right-hand rule), dip directions, trends, dips or plunges.
+    """
+    lines = of in LINE_ANGLES
     azimuth, angle = (
         (table.trend_deg, table.plunge_deg) if lines else (table.dip_direction_deg, table.dip_deg)
     )
-    return np.where(table.is_plane != lines, angles_of(azimuth, angle, of), np.nan)
+    return np.where(table.is_plane != lines, select_angles(azimuth, angle, of), np.nan)
 
 
-def angles_of(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> FloatArray:
-    """(n,) what is counted, of dip directions and dips of planes, or trends and plunges of lines;
-    NaN for azimuths of horizontal planes and of vertical lines."""
+def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> FloatArray:
+    """Return angles (n,) from dip directions and dips of planes, or trends and plunges of lines.
+
+    NaN for azimuths of horizontal planes and of vertical lines.
+    """
     if of not in (*ROSE_OF, *HISTOGRAM_OF):
         raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")
-    if of in LINES_HAVE:
+    if of in LINE_ANGLES:
         # A line that is written upward is the one that goes down on the other side.
         azimuth_deg = np.where(angle_deg < 0.0, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
         angle_deg = np.abs(angle_deg)
     if of in HISTOGRAM_OF:
         return np.asarray(angle_deg, dtype=np.float64)
-    none = np.abs(angle_deg) > 90.0 - _LEVEL_DEG if of == "trend" else ~(angle_deg > _LEVEL_DEG)
-    found = np.where(none, np.nan, azimuth_deg)
-    return np.asarray((found - 90.0) % 360.0 if of == "strike" else found)
+    has_no_azimuth = (
+        np.abs(angle_deg) > 90.0 - MIN_INCLINATION_DEG
+        if of == "trend"
+        else ~(angle_deg > MIN_INCLINATION_DEG)
+    )
+    azimuths = np.where(has_no_azimuth, np.nan, azimuth_deg)
+    return np.asarray((azimuths - 90.0) % 360.0 if of == "strike" else azimuths)
 
 
-def weights_of(table: OrientationRows, column: str) -> FloatArray:
-    """(n,) the numbers of a column, NaN where it is empty. Raises UsageError for words that are no
-    numbers, and for a column that is not there."""
-    found = np.full(len(table), np.nan)
+def column_weights(table: OrientationRows, column: str) -> FloatArray:
+    """Return the numbers (n,) of a column, NaN if empty.
+
+    Raises
+    ------
+    UsageError
+        If a cell is not a number, or there is no such column.
+    """
+    weights = np.full(len(table), np.nan)
     for i, word in enumerate(table.column(column)):
         if word:
             try:
-                found[i] = float(word)
+                weights[i] = float(word)
             except ValueError:
                 raise UsageError(
                     Finding("table.not-a-number", cell=word, column=column),
                     file=str(table.path),
                     field="--weight",
                 ) from None
-    return found
+    return weights

@@ -14,9 +14,10 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
-def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
-    """Vectors (n, 3) turned about an axis, clockwise as seen along its downward end (right-hand
-    rule), by Rodrigues' formula."""
+def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
+    """Rotate vectors (n, 3) about an axis, clockwise along its downward end (Rodrigues'
+    formula).
+    """
     v = np.asarray(vectors, dtype=np.float64)
     k = axis.vector()
     sine, cosine = sin_cos_deg(angle_deg)
@@ -24,21 +25,23 @@ def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
     return np.asarray(v * cosine + np.cross(k, v) * sine + along * (1.0 - cosine))
 
 
-def untilted(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
-    """Vectors (n, 3) after the plane has been turned to the horizontal about its strike."""
+def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
+    """Rotate vectors (n, 3) so that the plane becomes horizontal about its strike."""
     if plane.undefined:
         return np.array(vectors, dtype=np.float64)
-    # About the right-hand-rule strike, from which the plane dips to the right: turned up again.
-    return turned(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
+    # Rotate about the right-hand-rule strike, from which the plane dips to the right.
+    return rotate_vectors(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
 
 
-def meetings(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
-    """Lines (m, 3), pointing down, in which each two of n planes meet, by their poles (n, 3); pairs
-    that are parallel within `least_deg` are left out, for their line is chance."""
+def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
+    """Return the downward intersections (m, 3) of all pairs of planes with poles (n, 3).
+
+    Pairs within `least_deg` are excluded, because their intersection is random.
+    """
     p = np.asarray(poles, dtype=np.float64)
     first, second = np.triu_indices(len(p), 1)
     lines = np.cross(p[first], p[second])
     length = np.linalg.norm(lines, axis=1)
-    kept = length > float(np.sin(np.radians(least_deg)))
-    lines = lines[kept] / length[kept, None]
+    is_valid = length > float(np.sin(np.radians(least_deg)))
+    lines = lines[is_valid] / length[is_valid, None]
     return np.asarray(np.where(lines[:, 2:] > 0, -lines, lines))

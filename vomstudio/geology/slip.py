@@ -1,4 +1,4 @@
-"""Which way a fault has slipped: the sense seen on its plane and the line along which it moved."""
+"""Sense of slip of a fault and the line of its movement."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SENSES: tuple[tuple[SlipSense, str], ...] = (
     ("sinistral", _("sinistral (left-lateral)")),
     ("dextral", _("dextral (right-lateral)")),
 )
-"""Code and words. An oblique slip is told by one of its two parts; the rake gives the other."""
+"""Codes and labels. One component of an oblique slip gives its sense, the rake the other."""
 
 SlipConfidence = Literal["", "certain", "probable", "supposed"]
 CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
@@ -24,14 +24,29 @@ CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
     ("probable", _("probable")),
     ("supposed", _("supposed")),
 )
-"""How sure the sense is, in the grades that programs for the analysis of fault slips know."""
+"""Confidence in the sense, in the grades that fault-slip programs use."""
 
 
 def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
-    """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of
-    movement; None without one, or where the sense does not tell the direction: a normal or reverse
-    movement along the strike, or on a vertical plane, which has no hanging wall; a strike slip
-    down the dip; any sense on a horizontal plane."""
+    """Return the directed rake of a slip.
+
+    Parameters
+    ----------
+    plane : Plane
+    rake_deg : float
+        Axial rake, [0, 180) degrees.
+    sense : str
+        Sense of movement, one of `SENSES`.
+
+    Returns
+    -------
+    float or None
+        (-180, 180] degrees. None without a sense, or if the sense does not determine the
+        direction: a
+        normal or reverse movement along the strike or on a vertical plane, a strike slip down
+        the dip,
+        and any sense on a horizontal plane.
+    """
     if not sense or plane.undefined:
         return None
     if sense in ("normal", "reverse"):
@@ -41,7 +56,7 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
         return 180.0 - rake_deg if sense == "reverse" else -rake_deg
     if abs(rake_deg - 90.0) < ANGLE_TOLERANCE_DEG:
         return None
-    # Rake 0 is left-lateral, and the axial rake's line has it where it is under 90.
+    # Rake 0 is left-lateral, and an axial rake below 90 has a left-lateral component.
     downward_is_sinistral = rake_deg < 90.0
     same = downward_is_sinistral == (sense == "sinistral")
     return (0.0 if same else 180.0) - rake_deg

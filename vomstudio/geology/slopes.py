@@ -37,12 +37,12 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, sin_cos_deg
 from vomstudio.geology.slope_options import SlopeOptions
 
-_EPS = 1e-10
+MAX_ROUNDING_SINE = 1e-10
 """Sine by which a limit may be missed through rounding."""
-_PARALLEL = math.radians(ANGLE_TOLERANCE_DEG)
-_AT_A_TIME = 100_000
+MIN_ANGLE_RAD = math.radians(ANGLE_TOLERANCE_DEG)
+PAIRS_PER_BLOCK = 100_000
 """Pairs of a step, whose arrays stay in the cache."""
-_FACES_AT_A_TIME = 32
+FACES_PER_BLOCK = 32
 
 
 @dataclass(frozen=True)
@@ -63,49 +63,61 @@ class SlopeFace:
             raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
     def axes(self) -> FloatArray:
-        """(3, 3) rows: out of the face, along its strike, up; World."""
+        """Return the axes (3, 3) of the face as rows: out of it, along its strike, up; World
+        frame.
+        """
         sin_a, cos_a = sin_cos_deg(self.plane.dip_direction_deg)
         return np.array([[sin_a, cos_a, 0.0], [-cos_a, sin_a, 0.0], [0.0, 0.0, 1.0]])
 
     @property
     def slides(self) -> bool:
-        """Whether the face is steeper than the friction angle: else nothing slides or bends."""
+        """Whether the face is steeper than the friction angle; otherwise nothing slides or
+        bends.
+        """
         return self.plane.dip_deg > self.options.friction_deg
 
 
 class Zones(NamedTuple):
-    """Which of n are in the critical zone, and which in the secondary one: planes outside the
-    lateral limits; wedges that would slide on one of their planes; oblique toppling."""
+    """Critical and secondary zone of n planes or lines.
+
+    The secondary zone contains planes outside the lateral limits, wedges that slide on one of their
+    planes,
+    or oblique toppling.
+    """
 
     critical: BoolArray
     secondary: BoolArray
 
 
 class Margins(NamedTuple):
-    """By how much, as a sine, the conditions of a zone are met, and the lateral limits: negative
-    outside. They are smooth, so that a zone's edge is where they are 0."""
+    """Margins of a zone's conditions and of the lateral limits, as sines; negative outside.
+
+    They are smooth, so the edge of a zone is their zero line.
+    """
 
     zone: FloatArray
     lateral: FloatArray
 
     def zones(self) -> Zones:
-        """Inside both, and inside the zone but outside the lateral limits."""
-        inside, within = self.zone >= -_EPS, self.lateral >= -_EPS
+        """Return the zone inside both, and the one inside the conditions but outside the lateral
+        limits.
+        """
+        inside, within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
         return Zones(inside & within, inside & ~within)
 
 
-def in_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
-    """Upward unit normals (..., 3), World, in the frame of the face."""
+def to_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
+    """Return upward unit normals (..., 3), World frame, in the frame of the face."""
     return np.asarray(np.asarray(normals, np.float64) @ face.axes().T)
 
 
 def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
-    """Of `planar_sliding`."""
+    """Return the margins of `planar_sliding`."""
     x, y, z = np.moveaxis(normals, -1, 0)
     flat = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    level = flat <= _PARALLEL
+    level = flat <= MIN_ANGLE_RAD
     # The line of dip (x z, y z, -flat^2) / flat, against the normal of the face.
     daylight = sin_d * x * z / np.where(level, 1.0, flat) - cos_d * flat
     slide = np.where(level, -1.0, flat * cos_f - z * sin_f)
@@ -113,16 +125,19 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Planes on which a block slides, of upward normals (..., 3) in the frame of the face. A
-    horizontal plane, which has no dip direction, never slides."""
+    """Return the planes on which a block slides, of upward normals (..., 3) in the frame of the
+    face.
+
+    A horizontal plane, which has no dip direction, never slides.
+    """
     return planar_margins(face, normals).zones()
 
 
 def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
-    """Of `flexural_toppling`."""
+    """Return the margins of `flexural_toppling`."""
     x, y, z = np.moveaxis(normals, -1, 0)
-    # Of the pole, which points down: into the face, where the plane dips away from it.
-    out = np.where(z < _PARALLEL, np.abs(x), -x)
+    # Component of the downward pole, into the face for planes that dip away from it.
+    out = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
     limit = face.plane.dip_deg - face.options.friction_deg
     if limit <= ANGLE_TOLERANCE_DEG:
         return Margins(np.full(x.shape, -1.0), _lateral(face, out, y))
@@ -131,58 +146,74 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Planes that slip on each other and topple, of upward normals (..., 3) in the frame of the
-    face. Both ends of the pole of a vertical plane count."""
+    """Return the planes that slip and topple, of upward normals (..., 3) in the frame of the face.
+
+    Both ends of the pole of a vertical plane count.
+    """
     return flexural_margins(face, normals).zones()
 
 
 def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Of `wedge_sliding`, which has no lateral limits."""
+    """Return the margins of `wedge_sliding`, which has no lateral limits."""
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, _ = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    daylight = np.where(z < -_PARALLEL, sin_d * x + cos_d * z, -1.0)
+    daylight = np.where(z < -MIN_ANGLE_RAD, sin_d * x + cos_d * z, -1.0)
     return Margins(np.minimum(daylight, -z - sin_f), np.ones(x.shape))
 
 
 def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
-    """Intersections along which a wedge slides, of downward unit vectors (..., 3) in the frame of
-    the face; the secondary zone is that between the great circle of the friction angle and its
-    cone, in which a wedge can slide on one of its planes."""
+    """Return the intersections along which a wedge slides.
+
+    `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is that
+    between
+    the great circle of the friction angle and its cone, in which a wedge can slide on one of its
+    planes.
+    """
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    daylights = (sin_d * x + cos_d * z >= -_EPS) & (z < -_PARALLEL)
-    steep = -z >= sin_f - _EPS
-    beyond = sin_f * x + cos_f * z <= _EPS
+    daylights = (sin_d * x + cos_d * z >= -MAX_ROUNDING_SINE) & (z < -MIN_ANGLE_RAD)
+    steep = -z >= sin_f - MAX_ROUNDING_SINE
+    beyond = sin_f * x + cos_f * z <= MAX_ROUNDING_SINE
     return Zones(steep & daylights, ~steep & daylights & beyond)
 
 
 def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Of the critical zone of `direct_toppling`."""
+    """Return the margins of the critical zone of `direct_toppling`."""
     x, y, z = np.moveaxis(lines, -1, 0)
     _, cos_d = _sin_cos(face.plane.dip_deg)
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
-    into = np.where(-z < _PARALLEL, np.abs(x), -x)
+    into = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
     return Margins(-z - cos_d, into * sin_l - np.abs(y) * cos_l)
 
 
 def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
-    """Intersections about which blocks topple, of downward unit vectors (..., 3) in the frame of
-    the face; the secondary zone is that of oblique toppling: within the friction angle of vertical,
-    into the face, outside the lateral limits. Of downward poles the same zones tell which planes
-    are bases of such blocks."""
+    """Return the intersections about which blocks topple.
+
+    `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is
+    oblique toppling:
+    within the friction angle of vertical, into the face, outside the lateral limits. For downward
+    poles the
+    same zones contain the base planes of such blocks.
+    """
     x, _, z = np.moveaxis(lines, -1, 0)
     _, cos_f = _sin_cos(face.options.friction_deg)
     margins = direct_margins(face, lines)
-    into = np.where(-z < _PARALLEL, np.abs(x), -x)
-    oblique = (-z >= cos_f - _EPS) & (into >= -_EPS) & (margins.lateral < -_EPS)
+    into = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
+    oblique = (
+        (-z >= cos_f - MAX_ROUNDING_SINE)
+        & (into >= -MAX_ROUNDING_SINE)
+        & (margins.lateral < -MAX_ROUNDING_SINE)
+    )
     return Zones(margins.zones().critical, oblique)
 
 
 class PairCounts(NamedTuple):
-    """Intersections of all pairs: how many, and how many of them are in the zones; one number for
-    each of k drawings of the planes. parallel : pairs that do not meet"""
+    """Numbers of intersections of all pairs, and of those in the zones, for k draws of the planes.
+
+    `parallel` is the number of pairs without an intersection.
+    """
 
     of: IntArray
     parallel: IntArray
@@ -206,44 +237,48 @@ def count_pairs(
     progress = progress or Silent()
     counts = np.zeros((6, len(normals)), np.int64)
     done = 0
-    for lines, sound, _ in intersections(normals, sets):
+    for lines, is_line, _ in intersections(normals, sets):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
-        flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
+        flags = (is_line, ~is_line, *(zone & is_line for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
             counts[row] += flag.sum(axis=1)
-        done += sound.size
+        done += is_line.size
         progress.step(done)
     return PairCounts(*counts)
 
 
 def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
-    """(faces, 2): how many of downward unit vectors (m, 3), World, are critical at each face, by
-    `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
-    looked at together, as products of matrices, for there may be thousands of them."""
+    """Count the critical lines (faces, 2) at each face, by `wedge_sliding` and by
+    `direct_toppling`.
+
+    `lines` (m, 3) are downward unit vectors, World frame. The faces have the same friction and
+    limits; matrix
+    products handle thousands of them.
+    """
     counts = np.zeros((len(faces), 2), np.int64)
     sin_f, _ = _sin_cos(faces[0].options.friction_deg)
     sin_l, cos_l = _sin_cos(faces[0].options.lateral_deg)
     steepness = -lines[:, 2]
-    wedges = lines[(steepness >= sin_f - _EPS) & (steepness > _PARALLEL)]
-    for start in range(0, len(faces), _FACES_AT_A_TIME):
-        few = faces[start : start + _FACES_AT_A_TIME]
-        part = slice(start, start + len(few))
-        out, along, _ = np.moveaxis(np.stack([face.axes() for face in few]), 1, 0)
-        sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in few]))
+    wedges = lines[(steepness >= sin_f - MAX_ROUNDING_SINE) & (steepness > MIN_ANGLE_RAD)]
+    for start in range(0, len(faces), FACES_PER_BLOCK):
+        block = faces[start : start + FACES_PER_BLOCK]
+        rows = slice(start, start + len(block))
+        out, along, _ = np.moveaxis(np.stack([face.axes() for face in block]), 1, 0)
+        sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in block]))
         normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
-        counts[part, 0] = (wedges @ normals.T >= -_EPS).sum(axis=0)
-        tops = lines[steepness >= cos_d.min() - _EPS]
+        counts[rows, 0] = (wedges @ normals.T >= -MAX_ROUNDING_SINE).sum(axis=0)
+        tops = lines[steepness >= cos_d.min() - MAX_ROUNDING_SINE]
         into = -(tops @ out.T)
-        level = -tops[:, 2] < _PARALLEL
+        level = -tops[:, 2] < MIN_ANGLE_RAD
         into[level] = np.abs(into[level])
-        inside = -tops[:, 2:] - cos_d >= -_EPS
-        within = into * sin_l - np.abs(tops @ along.T) * cos_l >= -_EPS
-        counts[part, 1] = (inside & within).sum(axis=0)
+        inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
+        within = into * sin_l - np.abs(tops @ along.T) * cos_l >= -MAX_ROUNDING_SINE
+        counts[rows, 1] = (inside & within).sum(axis=0)
     return counts
 
 
 class PairMembers(NamedTuple):
-    """In how many critical intersections each of n planes takes part."""
+    """Number of critical intersections of each of n planes."""
 
     wedge: IntArray
     toppling: IntArray
@@ -254,10 +289,10 @@ def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = N
     face. `intersections` defines `sets`."""
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
-    for lines, sound, pairs in intersections(normals[None], sets):
+    for lines, is_line, pairs in intersections(normals[None], sets):
         zones = (wedge_sliding(face, lines), direct_toppling(face, lines))
         for row, zone in enumerate(zones):
-            counts[row] += np.bincount(pairs[:, (zone.critical & sound)[0]].ravel(), minlength=n)
+            counts[row] += np.bincount(pairs[:, (zone.critical & is_line)[0]].ravel(), minlength=n)
     return PairMembers(*counts)
 
 
@@ -299,9 +334,9 @@ def intersections(
     while first < n - 1:
         # Several first planes together where few follow them.
         last = first + 1
-        many = len(normals) * (n - 1 - first)
-        while last < n - 1 and many < _AT_A_TIME:
-            many += len(normals) * (n - 1 - last)
+        n_pairs = len(normals) * (n - 1 - first)
+        while last < n - 1 and n_pairs < PAIRS_PER_BLOCK:
+            n_pairs += len(normals) * (n - 1 - last)
             last += 1
         a = np.concatenate([np.full(n - 1 - i, i) for i in range(first, last)])
         b = np.concatenate([np.arange(i + 1, n) for i in range(first, last)])
@@ -313,14 +348,15 @@ def intersections(
         x2, y2, z2 = np.moveaxis(normals[:, b], -1, 0)
         x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
         length = np.sqrt(x * x + y * y + z * z)
-        sound = length > _PARALLEL
-        scale = np.where(z > 0, -1.0, 1.0) / np.where(sound, length, 1.0)
-        yield np.stack([x * scale, y * scale, z * scale], axis=-1), sound, np.stack([a, b])
+        is_line = length > MIN_ANGLE_RAD
+        scale = np.where(z > 0, -1.0, 1.0) / np.where(is_line, length, 1.0)
+        yield np.stack([x * scale, y * scale, z * scale], axis=-1), is_line, np.stack([a, b])
 
 
 def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
-    """Margin of the lateral limits, of a unit vector's parts out of (or into) the face and along
-    it."""
+    """Return the margin of the lateral limits by the components out of (or into) and along the
+    face.
+    """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":
         return np.asarray(sin_l - np.abs(along))

@@ -1,4 +1,4 @@
-"""Compute the fold axis of a table's planes, as `vomstudio fold` prints it."""
+"""Fold axis of a table's planes, for `vomstudio fold`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.geology.domains import (
     domain_axes,
 )
 from vomstudio.geology.fold_options import FoldOptions
-from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
+from vomstudio.geology.fold_planes import ExcludedRows, FoldFilter, parse_verdict, select_planes
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import normals_to_planes, planes_to_normals
@@ -36,7 +36,7 @@ class _Counts:
     n: int
     used: int
     not_good: int | None
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedRows, ...]
 
 
 @dataclass(frozen=True)
@@ -91,23 +91,23 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     options = FoldOptions() if options is None else options
     sets = None if options.sets is None else set_names(options.sets)
     domain, waviness_deg = options.by, options.waviness_deg
-    which = FoldFilter(options.quality, options.only_set)
-    choice = _Choice(table)
-    axis = choice.find_axis(options.kind, sets, waviness_deg, which)
+    selection_filter = FoldFilter(options.quality, options.only_set)
+    selection = _Selection(table)
+    axis = selection.find_axis(options.kind, sets, waviness_deg, selection_filter)
     domains, one_axis = None, None
     if domain is not None:
-        domains, one_axis = _domains(table, choice, axis, domain, waviness_deg)
+        domains, one_axis = _domains(table, selection, axis, domain, waviness_deg)
         axis = apply_domain_verdict(axis, one_axis)
     figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
-    worst = axis.leave_one_out
-    if worst is not None:
-        rows = np.flatnonzero(choice.use)
-        figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
+    influential = axis.leave_one_out
+    if influential is not None:
+        rows = np.flatnonzero(selection.use)
+        figures["leave_one_out"] = replace(influential, id=str(table.ids[rows[influential.index]]))
     return TableFold(
         n=len(table),
-        used=int(choice.use.sum()),
-        not_good=choice.not_good,
-        left_out=tuple(choice.left_out),
+        used=int(selection.use.sum()),
+        not_good=selection.not_good,
+        left_out=tuple(selection.left_out),
         **figures,
         domains=domains,
         one_axis=one_axis,
@@ -115,21 +115,21 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
         dropped_lines=tuple(table.dropped),
         warnings=(
             *table.warnings,
-            *not_good_warning(choice.not_good, int(choice.use.sum())),
+            *not_good_warning(selection.not_good, int(selection.use.sum())),
         ),
     )
 
 
 def _domains(
     table: OrientationRows,
-    choice: _Choice,
+    selection: _Selection,
     axis: FoldAxis,
     column: str,
     waviness_deg: float | None,
 ) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
     names = table.column(column)
     members: dict[str, list[int]] = {}
-    for i in np.flatnonzero(choice.use):
+    for i in np.flatnonzero(selection.use):
         members.setdefault(names[i].strip() or UNNAMED, []).append(int(i))
     if len(members) < 2:
         raise UsageError(
@@ -153,26 +153,26 @@ def set_names(text: str) -> list[str]:
 
 def fold_of_table(
     table: OrientationRows,
-    which: FoldFilter,
+    selection_filter: FoldFilter,
     turn: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
-    """Return the fold axis that `table_fold` describes, and how many of its planes are not good.
+    """Return the fold axis that `table_fold` describes, and its number of planes that are not good.
 
     Parameters
     ----------
     table : OrientationRows
-    which : FoldFilter
+    selection_filter : FoldFilter
     turn : callable or None
-        Turns normals (n, 3), as a net is turned; registrations then count no more.
+        Rotates normals (n, 3), as a net is rotated; registrations are then ignored.
 
     Raises
     ------
     GeometryError, UsageError
         As `table_fold`.
     """
-    choice = _Choice(table)
-    axis = choice.find_axis(None, None, None, which, turn)
-    return axis, choice.not_good
+    selection = _Selection(table)
+    axis = selection.find_axis(None, None, None, selection_filter, turn)
+    return axis, selection.not_good
 
 
 def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
@@ -180,13 +180,13 @@ def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
     return [Finding("fold.planes-not-good", not_good=not_good, used=used)] if not_good else []
 
 
-class _Choice:
-    """Which planes of a table are used, and what was left out and why."""
+class _Selection:
+    """Selection of the planes of a table, with the excluded rows and the reasons."""
 
     def __init__(self, table: OrientationRows) -> None:
         self.table = table
         self.use: BoolArray = np.ones(len(table), dtype=bool)
-        self.left_out: list[LeftOut] = []
+        self.left_out: list[ExcludedRows] = []
         self.not_good: int | None = None
 
     def find_axis(
@@ -198,72 +198,72 @@ class _Choice:
         turn: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
         """Return the axis of the planes, or of the named sets."""
-        self.planes_only()
-        # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
+        self.select_planes_only()
+        # Ignore an empty column of kinds, as `fit` writes it.
         has_kinds = self.table.kinds is not None and any(self.table.kinds)
         if kind is not None or (sets is None and has_kinds):
-            self.one_kind(kind)
-        self.filtered(which)
+            self.select_kind(kind)
+        self.apply_filter(which)
         try:
             axis = self.axis(waviness_deg, turn) if sets is None else self.common_axis(sets)
         except GeometryError as error:
             raise GeometryError(cause_of(error), file=self.table.path, field=error.field) from error
-        self.not_good = choose_planes(*self._judged(self.use), FoldFilter()).not_good
+        self.not_good = select_planes(*self._verdicts_and_sets(self.use), FoldFilter()).not_good
         return axis
 
-    def filtered(self, which: FoldFilter) -> None:
-        """Keep one set and verdicts that are good enough, and picks where there are any."""
+    def apply_filter(self, which: FoldFilter) -> None:
+        """Select one set and sufficient verdicts, and picks if there are any."""
         table = self.table
-        qualities, sets = self._judged(self.use)
+        qualities, sets = self._verdicts_and_sets(self.use)
         if which.min_quality is not None and not any(qualities):
             raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
-        if which.set_name is not None and not any(_same(s, which.set_name) for s in sets):
+        if which.set_name is not None and not any(_equal_names(s, which.set_name) for s in sets):
             present = sorted(set(sets) - {""})
             finding = Finding("sets.unknown", set=which.set_name, sets=present or None)
             raise self._error(finding, "--only-set")
-        chosen = choose_planes(qualities, sets, which)
-        self.left_out += chosen.left_out
+        selected = select_planes(qualities, sets, which)
+        self.left_out += selected.left_out
         rows = np.flatnonzero(self.use)
         self.use = np.zeros(len(table), bool)
-        self.use[rows[chosen.use]] = True
+        self.use[rows[selected.use]] = True
         if not self.use.any():
             finding = Finding("fold.none-good-enough", quality=which.min_quality)
             raise self._error(finding, "--quality")
 
-    def _judged(self, use: BoolArray) -> tuple[list[str], list[str]]:
-        """Verdicts and sets of these rows, "" for none."""
+    def _verdicts_and_sets(self, use: BoolArray) -> tuple[list[str], list[str]]:
+        """Return verdicts and sets of these rows, "" for none."""
         table, rows = self.table, np.flatnonzero(use)
         try:
             words = table.column("quality")
         except UsageError:
             words = [""] * len(table)
         sets = table.sets or ("",) * len(table)
-        return [verdict_in(words[i]) for i in rows], [sets[i] for i in rows]
+        return [parse_verdict(words[i]) for i in rows], [sets[i] for i in rows]
 
-    def planes_only(self) -> None:
+    def select_planes_only(self) -> None:
         lines = int((~self.table.is_plane).sum())
         if lines:
-            self.left_out.append(LeftOut("lines", lines, Finding("fold.only-planes")))
+            self.left_out.append(ExcludedRows("lines", lines, Finding("fold.only-planes")))
             self.use &= self.table.is_plane
         if not self.use.any():
             raise self._error(Finding("orientation.no-planes"), "element")
 
-    def one_kind(self, wanted: str | None) -> None:
-        """Keep one kind: cross joints among beds would turn beta by up to 90 degrees."""
+    def select_kind(self, requested: str | None) -> None:
+        """Select one kind: cross joints among beds would rotate beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
-        name = wanted or DEFAULT_KIND
+        name = requested or DEFAULT_KIND
         present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
-        if not any(_same(kind, name) for kind in present):
+        if not any(_equal_names(kind, name) for kind in present):
             listed = [kind or "(empty)" for kind in present]
             raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed), "kind")
         for i, kind in enumerate(kinds):
-            self.use[i] &= _same(kind, name)
+            self.use[i] &= _equal_names(kind, name)
         for kind, n in present.items():
-            if not _same(kind, name):
+            if not _equal_names(kind, name):
                 what = kind or "no kind"
-                self.left_out.append(LeftOut(what, n, Finding("fold.only-kind", kind=name)))
+                self.left_out.append(ExcludedRows(what, n, Finding("fold.only-kind", kind=name)))
 
     def axis(
         self, waviness_deg: float | None, turn: Callable[[FloatArray], FloatArray] | None = None
@@ -284,28 +284,28 @@ class _Choice:
         )
 
     def _overturned(self) -> BoolArray | None:
-        """Of the planes used; None where the table says nothing of it."""
+        """Return the flags of the planes used; None if the table has none."""
         flags = self.table.overturned
         if flags is None:
             return None
         return np.array([flag is True for flag in flags])[self.use]
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
-        """Each set by its mean, once."""
-        given = self.table.sets or self.table.kinds
-        if given is None:
+        """Return the common axis of sets, each weighted once by its mean."""
+        names_by_row = self.table.sets or self.table.kinds
+        if names_by_row is None:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
             raise self._error(finding, "--sets")
-        present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
-        chosen: dict[str, tuple[FloatArray, FloatArray]] = {}
+        present = Counter(name for name, use in zip(names_by_row, self.use, strict=True) if use)
+        attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
         turns: dict[str, Turns] = {}
         used = np.zeros(len(self.table), dtype=bool)
         for name in names:
-            members = self.use & np.array([_same(s, name) for s in given], dtype=bool)
+            members = self.use & np.array([_equal_names(s, name) for s in names_by_row], dtype=bool)
             if not members.any():
                 listed = [s or "(empty)" for s in present]
                 raise self._error(Finding("sets.unknown", set=name, sets=listed), "--sets")
-            chosen[name] = (
+            attitudes[name] = (
                 self.table.dip_direction_deg[members],
                 self.table.dip_deg[members],
             )
@@ -313,15 +313,15 @@ class _Choice:
                 turns[name] = self.table.turns.of(members)
             used |= members
         for name, n in present.items():
-            if not any(_same(name, wanted) for wanted in names):
+            if not any(_equal_names(name, requested) for requested in names):
                 what = name or "no set"
-                self.left_out.append(LeftOut(what, n, Finding("fold.only-named-sets")))
+                self.left_out.append(ExcludedRows(what, n, Finding("fold.only-named-sets")))
         self.use = used
-        return common_axis(chosen, turns or None)
+        return common_axis(attitudes, turns or None)
 
     def _error(self, finding: Finding, field: str) -> UsageError:
         return UsageError(finding, file=self.table.path, field=field)
 
 
-def _same(a: str, b: str) -> bool:
+def _equal_names(a: str, b: str) -> bool:
     return a.strip().casefold() == b.strip().casefold()

@@ -1,4 +1,4 @@
-"""The kinematic analysis of a slope with the planes of a table: what `vomstudio slope` prints."""
+"""Kinematic analysis of a slope with the planes of a table, for `vomstudio slope`."""
 
 from __future__ import annotations
 
@@ -22,28 +22,39 @@ from vomstudio.geology.slopes import (
     count_pairs,
     direct_toppling,
     flexural_toppling,
-    in_face_frame,
     pair_members,
     pairs_of_sets,
     planar_sliding,
+    to_face_frame,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
 
 SEED = 1
-_MOST_DRAWS = 4096
-_PLANES = 1_500_000
-_PAIRS = 30_000_000
+MAX_DRAWS = 4096
+MAX_DRAWN_PLANES = 1_500_000
+"""Drawn planes and intersections, which limit the number of draws."""
+MAX_DRAWN_PAIRS = 30_000_000
 """Drawn planes, and drawn intersections, that are looked at: they set the number of draws."""
-_FEWEST_DRAWS = 4
-_TOGETHER = 65_536
-"""Drawn planes kept at a time."""
+MIN_DRAWS = 4
+PLANES_PER_PORTION = 65_536
+"""Drawn planes in memory at a time."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One way to fail. critical of all `of` planes, or intersections, are in its zone; share =
-    critical / of, None of nothing; probability : the share that is to be expected with each plane's
-    own error, None where planes carry none; secondary : as `Zones` has it"""
+    """Failure mode.
+
+    Attributes
+    ----------
+    critical, of : int
+        Number of planes or intersections in its zone, and of all.
+    share : float or None
+        critical / of; None if there are none.
+    probability : float or None
+        Expected share with the errors of the planes; None without errors.
+    secondary : int
+        Number in the secondary zone, as in `Zones`.
+    """
 
     critical: int
     of: int
@@ -54,7 +65,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class PlanesMode(Mode):
-    """ids : of the critical planes"""
+    """Failure mode of planes, with the ids of the critical ones."""
 
     ids: tuple[str, ...]
 
@@ -73,7 +84,7 @@ class PairsMode(Mode):
 
 @dataclass(frozen=True)
 class TopplingMode(PairsMode):
-    """bases : planes that can be the base of toppling blocks. secondary : oblique toppling"""
+    """Direct toppling; `bases` are possible base planes, `secondary` is oblique toppling."""
 
     bases: PlanesMode
 
@@ -89,10 +100,18 @@ class Face:
 
 @dataclass(frozen=True, repr=False)
 class TableSlope(PrintableResult):
-    """n : planes. left_out : lines of the table, which are not used. with_error : planes whose
-    error is known; draws : of the planes with their errors, for the share of planes and of
-    intersections (None without errors). convention, dropped_lines, warnings : of the table as it
-    was read"""
+    """Kinematic analysis of n planes.
+
+    Attributes
+    ----------
+    left_out : int
+        Number of lines in the table.
+    with_error : int
+        Number of planes with known errors.
+    draws : (int, int) or None
+        Draws of the planes with their errors, for planes and for intersections; None without
+        errors.
+    """
 
     n: int
     left_out: int
@@ -123,8 +142,13 @@ def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
 def table_slope(
     table: OrientationRows, face: SlopeFace, progress: Progress | None = None
 ) -> TableSlope:
-    """Planes, and intersections of all pairs of them, in the critical zones of a face. Raises
-    GeometryError for a table without planes."""
+    """Count the planes and their intersections in the critical zones of a face.
+
+    Raises
+    ------
+    GeometryError
+        If the table has no planes.
+    """
     progress = progress or Silent()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
@@ -135,14 +159,14 @@ def table_slope(
         )
     planes = tilted_planes(table, rows)
     ids = [table.ids[row] for row in rows]
-    normals = in_face_frame(face, planes.normals)
+    normals = to_face_frame(face, planes.normals)
     zones = _plane_zones(face, normals)
     sets = set_numbers(table)
-    meeting = pairs_of_sets(len(rows), sets)
-    progress.stage(tr("Intersecting pairs of planes"), meeting)
+    n_pairs = pairs_of_sets(len(rows), sets)
+    progress.stage(tr("Intersecting pairs of planes"), n_pairs)
     pairs = count_pairs(face, normals[None], progress, sets)
     expected = _expected(face, planes, sets, progress)
-    of_planes = [
+    plane_modes = [
         PlanesMode(
             int(zone.critical.sum()),
             len(rows),
@@ -153,10 +177,10 @@ def table_slope(
         )
         for zone, share in zip(zones, expected.planes, strict=True)
     ]
-    planar, flexural, bases = of_planes
+    planar, flexural, bases = plane_modes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
-    same_set = pairs_of_sets(len(rows), None) - meeting
-    known = int(planes.known.sum())
+    same_set = pairs_of_sets(len(rows), None) - n_pairs
+    n_known = int(planes.known.sum())
     wedge, topple = int(pairs.wedge[0]), int(pairs.toppling[0])
     return TableSlope(
         n=len(rows),
@@ -186,13 +210,13 @@ def table_slope(
             same_set,
             bases,
         ),
-        with_error=known,
+        with_error=n_known,
         draws=expected.draws,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
         warnings=(
             *table.warnings,
-            *_noticed(face, len(rows), len(table), known, of, parallel, same_set),
+            *_messages(face, len(rows), len(table), n_known, of, parallel, same_set),
         ),
     )
 
@@ -208,27 +232,34 @@ def set_numbers(table: OrientationRows) -> IntArray | None:
 
 @dataclass(frozen=True)
 class CriticalPlane:
-    """A plane that takes part in a way to fail. intersections : in how many critical ones, None
-    where the plane itself is critical"""
+    """Plane that contributes to a failure mode.
+
+    `intersections` is the number of its critical intersections, None if the plane itself is
+    critical.
+    """
 
     id: str
     intersections: int | None = None
 
 
 def critical_planes(
-    table: OrientationRows, face: SlopeFace, found: TableSlope
+    table: OrientationRows, face: SlopeFace, slope: TableSlope
 ) -> dict[str, tuple[CriticalPlane, ...]]:
-    """By "planar", "wedge", "flexural_toppling", "direct_toppling" and "bases": which planes are
-    critical, in the order of the table, or take part in critical intersections, most first."""
+    """Return the critical planes by failure mode and of "bases".
+
+    They are in the order of the table, or by decreasing number of critical intersections.
+    """
     rows = np.flatnonzero(table.is_plane)
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
-    members = pair_members(face, in_face_frame(face, normals), set_numbers(table))
-    made = {
-        "planar": found.planar.ids,
-        "flexural_toppling": found.flexural_toppling.ids,
-        "bases": found.direct_toppling.bases.ids,
+    members = pair_members(face, to_face_frame(face, normals), set_numbers(table))
+    planes_by_mode = {
+        "planar": slope.planar.ids,
+        "flexural_toppling": slope.flexural_toppling.ids,
+        "bases": slope.direct_toppling.bases.ids,
     }
-    critical = {mode: tuple(CriticalPlane(id_) for id_ in ids) for mode, ids in made.items()}
+    critical = {
+        mode: tuple(CriticalPlane(id_) for id_ in ids) for mode, ids in planes_by_mode.items()
+    }
     for mode, counts in (("wedge", members.wedge), ("direct_toppling", members.toppling)):
         order = np.argsort(-counts, kind="stable")
         critical[mode] = tuple(
@@ -238,7 +269,7 @@ def critical_planes(
 
 
 def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zones]:
-    """Planar sliding, flexural toppling, bases of direct toppling."""
+    """Return the zones of planar sliding, flexural toppling and bases of direct toppling."""
     return (
         planar_sliding(face, normals),
         flexural_toppling(face, normals),
@@ -270,13 +301,13 @@ def _expected(
     if not planes.known.any():
         return _Expected()
     n = len(planes.normals)
-    draws = _draws(_PLANES, n)
+    draws = _draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
     critical = np.zeros(3)
     progress.stage(tr("Estimating probabilities of planes"), draws)
     for done, portion in _portions(draws, n):
         progress.step(done)
-        normals = in_face_frame(face, planes.drawn(portion, generator))
+        normals = to_face_frame(face, planes.draw(portion, generator))
         critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
     a, b, c = (critical / (draws * n)).tolist()
     if n < 2:
@@ -284,30 +315,30 @@ def _expected(
     pairs = pairs_of_sets(n, sets)
     if not pairs:
         return _Expected((a, b, c), draws=(draws, 0))
-    pair_draws = _draws(_PAIRS, pairs)
+    pair_draws = _draws(MAX_DRAWN_PAIRS, pairs)
     of = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
     for done, portion in _portions(pair_draws, n):
-        drawn = in_face_frame(face, planes.drawn(portion, generator))
-        found = count_pairs(face, drawn, ResumedProgress(progress, done * pairs), sets)
-        of += int(found.of.sum())
-        wedge += int(found.wedge.sum())
-        topple += int(found.toppling.sum())
+        normals = to_face_frame(face, planes.draw(portion, generator))
+        counts = count_pairs(face, normals, ResumedProgress(progress, done * pairs), sets)
+        of += int(counts.of.sum())
+        wedge += int(counts.wedge.sum())
+        topple += int(counts.toppling.sum())
     return _Expected((a, b, c), (_share(wedge, of), _share(topple, of)), (draws, pair_draws))
 
 
 def _draws(budget: int, each: int) -> int:
-    return int(np.clip(budget // each, _FEWEST_DRAWS, _MOST_DRAWS))
+    return int(np.clip(budget // each, MIN_DRAWS, MAX_DRAWS))
 
 
 def _portions(draws: int, n: int) -> list[tuple[int, int]]:
     """Return the number of draws before each portion, and that in it."""
-    most = max(1, _TOGETHER // n)
-    return [(start, min(most, draws - start)) for start in range(0, draws, most)]
+    max_draws = max(1, PLANES_PER_PORTION // n)
+    return [(start, min(max_draws, draws - start)) for start in range(0, draws, max_draws)]
 
 
-def _noticed(
-    face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int, same_set: int
+def _messages(
+    face: SlopeFace, n: int, rows: int, n_known: int, of: int, parallel: int, same_set: int
 ) -> list[Finding]:
     """Return the messages about the figures."""
     messages: list[Finding] = []
@@ -329,6 +360,6 @@ def _noticed(
         messages.append(Finding("slope.parallel-pairs", count=parallel))
     if not of:
         messages.append(Finding("slope.no-pairs"))
-    if 0 < known < n:
-        messages.append(Finding("slope.errors-unknown", count=n - known))
+    if 0 < n_known < n:
+        messages.append(Finding("slope.errors-unknown", count=n - n_known))
     return messages

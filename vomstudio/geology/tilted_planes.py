@@ -1,9 +1,12 @@
-"""Planes as they may be: drawn from each plane's own error, and from that of its registration.
+"""Random planes within the error of each plane and of its registration.
 
-The joint 95 % region of a plane's orientation is taken for that of a normal distribution about it
-(chi square with two degrees of freedom), wrapped onto the sphere along great circles. What the
-total error has beyond the fit's own, and beyond the registration's, is alike in all directions
-(`geometry.rotation_errors.enlarged_semi_axes`). Planes of one registration turn together.
+The joint 95 % region of a plane's orientation is that of a normal distribution about it (chi square
+with
+two degrees of freedom), wrapped onto the sphere along great circles. The part of the total error
+beyond
+those of fit and registration is isotropic (`geometry.rotation_errors.enlarged_semi_axes`). Planes
+of one
+registration rotate together.
 """
 
 from __future__ import annotations
@@ -20,16 +23,21 @@ from vomstudio.geology.orientation import planes_to_normals, sin_cos_deg
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geometry.rotation_errors import CHI2_TWO, enlarged_semi_axes
 
-_WIDEST_DEG = 89.9
+MAX_SEMI_AXIS_DEG = 89.9
 
 
 @dataclass(frozen=True, eq=False)
 class TiltedPlanes:
-    """n planes with their errors.
+    """Planes with their errors.
 
-    normals : (n, 3) upward, World. axes : (n, 2, 3) tangent vectors at them, as long as the
-    standard deviation along each, radians; zero where no error is known. turns : as in
-    OrientationRows, of these planes
+    Attributes
+    ----------
+    normals : (n, 3) ndarray
+        Upward, World frame.
+    axes : (n, 2, 3) ndarray
+        Tangent vectors of one standard deviation, radians; zero without an error.
+    turns : Turns or None
+        As in OrientationRows.
     """
 
     normals: FloatArray
@@ -38,52 +46,60 @@ class TiltedPlanes:
 
     @property
     def known(self) -> BoolArray:
-        """(n,) whether any error is known."""
-        own = np.asarray(self.axes.any(axis=(1, 2)))
-        return own if self.turns is None else own | (self.turns.group >= 0)
+        """Whether any error of each plane (n,) is known."""
+        has_own_error = np.asarray(self.axes.any(axis=(1, 2)))
+        return has_own_error if self.turns is None else has_own_error | (self.turns.group >= 0)
 
-    def drawn(self, draws: int, generator: np.random.Generator) -> FloatArray:
-        """(draws, n, 3) upward unit normals."""
+    def draw(self, draws: int, generator: np.random.Generator) -> FloatArray:
+        """Draw upward unit normals (draws, n, 3)."""
         n = len(self.normals)
-        move = np.einsum("knj,njc->knc", generator.standard_normal((draws, n, 2)), self.axes)
+        displacement = np.einsum(
+            "knj,njc->knc", generator.standard_normal((draws, n, 2)), self.axes
+        )
         if self.turns is not None and self.turns.known:
             group = self.turns.group
             halves = np.array([_root(covariance) for covariance in self.turns.rotations])
             gauss = generator.standard_normal((draws, len(halves), 3))
             rotations = np.einsum("gij,kgj->kgi", halves, gauss)
-            turned = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
-            move += np.where((group >= 0)[:, None], turned, 0.0)
-        angle = np.linalg.norm(move, axis=-1, keepdims=True)
-        toward = move / np.maximum(angle, 1e-300)
-        moved = np.cos(angle) * self.normals + np.sin(angle) * toward
-        return np.asarray(np.where(moved[..., 2:] < 0.0, -moved, moved))
+            rotated = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
+            displacement += np.where((group >= 0)[:, None], rotated, 0.0)
+        angle = np.linalg.norm(displacement, axis=-1, keepdims=True)
+        direction = displacement / np.maximum(angle, 1e-300)
+        drawn_normals = np.cos(angle) * self.normals + np.sin(angle) * direction
+        return np.asarray(np.where(drawn_normals[..., 2:] < 0.0, -drawn_normals, drawn_normals))
 
 
 def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
-    """Those rows of a table, which are planes, with the errors that stand in its columns
-    `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and `total95_deg`; without a
-    rake the larger one in all directions; without these `dip_error_deg` and
-    `dip_direction_error_deg`."""
+    """Return planes of a table with their errors.
+
+    From the columns `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and
+    `total95_deg`;
+    without a rake the larger one applies to all directions. Otherwise from `dip_error_deg` and
+    `dip_direction_error_deg`.
+    """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     turns = None if table.turns is None else table.turns.of(rows)
-    turned = np.zeros(len(rows))
+    registration_deg = np.zeros(len(rows))
     if turns is not None:
-        # What turns the planes together is no error of their own.
+        # Exclude the common rotation from the errors of individual planes.
         registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
-        turned = np.where(turns.group >= 0, registration, 0.0)
-    axes = _axes(table, rows, turned)
+        registration_deg = np.where(turns.group >= 0, registration, 0.0)
+    axes = _axes(table, rows, registration_deg)
     return TiltedPlanes(planes_to_normals(azimuth, dip), axes, turns)
 
 
 def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:
-    """(n, 2, 3) as those of TiltedPlanes, of each plane by itself: what its model's registration
-    adds to `total95_deg` is taken out."""
+    """Return axes (n, 2, 3) as in TiltedPlanes, without the registration's part of
+    `total95_deg`.
+    """
     registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
     return _axes(table, rows, registration)
 
 
-def _axes(table: OrientationRows, rows: IntArray, turned: FloatArray) -> FloatArray:
-    """turned : (n,) 95 % half-angles that are taken out of the total error, degrees"""
+def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> FloatArray:
+    """Return tangent axes; `excluded_deg` (n,) are 95 % half-angles to exclude from the total
+    error.
+    """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (
         cells_of(table, rows, name)
@@ -97,22 +113,22 @@ def _axes(table: OrientationRows, rows: IntArray, turned: FloatArray) -> FloatAr
     along, across = (
         cells_of(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
-    # An error of the dip direction turns the plane by its part along the strike.
+    # An error of the dip direction tilts the plane along the strike by its sine component.
     across = across * np.sin(np.radians(dip))
-    split = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along)
-    largest = np.where(split, along, largest)
-    smallest = np.where(split, np.where(np.isfinite(across), across, along), smallest)
-    smallest = np.where(np.isfinite(rake) | split, smallest, largest)
-    rake = np.where(split, 90.0, rake)
-    own = np.nan_to_num(largest)
-    narrow = np.where(np.isfinite(smallest), smallest, own)
-    semi = np.stack(enlarged_semi_axes(own, narrow, np.nan_to_num(total), turned), axis=-1)
-    sigma = np.radians(np.minimum(semi, _WIDEST_DEG)) / math.sqrt(CHI2_TWO)
+    has_split_errors = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along)
+    largest = np.where(has_split_errors, along, largest)
+    smallest = np.where(has_split_errors, np.where(np.isfinite(across), across, along), smallest)
+    smallest = np.where(np.isfinite(rake) | has_split_errors, smallest, largest)
+    rake = np.where(has_split_errors, 90.0, rake)
+    fitted = np.nan_to_num(largest)
+    narrow = np.where(np.isfinite(smallest), smallest, fitted)
+    semi = np.stack(enlarged_semi_axes(fitted, narrow, np.nan_to_num(total), excluded_deg), axis=-1)
+    sigma = np.radians(np.minimum(semi, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 
 
 def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) -> FloatArray:
-    """(n, 2, 3) unit vectors in the planes: with this rake, and across it."""
+    """Return unit vectors (n, 2, 3) in the planes: with this rake, and perpendicular to it."""
     strike_deg = np.where(dip_deg >= 90.0, np.mod(azimuth_deg - 90.0, 180.0), azimuth_deg - 90.0)
     sin_s, cos_s = sin_cos_deg(strike_deg)
     sin_d, cos_d = sin_cos_deg(dip_deg)
@@ -124,7 +140,7 @@ def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) 
 
 
 def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
-    """Numbers of a column, NaN where there is none; half-angles and rakes are never negative."""
+    """Return the numbers of a column, NaN if missing; half-angles and rakes are never negative."""
     try:
         cells = table.column(name)
     except UsageError:
@@ -141,6 +157,6 @@ def _number(cell: str) -> float:
 
 
 def _root(covariance: FloatArray) -> FloatArray:
-    """A matrix whose product with its transpose is the covariance."""
+    """Return a matrix whose product with its transpose is the covariance."""
     values, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(values, 0.0)))

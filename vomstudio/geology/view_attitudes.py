@@ -1,9 +1,12 @@
-"""How cameras are held: rotations from the azimuth, elevation and roll of their views, and back.
+"""Attitudes of cameras: rotations from azimuth, elevation and roll of their views, and back.
 
-Angles are degrees: yaw is the azimuth of the view, clockwise from north (of a view straight down
-that of the photo's top); pitch its elevation, 0 level and -90 straight down; roll is 0 where the
-photo's long side is level, and clockwise as the photographer tilts the camera. World is east,
-north, up; cameras have x right, y down, z forward.
+Angles are in degrees: yaw is the azimuth of the view, clockwise from north (for a view straight
+down that
+of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if the photo's
+long
+side is level, and clockwise as the photographer tilts the camera. World is east, north, up; cameras
+have x
+right, y down, z forward.
 """
 
 from __future__ import annotations
@@ -13,12 +16,12 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 
-# From the vertical: nearer to it the azimuth of a view means nothing.
-_STEEP = 1e-9
+# Minimum horizontal component of a view with a defined azimuth.
+MIN_HORIZONTAL = 1e-9
 
 
 def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
-    """(n, 3, 3) rotations from cameras to World; angles : (n, 3) yaw, pitch, roll."""
+    """Return rotations (n, 3, 3) from cameras to World for yaw, pitch and roll (n, 3), degrees."""
     yaw, pitch, roll = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)).T
     forward = np.column_stack(
         [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
@@ -31,12 +34,14 @@ def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
 
 
 def error_axes(angles: npt.ArrayLike) -> FloatArray:
-    """(n, 3, 3) the axes, as columns, about which errors of yaw, pitch and roll turn a camera:
-    down, its level side, and what is level ahead of it.
+    """Return the axes (n, 3, 3), as columns, about which errors of yaw, pitch and roll rotate a
+    camera.
 
-    An instrument finds north and the vertical. The vertical is as good to the side as it is ahead,
-    also where a camera looks down, and roll about the view would be yaw.
-    angles : (n, 3) yaw, pitch, roll
+    They are down, its level side, and level ahead: an instrument measures north and the vertical.
+    The vertical
+    is as accurate to the side as ahead, also for a camera that looks down, where roll about the
+    view would be
+    yaw. `angles` (n, 3) are yaw, pitch and roll, degrees.
     """
     yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
     zero = np.zeros_like(yaw)
@@ -47,12 +52,14 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
 
 
 def view_angles(rotations: npt.ArrayLike) -> FloatArray:
-    """(n, 3) yaw, pitch, roll of rotations (n, 3, 3) from cameras to World; a view straight up or
-    down has roll 0."""
+    """Return yaw, pitch and roll (n, 3) of rotations (n, 3, 3) from cameras to World, degrees.
+
+    Views straight up or down have roll 0.
+    """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
     flat = np.hypot(forward[:, 0], forward[:, 1])
-    steep = flat < _STEEP
-    # The photo's top is ahead where it looks down, and behind where it looks up.
+    steep = flat < MIN_HORIZONTAL
+    # The photo's top is ahead for views down, and behind for views up.
     ahead = np.where(
         steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
     )
@@ -65,24 +72,29 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
     return np.asarray(np.degrees(angles), np.float64)
 
 
-def of_nadir_body(angles: npt.ArrayLike) -> FloatArray:
-    """(n, 3) yaw, pitch, roll of views from those of an aircraft below which the camera looks
-    straight down with the photo's top ahead, as Pix4D and OpenDroneMap have it: turns about down,
-    then right, then ahead (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega,
-    Phi, Kappa angles")."""
+def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
+    """Convert yaw, pitch and roll (n, 3) of an aircraft with a nadir camera to those of the views.
+
+    The photo's top is ahead, as in Pix4D and OpenDroneMap: rotations about down, then right, then
+    ahead
+    (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega, Phi, Kappa angles").
+    """
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_euler("ZYX", np.asarray(angles, np.float64).reshape(-1, 3), degrees=True)
-    ahead, aside, below = np.moveaxis(turns.as_matrix(), 2, 0)
-    cameras = np.stack([aside, -ahead, below], axis=2)
+    ahead, right, down = np.moveaxis(turns.as_matrix(), 2, 0)
+    cameras = np.stack([right, -ahead, down], axis=2)
     to_world = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     return view_angles(to_world @ cameras)
 
 
-def from_down_and_azimuth(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:
-    """(n, 3, 3) rotations from cameras to World, from the direction in which things fall, in the
-    frame of each camera (n, 3), and the azimuth of its view (n,). Views straight up or down have
-    none."""
+def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:
+    """Return rotations (n, 3, 3) from cameras to World by the vertical and the azimuth of the view.
+
+    `down` (n, 3) is the direction of gravity in the frame of each camera, `azimuth_deg` (n,) the
+    azimuth.
+    Views straight up or down have none.
+    """
     vertical = np.asarray(down, np.float64).reshape(-1, 3)
     vertical = vertical / np.linalg.norm(vertical, axis=1, keepdims=True)
     pitch = np.degrees(np.arcsin(np.clip(-vertical[:, 2], -1.0, 1.0)))

@@ -1,4 +1,4 @@
-"""Boxes along the axes of World, and where rays meet them."""
+"""Boxes along the axes of World, and their intersections with rays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.results import Result
-from vomstudio.geometry.coordinate_limits import no_places
+from vomstudio.geometry.coordinate_limits import invalid_places
 
 FACES = tuple((axis, side) for axis in range(3) for side in range(2))
 """(axis, 0 for the low or 1 for the high side), in the order of the handles."""
@@ -21,14 +21,14 @@ EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).co
 
 @dataclass(frozen=True)
 class ClipBox(Result):
-    """Corners in World, metres; low < high along each axis."""
+    """Axis-aligned box; corners in World, m, low < high along each axis."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
     @classmethod
     def around(cls, points: FloatArray) -> ClipBox:
-        """The box of World points (n, 3)."""
+        """Return the box of World points (n, 3)."""
         low, high = points.min(axis=0), points.max(axis=0)
         flat = high - low < 1e-3
         low, high = np.where(flat, low - 0.5, low), np.where(flat, high + 0.5, high)
@@ -36,19 +36,19 @@ class ClipBox(Result):
 
     @classmethod
     def from_dict(cls, values: Any) -> ClipBox:
-        """Raises ValueError where it is none."""
+        """Read a box. Raises ValueError if it is invalid."""
         try:
             low, high = np.array(values["low"], float), np.array(values["high"], float)
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a clipping box: {values!r}") from error
         if low.shape != (3,) or high.shape != (3,) or not (low < high).all():
             raise ValueError(f"not a clipping box: {values!r}")
-        if no_places(np.stack([low, high])).any():
+        if invalid_places(np.stack([low, high])).any():
             raise ValueError(f"not a clipping box: {values!r}")
         return cls(_triple(low), _triple(high))
 
     def corners(self) -> FloatArray:
-        """(8, 3)."""
+        """Return the corners (8, 3)."""
         both = np.array([self.low, self.high])
         return np.array([[both[k >> a & 1, a] for a in range(3)] for k in range(8)])
 
@@ -57,8 +57,8 @@ class ClipBox(Result):
         centre[axis] = (self.low, self.high)[side][axis]
         return centre
 
-    def with_face(self, axis: int, side: int, value: float) -> ClipBox:
-        """One face elsewhere; it stays a hair before the face opposite."""
+    def move_face(self, axis: int, side: int, value: float) -> ClipBox:
+        """Move one face; it stays at a small distance from the opposite face."""
         low, high = list(self.low), list(self.high)
         hair = max(1e-3, 1e-3 * (high[axis] - low[axis]))
         if side:
@@ -68,27 +68,29 @@ class ClipBox(Result):
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
     def meets(self, other: ClipBox) -> bool:
-        """Whether the boxes have a point in common."""
+        """Return whether the boxes have a point in common."""
         mine, theirs = (self.low, self.high), (other.low, other.high)
         return bool(
             (np.array(mine[0]) <= theirs[1]).all() and (np.array(theirs[0]) <= mine[1]).all()
         )
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """Whether World points (n, 3) lie inside."""
+        """Return whether World points (n, 3) are inside."""
         points = np.asarray(points, float).reshape(-1, 3)
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))
 
     def meets_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
-        """Whether balls in World, (n, 3) and (n,), have a part inside."""
+        """Return whether balls in World, (n, 3) and (n,), are partly inside."""
         off = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
         return np.asarray(np.einsum("ij,ij->i", off, off) <= radii * radii)
 
     def stretch(
         self, origin: FloatArray, direction: FloatArray, reach: float = 0.0
     ) -> tuple[float, float] | None:
-        """From where to where a World ray is inside, or within `reach` along each axis, ahead of
-        its origin; None where nowhere."""
+        """Return the range of a World ray inside the box, ahead of its origin; None if it misses.
+
+        `reach` enlarges the box along each axis.
+        """
         low, high = np.array([self.low]) - reach, np.array([self.high]) + reach
         enter, leave = box_range(low, high, origin, direction)
         first, last = max(float(enter[0]), 0.0), float(leave[0])
@@ -102,13 +104,15 @@ def _triple(values: FloatArray) -> tuple[float, float, float]:
 def box_range(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Where a ray enters and leaves each box (n, 3) .. (n, 3); it misses where leave < enter."""
+    """Return the distances at which a ray enters and leaves boxes (n, 3); it misses if leave <
+    enter.
+    """
     enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.
     for k, (start, slope) in enumerate(zip(origin.tolist(), direction.tolist(), strict=True)):
         if abs(slope) < 1e-200:
-            beside = (low[:, k] > start) | (high[:, k] < start)
-            enter[beside] = np.inf
+            misses = (low[:, k] > start) | (high[:, k] < start)
+            enter[misses] = np.inf
         else:
             a, b = (low[:, k] - start) / slope, (high[:, k] - start) / slope
             np.maximum(enter, np.minimum(a, b), out=enter)
@@ -119,17 +123,19 @@ def box_range(
 def box_hit(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray, pad: float = 0.0
 ) -> bool:
-    """Whether a ray meets one box (3,) .. (3,), larger by `pad` on every side, ahead of its origin.
-    In plain numbers, since for a single box NumPy takes ten times as long."""
+    """Return whether a ray meets one box (3,), enlarged by `pad`, ahead of its origin.
+
+    Plain numbers are ten times faster than NumPy for a single box.
+    """
     enter, leave = 0.0, math.inf
     sides = zip(low.tolist(), high.tolist(), origin.tolist(), direction.tolist(), strict=True)
-    for least, most, start, slope in sides:
-        least, most = least - pad, most + pad
+    for minimum, maximum, start, slope in sides:
+        minimum, maximum = minimum - pad, maximum + pad
         if abs(slope) < 1e-200:
-            if not least <= start <= most:
+            if not minimum <= start <= maximum:
                 return False
             continue
-        near, far = (least - start) / slope, (most - start) / slope
+        near, far = (minimum - start) / slope, (maximum - start) / slope
         if near > far:
             near, far = far, near
         enter, leave = max(enter, near), min(leave, far)
@@ -139,6 +145,6 @@ def box_hit(
 def boxes_hit(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> BoolArray:
-    """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
+    """Return which boxes (n, 3) a ray meets ahead of its origin."""
     enter, leave = box_range(low, high, origin, direction)
     return np.asarray(leave >= np.maximum(enter, 0.0))

@@ -1,9 +1,8 @@
-"""Choosing a piece of a surface with a ball: what lies inside it and hangs together with what was
-hit, so that a brush does not reach through to the wall behind.
+"""Selection of a connected piece of a surface inside a ball.
 
-A mesh hangs together where faces share a corner; corners at one place are one corner, whatever
-their numbers, since a seam of the texture splits them. A cloud hangs together where points lie
-within LINK mean spacings of each other.
+The brush does not extend to a wall behind. Faces of a mesh are connected if they share a vertex;
+coincident vertices are one, because seams of a texture split them. Points of a cloud are connected
+within LINK_SPACINGS mean spacings.
 """
 
 from __future__ import annotations
@@ -21,17 +20,17 @@ from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
 
-# Random points on a surface hang together where about 4.5 of them lie within the reach of each
-# (continuum percolation); 1.8 mean spacings have 10, and reach the diagonal neighbour of a grid.
-LINK = 1.8
-_AROUND = 16
-_STEP = 1_000_000
+# Random points on a surface are connected if about 4.5 of them are within the distance of each
+# (continuum percolation); 1.8 mean spacings contain 10, and include diagonal neighbours of a grid.
+LINK_SPACINGS = 1.8
+N_NEIGHBOURS = 16
+BLOCK_SIZE = 1_000_000
 # Some faces of a model, such as those that close a hole, are far longer than the others.
-_LONG = 8.0
+LONG_FACE_RATIO = 8.0
 
 
 class PaintSurface(Surface, Protocol):
-    """A surface whose faces or points can be chosen. All in the model's file frame."""
+    """Surface whose faces or points can be selected, in the model's file frame."""
 
     @property
     def element(self) -> Literal["face", "point"]: ...
@@ -42,38 +41,43 @@ class PaintSurface(Surface, Protocol):
 
     @property
     def extent(self) -> float:
-        """Its size."""
+        """Diagonal of the bounding box."""
 
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
-        """Sorted ids of the faces whose centre of gravity, or of the points that, lie in the ball
-        and can be reached from `index` without leaving it. `index` itself is always one of them."""
+        """Return sorted ids of the faces (by centroid) or points in a ball connected to `index`.
+
+        The connection must not leave the ball. `index` itself is always included.
+        """
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
-        """Points (k, 3) of the chosen ones, and the area each stands for; None where all count
-        the same."""
+        """Return points (k, 3) of a selection and the area of each; None for equal areas."""
 
     def area_of(self, ids: IntArray) -> float | None: ...
 
     def corners(self, ids: IntArray) -> FloatArray:
-        """(k, 3, 3) corners of faces, or (k, 3) points."""
+        """Return vertices (k, 3, 3) of faces, or points (k, 3)."""
 
     def border(self, ids: IntArray) -> FloatArray:
-        """(k, 2, 3) edges of the chosen faces that only one of them has; none for points."""
+        """Return edges (k, 2, 3) that only one of the selected faces has; empty for points."""
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        """Area of the surface that a ring (n, 3) on it encloses, as in
-        `outlines.surface_area.area_inside`; None for points."""
+        """Return the area inside a ring (n, 3), see `outlines.surface_area.area_inside`; None for
+        points.
+        """
 
     def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
-        """(k, 3, 3) triangles of that part; None for points, and where there is none."""
+        """Return the triangles (k, 3, 3) inside a ring; None for points, and if the ring is
+        invalid.
+        """
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
-        """Unit normal (3,) of the surface inside the ball, of either sense; None where nothing is
-        known yet."""
+        """Return the unit normal (3,) of the surface in a ball, in either direction; None if
+        unknown.
+        """
 
 
 class MeshSurface(VertexSurface):
-    """`build` also notes which faces each vertex has, as rows into one array."""
+    """Paintable mesh; `build` also indexes the faces of each vertex."""
 
     element: Literal["face", "point"] = "face"
 
@@ -105,28 +109,30 @@ class MeshSurface(VertexSurface):
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         centre = np.asarray(centre, dtype=np.float64)
         place = self._places()
-        own = self.corners(np.array([index]))[0]
-        longest = float(np.linalg.norm(own - np.roll(own, 1, axis=0), axis=1).max())
-        known = _join(self._in_ball(centre, radius + longest), self._at(own))
-        place[known] = np.arange(len(known), dtype=np.int32)
+        hit_corners = self.corners(np.array([index]))[0]
+        longest = float(np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max())
+        vertices = _join(self._ids_in_ball(centre, radius + longest), self._at(hit_corners))
+        place[vertices] = np.arange(len(vertices), dtype=np.int32)
         try:
-            kept = self._inside(self._faces_at(known), index, centre, radius)
+            inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
             while True:
-                corners = self._mesh.faces[kept]
-                # Faces far longer than the one that was hit reach out of what was looked at.
-                far = _distinct(corners[place[corners] < 0])
-                if not len(far):
+                corners = self._mesh.faces[inner_faces]
+                # Faces much longer than the hit one extend beyond the vertices found so far.
+                missing = _distinct(corners[place[corners] < 0])
+                if not len(missing):
                     break
-                fresh = self._at(self._vertices[far])
-                fresh = fresh[place[fresh] < 0]
-                place[fresh] = np.arange(len(known), len(known) + len(fresh), dtype=np.int32)
-                known = np.concatenate([known, fresh])
-                more = self._inside(self._faces_at(fresh), index, centre, radius)
-                kept = _join(kept, more)
-            nodes = welded(self._vertices[known])[place[self._mesh.faces[kept]]]
+                new_vertices = self._at(self._vertices[missing])
+                new_vertices = new_vertices[place[new_vertices] < 0]
+                place[new_vertices] = np.arange(
+                    len(vertices), len(vertices) + len(new_vertices), dtype=np.int32
+                )
+                vertices = np.concatenate([vertices, new_vertices])
+                new_faces = self._inside(self._faces_at(new_vertices), index, centre, radius)
+                inner_faces = _join(inner_faces, new_faces)
+            nodes = welded(self._vertices[vertices])[place[self._mesh.faces[inner_faces]]]
         finally:
-            place[known] = -1
-        return kept[_reached(nodes, int(np.searchsorted(kept, index)))]
+            place[vertices] = -1
+        return inner_faces[_reached(nodes, int(np.searchsorted(inner_faces, index)))]
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return face_points(self._mesh, ids)
@@ -143,23 +149,25 @@ class MeshSurface(VertexSurface):
         corners = self.corners(ids)
         nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
-        one, other = ends.T
+        first_ends, second_ends = ends.T
         # Pair by pair: a reduction along rows of two is many times slower.
-        key = np.minimum(one, other) * (int(nodes.max()) + 1) + np.maximum(one, other)
+        key = np.minimum(first_ends, second_ends) * (int(nodes.max()) + 1) + np.maximum(
+            first_ends, second_ends
+        )
         order = np.argsort(key)
-        alone = np.diff(key[order]) != 0
-        single = order[np.append(True, alone) & np.append(alone, True)]
+        is_different = np.diff(key[order]) != 0
+        border_sides = order[np.append(True, is_different) & np.append(is_different, True)]
         edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-        return np.asarray(edges[single])
+        return np.asarray(edges[border_sides])
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         a, b, c = self.corners(np.array([index]))[0]
-        own = np.cross(b - a, c - a)
-        size = float(np.linalg.norm(own))
-        found = self._normal(np.asarray(centre, dtype=np.float64), radius)
-        if found is not None:
-            return found
-        return own / size if size > 0.0 else None
+        face_normal = np.cross(b - a, c - a)
+        size = float(np.linalg.norm(face_normal))
+        normal = self._normal(np.asarray(centre, dtype=np.float64), radius)
+        if normal is not None:
+            return normal
+        return face_normal / size if size > 0.0 else None
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
         around = self._around(ring)
@@ -170,26 +178,26 @@ class MeshSurface(VertexSurface):
         return None if around is None else part_inside(around, ring)
 
     def _around(self, ring: npt.ArrayLike) -> FloatArray | None:
-        """Corners of all the faces that an outline may enclose."""
+        """Return the vertices of all faces that an outline may enclose."""
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
             return None
         middle = xyz.mean(axis=0)
         radius = float(np.linalg.norm(xyz - middle, axis=1).max())
-        usual, long = self._long_faces()
-        # A face that reaches into the ball has a corner within its own length of it.
-        near = self._faces_at(self._in_ball(middle, radius + usual))
-        return self.corners(_join(near, long))
+        usual, long_faces = self._long_faces()
+        # A face that intersects the ball has a vertex within its length of it.
+        near_faces = self._faces_at(self._ids_in_ball(middle, radius + usual))
+        return self.corners(_join(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
-        """Length that most faces' edges do not surpass, and the sorted ids of those that do."""
+        """Return the maximum edge length of usual faces, and the sorted ids of longer ones."""
         if self._lengths is None:
             longest = np.empty(self.count)
-            for start in range(0, self.count, _STEP):
-                corners = self.corners(np.arange(start, min(start + _STEP, self.count)))
+            for start in range(0, self.count, BLOCK_SIZE):
+                corners = self.corners(np.arange(start, min(start + BLOCK_SIZE, self.count)))
                 edges = corners - np.roll(corners, 1, axis=1)
-                longest[start : start + _STEP] = np.sqrt((edges**2).sum(axis=2).max(axis=1))
-            usual = _LONG * float(np.median(longest)) if len(longest) else 0.0
+                longest[start : start + BLOCK_SIZE] = np.sqrt((edges**2).sum(axis=2).max(axis=1))
+            usual = LONG_FACE_RATIO * float(np.median(longest)) if len(longest) else 0.0
             self._lengths = usual, np.flatnonzero(longest > usual)
         return self._lengths
 
@@ -199,20 +207,20 @@ class MeshSurface(VertexSurface):
         return self._place
 
     def _at(self, points: FloatArray) -> IntArray:
-        """Ids of all the vertices at the places of `points` (k, 3)."""
+        """Return the ids of all vertices coincident with points (k, 3)."""
         if self._tree is not None:
-            found = self._tree.query_ball_point(points, 0.0)
-            return _distinct(np.concatenate([np.asarray(each, np.int64) for each in found]))
-        wanted, hits = place_keys(points), []
+            ids_by_point = self._tree.query_ball_point(points, 0.0)
+            return _distinct(np.concatenate([np.asarray(each, np.int64) for each in ids_by_point]))
+        keys, id_blocks = place_keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
-        for start in range(0, len(self._vertices), _STEP):
-            part = np.asarray(self._vertices[start : start + _STEP])
+        for start in range(0, len(self._vertices), BLOCK_SIZE):
+            part = np.asarray(self._vertices[start : start + BLOCK_SIZE])
             near = np.flatnonzero(((part >= low) & (part <= high)).all(axis=1))
-            hits.append(start + near[np.isin(place_keys(part[near]), wanted)])
-        return np.concatenate(hits)
+            id_blocks.append(start + near[np.isin(place_keys(part[near]), keys)])
+        return np.concatenate(id_blocks)
 
     def _faces_at(self, vertices: IntArray) -> IntArray:
-        """Sorted ids of the faces that have one of these vertices."""
+        """Return the sorted ids of the faces with any of these vertices."""
         if self._faces_of is not None:
             faces, starts = self._faces_of
             first = starts[vertices].astype(np.int64)
@@ -221,15 +229,15 @@ class MeshSurface(VertexSurface):
             return _distinct(faces[np.arange(int(size.sum())) + shift])
         marked = np.zeros(len(self._vertices), np.bool_)
         marked[vertices] = True
-        hits = []
-        for start in range(0, self.count, _STEP):
-            a, b, c = self._mesh.faces[start : start + _STEP].T
-            hits.append(start + np.flatnonzero(marked[a] | marked[b] | marked[c]))
-        return np.concatenate(hits)
+        face_blocks = []
+        for start in range(0, self.count, BLOCK_SIZE):
+            a, b, c = self._mesh.faces[start : start + BLOCK_SIZE].T
+            face_blocks.append(start + np.flatnonzero(marked[a] | marked[b] | marked[c]))
+        return np.concatenate(face_blocks)
 
     def _inside(self, faces: IntArray, index: int, centre: FloatArray, radius: float) -> IntArray:
-        off = self.corners(faces).mean(axis=1) - centre
-        inside = np.einsum("ij,ij->i", off, off) <= radius**2
+        offsets = self.corners(faces).mean(axis=1) - centre
+        inside = np.einsum("ij,ij->i", offsets, offsets) <= radius**2
         return np.asarray(faces[inside | (faces == index)])
 
 
@@ -250,19 +258,19 @@ class CloudSurface(VertexSurface):
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         from scipy.spatial import cKDTree
 
-        ids = np.sort(self._in_ball(np.asarray(centre, dtype=np.float64), radius))
+        ids = np.sort(self._ids_in_ball(np.asarray(centre, dtype=np.float64), radius))
         ids = _join(ids, np.array([index]))
         points = self.corners(ids)
-        at = int(np.searchsorted(ids, index))
+        start = int(np.searchsorted(ids, index))
         tree = cKDTree(points, compact_nodes=False, balanced_tree=False)
-        count = min(_AROUND + 1, len(ids))
-        farthest = float(np.max(tree.query(points[at], k=count)[0]))
+        count = min(N_NEIGHBOURS + 1, len(ids))
+        farthest = float(np.max(tree.query(points[start], k=count)[0]))
         if farthest <= 0.0:
             return ids
         # Mean spacing of a surface that has this many points within that distance.
-        reach = LINK * farthest * float(np.sqrt(np.pi / max(count - 1, 1)))
-        pairs = tree.query_pairs(reach, output_type="ndarray")
-        return ids[_linked(pairs, len(ids), at)]
+        max_distance = LINK_SPACINGS * farthest * float(np.sqrt(np.pi / max(count - 1, 1)))
+        pairs = tree.query_pairs(max_distance, output_type="ndarray")
+        return ids[_linked(pairs, len(ids), start)]
 
     def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return self.corners(ids), None
@@ -291,7 +299,7 @@ def _join(a: IntArray, b: IntArray) -> IntArray:
 
 
 def _distinct(ids: IntegerArray) -> IntArray:
-    """Sorted and once each: several times as fast as numpy's, which builds a hash table."""
+    """Return sorted distinct ids, several times faster than numpy's hash table."""
     ids = np.sort(ids)
     new = np.ones(len(ids), np.bool_)
     np.not_equal(ids[1:], ids[:-1], out=new[1:])
@@ -299,7 +307,7 @@ def _distinct(ids: IntegerArray) -> IntArray:
 
 
 def _reached(nodes: IntArray, start: int) -> BoolArray:
-    """Which faces (k, 3 nodes) hang together with the face `start`."""
+    """Return which faces (k, 3 nodes) are connected to the face `start`."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

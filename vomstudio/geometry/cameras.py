@@ -29,18 +29,26 @@ MODELS: dict[str, tuple[str, ...]] = {
 """Names and order of the parameters, as COLMAP has them; focal lengths and centre in pixels."""
 
 # Where the search for the edge of a lens ends: tan of 80 degrees from the axis.
-_WIDEST = 5.7
+MAX_RADIUS = 5.7
 
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A camera with its lens.
+    """Camera with its lens.
 
-    model : one of MODELS
-    width, height : of its photos, in pixels
-    params : in the order of MODELS[model]
+    Parameters
+    ----------
+    model : str
+        One of MODELS.
+    width, height : int
+        Size of its photos, pixels.
+    params : tuple of float
+        In the order of MODELS[model].
 
-    Raises GeometryError for an unknown model or a wrong number of parameters.
+    Raises
+    ------
+    GeometryError
+        If the model is unknown or the number of parameters is wrong.
     """
 
     model: str
@@ -97,8 +105,10 @@ class Intrinsics:
         )
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
-        """Pixels (n, 2) of points (n, 3) in the camera frame; NaN behind the camera and beyond the
-        radius from which the lens's polynomial turns back (no light comes from there)."""
+        """Project points (n, 3) in the camera frame to pixels (n, 2).
+
+        NaN behind the camera and beyond the radius at which the lens's polynomial has its maximum.
+        """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
@@ -107,14 +117,15 @@ class Intrinsics:
         return bent * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Directions (n, 3) in the camera frame, z = 1, seen at pixels (n, 2); NaN where the lens
-        shows nothing."""
-        wanted = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
-        flat = self._straighten(wanted) if self.distorts else wanted
+        """Return directions (n, 3) in the camera frame, z = 1, of pixels (n, 2); NaN outside the
+        lens's range.
+        """
+        normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
+        flat = self._straighten(normalized) if self.distorts else normalized
         return np.column_stack([flat, np.ones(len(flat))])
 
     def scaled(self, width: int, height: int) -> Intrinsics:
-        """The same camera with its photos resampled to another size."""
+        """Return the camera with its photos resampled to another size."""
         sx, sy = width / self.width, height / self.height
         named = dict(self._named)
         if "f" in named:
@@ -163,27 +174,29 @@ class Intrinsics:
         """The ideal radius up to which the real one grows."""
         if not self.distorts:
             return np.inf
-        r = np.linspace(0.0, _WIDEST, 5701)
+        r = np.linspace(0.0, MAX_RADIUS, 5701)
         with np.errstate(divide="ignore", invalid="ignore"):
             real = self._radius(r)
         falling = np.flatnonzero(~(np.diff(real) > 0))
         return float(r[falling[0]]) if len(falling) else np.inf
 
-    def _straighten(self, wanted: FloatArray) -> FloatArray:
-        """Invert `_bend` by Newton's method on the radius, then for what is not radial."""
-        edge = min(self._edge, _WIDEST)
+    def _straighten(self, distorted: FloatArray) -> FloatArray:
+        """Invert `_bend` by Newton's method, first for the radius and then for tangential
+        distortion.
+        """
+        edge = min(self._edge, MAX_RADIUS)
         r = np.linspace(0.0, edge, 2000)
         real = self._radius(r)
-        asked: FloatArray = np.hypot(wanted[:, 0], wanted[:, 1])
-        first = np.interp(asked, real, r)
+        radii: FloatArray = np.hypot(distorted[:, 0], distorted[:, 1])
+        first = np.interp(radii, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = np.where(
-                asked[:, None] > 1e-12, wanted / asked[:, None] * first[:, None], wanted
+                radii[:, None] > 1e-12, distorted / radii[:, None] * first[:, None], distorted
             )
         step = 1e-6
         for _ in range(12):
-            miss = self._bend(flat) - wanted
-            if not np.nanmax(np.abs(miss), initial=0.0) > 1e-14:
+            residuals = self._bend(flat) - distorted
+            if not np.nanmax(np.abs(residuals), initial=0.0) > 1e-14:
                 break
             dx = (self._bend(flat + [step, 0.0]) - self._bend(flat - [step, 0.0])) / (2 * step)
             dy = (self._bend(flat + [0.0, step]) - self._bend(flat - [0.0, step])) / (2 * step)
@@ -191,12 +204,12 @@ class Intrinsics:
                 det = dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]
                 flat = flat - np.column_stack(
                     [
-                        (miss[:, 0] * dy[:, 1] - miss[:, 1] * dy[:, 0]) / det,
-                        (dx[:, 0] * miss[:, 1] - dx[:, 1] * miss[:, 0]) / det,
+                        (residuals[:, 0] * dy[:, 1] - residuals[:, 1] * dy[:, 0]) / det,
+                        (dx[:, 0] * residuals[:, 1] - dx[:, 1] * residuals[:, 0]) / det,
                     ]
                 )
-        lost = np.abs(self._bend(flat) - wanted).max(axis=1, initial=0.0) > 1e-8
-        flat = np.where(lost[:, None], np.nan, flat)
+        has_failed = np.abs(self._bend(flat) - distorted).max(axis=1, initial=0.0) > 1e-8
+        flat = np.where(has_failed[:, None], np.nan, flat)
         return flat
 
 
@@ -216,38 +229,41 @@ class View:
 
     @property
     def centre(self) -> FloatArray:
-        """(3,) the projection centre in the scene."""
+        """Projection centre (3,) in the scene."""
         return np.asarray(-self.rotation.T @ self.translation)
 
     @property
     def direction(self) -> FloatArray:
-        """(3,) unit vector along the optical axis, in the scene."""
+        """Unit vector (3,) along the optical axis, in the scene."""
         return np.asarray(self.rotation[2])
 
     def depths(self, points: npt.ArrayLike) -> FloatArray:
-        """(n,) distances along the optical axis of scene points (n, 3)."""
+        """Return distances (n,) of scene points (n, 3) along the optical axis."""
         along = np.asarray(points, np.float64) @ self.rotation[2]
         return np.asarray(along + self.translation[2])
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
-        """Pixels (n, 2) of scene points (n, 3); NaN as in `Intrinsics.project`. Pixels outside the
-        photo are given too."""
+        """Project scene points (n, 3) to pixels (n, 2), also outside the photo; NaN as in
+        `Intrinsics`.
+        """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         return self.intrinsics.project(xyz @ self.rotation.T + self.translation)
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Unit directions (n, 3) in the scene, from `centre` through pixels (n, 2)."""
+        """Return unit directions (n, 3) in the scene, from `centre` through pixels (n, 2)."""
         rays = self.intrinsics.rays(pixels) @ self.rotation
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
     def contains(self, pixels: npt.ArrayLike) -> BoolArray:
-        """Which pixels (n, 2) lie on the photo."""
+        """Return which pixels (n, 2) are on the photo."""
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         width, height = self.intrinsics.width, self.intrinsics.height
         return np.asarray((x >= 0) & (x <= width) & (y >= 0) & (y <= height))
 
     def moved(self, scale: float, rotation: FloatArray, translation: FloatArray) -> View:
-        """The same photo once the scene is moved: x' = scale * rotation @ x + translation."""
+        """Return the photo after a similarity of the scene, x' = scale * rotation @ x +
+        translation.
+        """
         turned = self.rotation @ rotation.T
         return View(
             self.name,

@@ -1,4 +1,4 @@
-"""A point cloud as it stands in its file."""
+"""Point cloud of a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PointCloud:
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """(2, 3) lowest and highest corner; worked out once."""
+        """Lowest and highest corner (2, 3), computed once."""
         if self.arrangement is not None and len(self.arrangement):
             boxes = self.arrangement.bounds
             return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
@@ -48,11 +48,11 @@ class PointCloud:
 
     @property
     def count(self) -> int:
-        """Points of the whole file."""
+        """Number of points of the whole file."""
         return len(self.points)
 
     def of_rows(self, rows: IntArray | BoolArray | slice) -> PointCloud:
-        """These points alone, with all their values; in no arrangement, which is of all."""
+        """Return the points in these rows with all their values, without an arrangement."""
         return PointCloud(
             self.points[rows],
             None if self.colors is None else self.colors[rows],
@@ -61,5 +61,5 @@ class PointCloud:
         )
 
     def position(self, row: int) -> FloatArray:
-        """(3,) of a point by its row in the file."""
+        """Return the position (3,) of a point by its row in the file."""
         return np.asarray(self.points[row], np.float64)

@@ -1,7 +1,7 @@
-"""What is a place: the limits of coordinates, decided here for fields, tables, files and arrays.
+"""Limits of coordinates for fields, tables, files and arrays.
 
-A coordinate beyond them is a slip of the finger, a cell of another column or a value that stands
-for "none"; kept, it would draw nothing, lose all digits of the others, or overflow.
+A coordinate beyond them is a typing error, a cell of another column or a placeholder for "none"; it
+would hide the model, lose the digits of other coordinates, or overflow.
 """
 
 from __future__ import annotations
@@ -13,55 +13,58 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 
-FARTHEST_M = 1e12
-"""Metres from the origin of any frame: its square, and that of a thousandth, are still exact
-enough, and no frame on Earth reaches there, in millimetres either."""
-FARTHEST_DIAMETERS = 10.0
-"""How far from the box of a model a place on it may be asked for, in diagonals of that box."""
+MAX_COORDINATE_M = 1e12
+"""Maximum distance from the origin of any frame, m: its square, and that of a thousandth, are still
+accurate, and no frame on Earth extends so far, even in millimetres.
+"""
+MAX_DISTANCE_DIAMETERS = 10.0
+"""Maximum distance of a place from the box of its model, in diagonals of that box."""
 
 
-LEAST_ERROR, LARGEST_ERROR = 1e-6, 1e6
-"""Of stated errors, one sigma, in metres or degrees: nobody measures better, or states worse. Their
-squares and the inverses of these are still exact enough."""
+MIN_ERROR, MAX_ERROR = 1e-6, 1e6
+"""Limits of stated errors, one sigma, in metres or degrees. Their squares and inverse squares are
+still
+accurate.
+"""
 
 
-def why_no_error(value: float) -> Finding | None:
+def check_error(value: float) -> Finding | None:
     """Return a finding if a stated error (one sigma) is not plausible; None also if it is NaN."""
-    if np.isnan(value) or LEAST_ERROR <= value <= LARGEST_ERROR:
+    if np.isnan(value) or MIN_ERROR <= value <= MAX_ERROR:
         return None
-    return Finding("accuracy.out-of-range", value=value, minimum=LEAST_ERROR, maximum=LARGEST_ERROR)
+    return Finding("accuracy.out-of-range", value=value, minimum=MIN_ERROR, maximum=MAX_ERROR)
 
 
-def no_places(points: FloatArray) -> BoolArray:
-    """(n,) which of the points (n, 3) are not finite, or no metres on Earth."""
-    return np.asarray(~(np.abs(points) <= FARTHEST_M).all(axis=1))
+def invalid_places(points: FloatArray) -> BoolArray:
+    """Return which of the points (n, 3) are not finite or beyond the limits of metres on Earth."""
+    return np.asarray(~(np.abs(points) <= MAX_COORDINATE_M).all(axis=1))
 
 
-def why_no_coordinate(values: Iterable[float]) -> Finding | None:
+def check_coordinates(values: Iterable[float]) -> Finding | None:
     """Return a finding about the first number that cannot be a coordinate in metres, if any."""
     for value in values:
-        if not abs(value) <= FARTHEST_M:
+        if not abs(value) <= MAX_COORDINATE_M:
             return Finding("coordinate.out-of-range", value=value)
     return None
 
 
-def why_not_at(point: Sequence[float], bounds: FloatArray) -> Finding | None:
+def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | None:
     """Return a finding if a point is too far from a model to be a place on it.
 
     point : (3,) and bounds : (2, 3) lowest and highest corner of the model, in the same frame
     """
-    if (finding := why_no_coordinate(point)) is not None:
+    if (finding := check_coordinates(point)) is not None:
         return finding
     low, high = np.asarray(bounds, float)
     size = float(np.linalg.norm(high - low))
     outside = np.maximum(np.maximum(low - point, np.asarray(point) - high), 0.0)
-    away = float(np.linalg.norm(outside))
-    if not np.isfinite(size) or away <= FARTHEST_DIAMETERS * size:
+    distance = float(np.linalg.norm(outside))
+    if not np.isfinite(size) or distance <= MAX_DISTANCE_DIAMETERS * size:
         return None
-    return Finding("coordinate.far-from-model", times=away / max(size, 1e-300))
+    return Finding("coordinate.far-from-model", times=distance / max(size, 1e-300))
 
 
-def why_not_on_earth(longitude_deg: float, latitude_deg: float) -> Finding | None:
+def check_on_earth(longitude_deg: float, latitude_deg: float) -> Finding | None:
     """Return a finding if these are not a longitude and a latitude."""
     if not abs(latitude_deg) <= 90.0:
         return Finding("coordinate.latitude", value=latitude_deg)

@@ -1,4 +1,4 @@
-"""Which field of a model is shown as colours, and how: what a project keeps of it."""
+"""Style in which a field of a model is shown, as stored in a project."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 ELEVATION = "elevation"
-"""The height in World, which every model has."""
+"""Height in World, available for every model."""
 PERCENTILES = (2.0, 98.0)
 
 Kind = Literal["sequential", "diverging", "cyclic", "categories"]
@@ -20,16 +20,21 @@ PALETTES: dict[Kind, tuple[str, ...]] = {
     "diverging": ("RdBu_r", "PuOr_r"),
     "cyclic": ("twilight", "hsv"),
 }
-"""Names of matplotlib's maps, the default first."""
+"""Names of matplotlib's colour maps, the default first."""
 
 
 @dataclass(frozen=True)
 class FieldStyle(Result):
-    """How a field of one model is to be shown.
+    """Style of a field of one model.
 
-    low, high : the range that was typed; None takes the percentile
-    percentiles : lowest and highest, 0..100
-    palette : a name of PALETTES; None is the kind's own
+    Attributes
+    ----------
+    low, high : float or None
+        Range as entered; None for the percentile.
+    percentiles : (float, float)
+        0 to 100.
+    palette : str or None
+        Name in PALETTES; None for the default of the kind.
     """
 
     name: str
@@ -40,7 +45,7 @@ class FieldStyle(Result):
 
     @classmethod
     def from_dict(cls, values: Any) -> FieldStyle:
-        """Raises ValueError where it is none."""
+        """Read a style. Raises ValueError if it is invalid."""
         try:
             ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
             first, last = (float(v) for v in values["percentiles"])
@@ -53,11 +58,11 @@ class FieldStyle(Result):
 
 
 def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """What can be shown of a model: ELEVATION and its own numeric fields."""
+    """Return the fields of a model that can be shown: ELEVATION and its numeric fields."""
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
-    own = [
+    names = [
         name
         for name, values in data.fields.items()
         if values.shape == (count,) and values.dtype.kind in "biuf"
     ]
-    return (ELEVATION, *own)
+    return (ELEVATION, *names)

@@ -1,4 +1,4 @@
-"""What is known of the frame of a model's file."""
+"""Frame of a model's file."""
 
 from __future__ import annotations
 
@@ -17,14 +17,22 @@ UpAxis = Literal["z", "y"]
 
 @dataclass(frozen=True)
 class Frame:
-    """What is known of a model's frame.
+    """Frame of a model as far as it is known.
 
-    kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
-    place is not), "oriented" (up and north are known, metres are not), "scaled" (metres are known,
-    north is not) or "undeclared" (no north, no metre: angles are shown as local frame, lengths in
-    units). level: up is known, though north is not.
-    unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
-    is taken as x East, y Up, z South (glTF).
+    Attributes
+    ----------
+    kind : {"crs", "local", "oriented", "scaled", "undeclared"}
+        "crs": World is the projected CRS `crs`. "local": metres, up and north are known, the
+        position is
+        not. "oriented": up and north are known, metres are not. "scaled": metres are known,
+        north is not.
+        "undeclared": angles are in the local frame, lengths in units.
+    unit_m : float
+        Metres per unit of the file.
+    up_axis : {"z", "y"}
+        Up axis of the file; with "y" it is x East, y Up, z South (glTF).
+    level : bool
+        True if up is known without north.
     """
 
     kind: FrameKind = "undeclared"
@@ -35,7 +43,7 @@ class Frame:
 
     @property
     def has_north(self) -> bool:
-        """And up with it."""
+        """Whether north, and thus up, is known."""
         return self.kind in ("crs", "local", "oriented")
 
     @property
@@ -48,11 +56,13 @@ class Frame:
 
     @property
     def axes(self) -> Axes:
-        """What files and labels say of World's axes."""
+        """Description of World's axes for files and labels."""
         return Axes(self.has_metres, self.has_north)
 
     def to_world(self) -> Matrix:
-        """4x4 similarity from the file frame to World (x East, y North, z Up, metres)."""
+        """Return the 4x4 similarity from the file frame to World (x East, y North, z Up,
+        metres).
+        """
         s = float(self.unit_m)
         if self.up_axis == "y":
             return (
@@ -69,7 +79,7 @@ class Frame:
         )
 
     def name(self) -> str:
-        """In a few words, for badges and table headers."""
+        """Return a short name for badges and table headers."""
         if self.kind == "crs":
             return tr("{crs}, grid north", crs=crs_label(self.crs or ""))
         if self.kind == "local":
@@ -85,15 +95,15 @@ class Frame:
         return tr("local frame: not registered")
 
     def known_text(self) -> str:
-        """Which of north, vertical, scale and position are known, as sentences."""
+        """Describe which of north, vertical, scale and position are known."""
         each = (
             (tr("north"), self.has_north),
             (tr("vertical"), self.has_up),
             (tr("scale"), self.has_metres),
             (tr("position"), self.kind == "crs"),
         )
-        known = ", ".join(name for name, there in each if there)
-        lacking = ", ".join(name for name, there in each if not there)
+        known = ", ".join(name for name, is_known in each if is_known)
+        lacking = ", ".join(name for name, is_known in each if not is_known)
         if not lacking:
             return tr("Known: {what}.", what=known)
         if not known:
@@ -103,9 +113,9 @@ class Frame:
 
 @lru_cache(maxsize=64)
 def crs_label(crs: str) -> str:
-    """A CRS in few words: its code, or the name within its WKT."""
-    found = re.match(r'\w+\["([^"]+)"', crs)
-    return found[1] if found else crs
+    """Return the code of a CRS, or the name in its WKT."""
+    match = re.match(r'\w+\["([^"]+)"', crs)
+    return match[1] if match else crs
 
 
 UNDECLARED = Frame()

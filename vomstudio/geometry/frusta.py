@@ -1,4 +1,4 @@
-"""Photos as pyramids in space: the camera at the tip, the photo's outline as the base."""
+"""Photos as pyramids in space: the camera is the apex, the outline of the photo the base."""
 
 from __future__ import annotations
 
@@ -13,15 +13,21 @@ from vomstudio.geometry.cameras import View
 
 SHARE_OF_SPACING = 0.35
 SHARE_OF_DISTANCE = 0.2
-_STEPS = 6
+N_EDGE_STEPS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Frustum:
-    """name : of the photo
-    tip : (3,) the camera's centre
-    corners : (4, 3) of the photo, from the top left one clockwise
-    outline : (k, 3) the photo's edge as the lens bends it, closed
+    """Pyramid of a photo.
+
+    Attributes
+    ----------
+    tip : (3,) ndarray
+        Projection centre.
+    corners : (4, 3) ndarray
+        Corners of the photo, clockwise from the top left.
+    outline : (k, 3) ndarray
+        Closed outline of the photo with lens distortion.
     """
 
     name: str
@@ -29,8 +35,8 @@ class Frustum:
     corners: FloatArray
     outline: FloatArray
 
-    def moved(self, matrix: npt.ArrayLike, origin: npt.ArrayLike = (0, 0, 0)) -> Frustum:
-        """In another frame: matrix (4, 4) applied to what lies at `origin` plus its positions."""
+    def transform(self, matrix: npt.ArrayLike, origin: npt.ArrayLike = (0, 0, 0)) -> Frustum:
+        """Transform to another frame: apply matrix (4, 4) to `origin` plus positions."""
         m, shift = np.asarray(matrix, np.float64), np.asarray(origin, np.float64)
 
         def move(points: FloatArray) -> FloatArray:
@@ -40,8 +46,7 @@ class Frustum:
 
 
 def edge(width: int, height: int, steps: int) -> FloatArray:
-    """(4 * steps, 2) pixels around a photo, clockwise from its top left corner; every `steps`th is
-    a corner."""
+    """Return pixels (4 * steps, 2) around a photo, clockwise from the top left corner."""
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
     along = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
     ends = np.roll(corners, -1, axis=0)
@@ -49,12 +54,12 @@ def edge(width: int, height: int, steps: int) -> FloatArray:
 
 
 def frustum(view: View, depth: float) -> Frustum:
-    """The pyramid of a photo whose base lies `depth` before the camera, in the scene's frame.
+    """Return the pyramid of a photo whose base is at `depth`, in the scene's frame.
 
-    Edges that the lens does not show are those of a lens without distortion.
+    Edges outside the lens's range are those without distortion.
     """
     lens = view.intrinsics
-    steps = _STEPS if lens.distorts else 1
+    steps = N_EDGE_STEPS if lens.distorts else 1
     pixels = edge(lens.width, lens.height, steps)
     rays = lens.rays(pixels)
     plain = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
@@ -65,25 +70,30 @@ def frustum(view: View, depth: float) -> Frustum:
 
 
 def good_size(centres: npt.ArrayLike, distance: float) -> float:
-    """How deep pyramids at these places (n, 3) look best: a share of the usual distance to the
-    next camera, and never more than a share of that to what they look at."""
+    """Return a suitable depth of pyramids at these places (n, 3).
+
+    A share of the median distance between cameras, limited to a share of the distance to the
+    object.
+    """
     places = np.asarray(centres, np.float64).reshape(-1, 3)
-    most = SHARE_OF_DISTANCE * distance if distance > 0 else np.inf
+    max_size = SHARE_OF_DISTANCE * distance if distance > 0 else np.inf
     spacing = np.inf
     if len(places) > 1:
         from scipy.spatial import cKDTree
 
-        apart, _ = cKDTree(places).query(places, k=2)
-        # Photos from one spot, in several directions, say nothing of the spacing.
-        next_one = apart[:, 1][apart[:, 1] > 1e-6 * max(1.0, float(np.ptp(places, axis=0).max()))]
-        if len(next_one):
-            spacing = SHARE_OF_SPACING * float(np.median(next_one))
-    size = min(most, max(spacing, 0.05 * most) if np.isfinite(most) else spacing)
+        distances, _ = cKDTree(places).query(places, k=2)
+        # Exclude photos from one place in several directions.
+        spacings = distances[:, 1][
+            distances[:, 1] > 1e-6 * max(1.0, float(np.ptp(places, axis=0).max()))
+        ]
+        if len(spacings):
+            spacing = SHARE_OF_SPACING * float(np.median(spacings))
+    size = min(max_size, max(spacing, 0.05 * max_size) if np.isfinite(max_size) else spacing)
     return float(size) if np.isfinite(size) else 1.0
 
 
 def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
-    """Pyramids of one size; target : (3,) about what the photos look at, in the same frame."""
+    """Return pyramids of one size; `target` (3,) is the middle of the photographed object."""
     if not views:
         return []
     centres = np.array([view.centre for view in views])
@@ -95,17 +105,22 @@ def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
 def frustum_at(
     tips: FloatArray, corners: FloatArray, x: float, y: float, reach: float
 ) -> int | None:
-    """The camera under a pixel: the one whose tip is nearest within `reach` pixels, else the
-    smallest whose photo's outline holds it.
+    """Return the camera under a pixel.
 
-    tips : (n, 2) and corners : (n, 4, 2) pixels, NaN behind the viewer
+    The nearest apex within `reach` pixels, or else the smallest outline that contains the pixel.
+
+    Parameters
+    ----------
+    tips : (n, 2) ndarray
+    corners : (n, 4, 2) ndarray
+        Pixels, NaN behind the viewer.
     """
     if not len(tips):
         return None
-    off = np.hypot(tips[:, 0] - x, tips[:, 1] - y)
-    off = np.where(np.isfinite(off), off, np.inf)
-    if off.min() <= reach:
-        return int(off.argmin())
+    distances = np.hypot(tips[:, 0] - x, tips[:, 1] - y)
+    distances = np.where(np.isfinite(distances), distances, np.inf)
+    if distances.min() <= reach:
+        return int(distances.argmin())
     ends = np.roll(corners, -1, axis=1)
     side = (ends[..., 0] - corners[..., 0]) * (y - corners[..., 1]) - (
         ends[..., 1] - corners[..., 1]

@@ -1,4 +1,4 @@
-"""A straight line through picked points, and how well its direction is known."""
+"""Straight line through picked points, with the error of its direction; polylines."""
 
 from __future__ import annotations
 
@@ -18,9 +18,21 @@ from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
 
 @dataclass(frozen=True, eq=False)
 class LineFit:
-    """centroid (3,) and direction (3,), a unit vector that points down (axial), World; n points;
-    length along the line and rms distance from it, m. confidence95_deg: half-angle of the joint
-    95 % cone; None for two points, which leave no redundancy."""
+    """Fitted line. World frame.
+
+    Attributes
+    ----------
+    n : int
+        Number of points.
+    centroid : (3,) ndarray
+        Centroid, m.
+    direction : (3,) ndarray
+        Unit vector that points down (axial).
+    length, rms : float
+        Length along the line and RMS distance from it, m.
+    confidence95_deg : float or None
+        Half-angle of the joint 95 % cone, degrees; None for two points.
+    """
 
     n: int
     centroid: FloatArray
@@ -31,12 +43,18 @@ class LineFit:
 
 
 def fit_line(points: npt.ArrayLike) -> LineFit:
-    """The line of least squared distances through points (n, 3), World, m.
+    """Fit a line of least squares to points (n, 3). World frame, m.
 
-    Each point errs across the line in two directions, so the residual variance has 2 n - 4 degrees
-    of freedom; with sxx the sum of squares along the line the direction is known to
-    tan^2 t = 2 F(0.95; 2, 2 n - 4) s^2 / sxx, exact for equal independent errors in the limit of
-    small angles. Raises GeometryError for fewer than 2 points, or all at one place.
+    Each point has errors in two directions across the line, so the residual variance has 2 n - 4
+    degrees of
+    freedom. With the sum of squares sxx along the line, the error of the direction is tan^2 t =
+    2 F(0.95; 2, 2 n - 4) s^2 / sxx, exact for equal independent errors in the limit of small
+    angles.
+
+    Raises
+    ------
+    GeometryError
+        If there are fewer than 2 points, or all coincide.
     """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     n = len(xyz)
@@ -71,29 +89,38 @@ def fit_line(points: npt.ArrayLike) -> LineFit:
 
 
 def path_length(points: npt.ArrayLike) -> float:
-    """Length of the polyline through points (n, 3), in their unit."""
+    """Return the length of the polyline through points (n, 3), in their unit."""
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return float(np.linalg.norm(np.diff(xyz, axis=0), axis=1).sum())
 
 
 def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
-    """(m,) lengths of polylines, each (n, 3), in their unit."""
+    """Return the lengths (m,) of polylines, each (n, 3), in their unit."""
     counts = np.array([len(line) for line in lines], np.int64)
     if not counts.sum():
         return np.zeros(len(counts))
     steps = np.linalg.norm(np.diff(np.concatenate(lines), axis=0), axis=1)
     ends = np.cumsum(counts)
-    # From the end of one line to the beginning of the next is no step.
+    # Exclude steps from the end of one line to the start of the next.
     steps[ends[(ends > 0) & (ends < ends[-1])] - 1] = 0.0
     along = np.concatenate([[0.0], np.cumsum(steps), [0.0]])
-    found = along[np.maximum(ends - 1, 0)] - along[np.maximum(ends - counts, 0)]
-    return np.where(counts > 0, found, 0.0)
+    lengths = along[np.maximum(ends - 1, 0)] - along[np.maximum(ends - counts, 0)]
+    return np.where(counts > 0, lengths, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """Where two polylines come nearest: place (3,) on the second one, distance between them there,
-    along : the length of the first one up to there."""
+    """Nearest approach of two polylines.
+
+    Attributes
+    ----------
+    place : (3,) ndarray
+        Point on the second one.
+    distance : float
+        Distance there.
+    along : float
+        Length of the first one up to there.
+    """
 
     place: FloatArray
     distance: float
@@ -101,47 +128,52 @@ class Approach:
 
 
 def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
-    """Of polylines through points (n, 3) and (m, 3), n and m at least 2, in their unit.
+    """Find the nearest approach of polylines (n, 3) and (m, 3) with at least 2 vertices, in their
+    unit.
 
-    The nearest points of every two of their segments, as in Ericson 2005, Real-Time Collision
-    Detection, section 5.1.9.
+    Nearest points of all pairs of segments (Ericson 2005, Real-Time Collision Detection, section
+    5.1.9).
     """
     base = np.asarray(line, np.float64)[0]
     p, q = (np.asarray(points, np.float64) - base for points in (line, other))
     steps = np.diff(q, axis=0)
-    found: Approach | None = None
-    done = 0.0
+    nearest: Approach | None = None
+    length_so_far = 0.0
     for start, end in pairwise(p):
         step = end - start
-        on_first, on_second = _nearest_of_segments(start, step, q[:-1], steps)
-        places = q[:-1] + on_second[:, None] * steps
-        gaps = np.linalg.norm(start + on_first[:, None] * step - places, axis=1)
+        fractions_first, fractions_second = _nearest_of_segments(start, step, q[:-1], steps)
+        places = q[:-1] + fractions_second[:, None] * steps
+        gaps = np.linalg.norm(start + fractions_first[:, None] * step - places, axis=1)
         i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
-        if found is None or gaps[i] < found.distance:
-            found = Approach(places[i] + base, float(gaps[i]), done + float(on_first[i]) * length)
-        done += length
-    assert found is not None
-    return found
+        if nearest is None or gaps[i] < nearest.distance:
+            nearest = Approach(
+                places[i] + base, float(gaps[i]), length_so_far + float(fractions_first[i]) * length
+            )
+        length_so_far += length
+    assert nearest is not None
+    return nearest
 
 
 def _nearest_of_segments(
     start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Parts from 0 to 1 of one segment, and of each of (k, 3) others, at which they are nearest."""
+    """Return the fractions 0 to 1 of one segment and of each of (k, 3) others at their nearest
+    points.
+    """
     between = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)
     b, c = steps @ step, between @ step
     f = np.einsum("ij,ij->i", steps, between)
     square = a * e - b * b
-    skew = square > ROUNDINGS * np.finfo(float).eps * a * e
-    s = np.where(skew, np.clip((b * f - c * e) / np.where(skew, square, 1.0), 0.0, 1.0), 0.0)
+    is_skew = square > ROUNDINGS * np.finfo(float).eps * a * e
+    s = np.where(is_skew, np.clip((b * f - c * e) / np.where(is_skew, square, 1.0), 0.0, 1.0), 0.0)
     t = np.clip((b * s + f) / np.where(e > 0, e, 1.0), 0.0, 1.0)
     s = np.clip((b * t - c) / a, 0.0, 1.0) if a > 0 else np.zeros_like(t)
     return s, t
 
 
 def ring_area(points: npt.ArrayLike) -> float:
-    """Area of the closed ring through points (n, 3), as seen from where it looks largest."""
+    """Return the area of the closed ring through points (n, 3), projected along its normal."""
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     local = xyz - xyz[0]
     return float(0.5 * np.linalg.norm(np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)))

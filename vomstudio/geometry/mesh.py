@@ -1,4 +1,4 @@
-"""A triangle mesh as it stands in its file."""
+"""Triangle mesh of a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.core.arrays import (
 
 @dataclass(frozen=True)
 class Material:
-    """`texture` is the full path of an image that exists, or None; `diffuse` is RGB in 0..1."""
+    """Material of faces: full path of an existing image or None, and RGB in 0..1."""
 
     name: str
     texture: Path | None = None
@@ -53,15 +53,15 @@ class Mesh:
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """(2, 3) lowest and highest corner; worked out once."""
+        """Lowest and highest corner (2, 3), computed once."""
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
     def undivided(self) -> Mesh:
-        """The shape before faces were subdivided, without colours; itself if they were not."""
-        from vomstudio.geometry.subdivision import undivided
+        """Mesh before subdivision, without colours; itself if it was not subdivided."""
+        from vomstudio.geometry.subdivision import find_undivided
 
-        found = undivided(self.vertices, self.faces)
-        return self if found is None else Mesh(*found)
+        undivided_arrays = find_undivided(self.vertices, self.faces)
+        return self if undivided_arrays is None else Mesh(*undivided_arrays)

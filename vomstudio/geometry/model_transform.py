@@ -1,4 +1,4 @@
-"""Models turned, scaled and shifted as a whole."""
+"""Rotation, scaling and translation of whole models."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from vomstudio.geometry.mesh import Mesh
 
 
 @overload
-def moved(data: Mesh, rows: Sequence[Sequence[float]] | FloatArray) -> Mesh: ...
+def transform_model(data: Mesh, rows: Sequence[Sequence[float]] | FloatArray) -> Mesh: ...
 @overload
-def moved(data: PointCloud, rows: Sequence[Sequence[float]] | FloatArray) -> PointCloud: ...
-def moved(
+def transform_model(
+    data: PointCloud, rows: Sequence[Sequence[float]] | FloatArray
+) -> PointCloud: ...
+def transform_model(
     data: Mesh | PointCloud, rows: Sequence[Sequence[float]] | FloatArray
 ) -> Mesh | PointCloud:
     """The model through a 4 x 4 similarity, in float64; itself where that changes nothing."""

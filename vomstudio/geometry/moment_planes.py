@@ -1,4 +1,4 @@
-"""The plane of a patch, from the moments of its points alone."""
+"""Plane of a patch from the moments of its points."""
 
 from __future__ import annotations
 
@@ -22,13 +22,32 @@ from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
 def fit_moments(
     n: int, mean: npt.ArrayLike, scatter: npt.ArrayLike, n_effective: float | None = None
 ) -> PlaneFit:
-    """The moment-of-inertia plane of n distinct points known by their mean (3,) and scatter (3, 3)
-    about it, in World, m and m2.
+    """Fit the moment-of-inertia plane of points known by their moments.
 
-    n_effective: number of independent points, for the confidence (see geometry/patches.py); n where
-    None. The fit's `extent` is the diameter of the disc with the same spread. The figures are those
-    of `fit_plane(points, ordered=False)` but for the rounding: the thickness of a patch is known to
-    1e-8 of its width. Raises GeometryError where there is no plane.
+    The figures are those of `fit_plane(points, ordered=False)` except for rounding: the thickness
+    of a
+    patch is known to 1e-8 of its width. The `extent` is the diameter of the disc with the same
+    spread.
+
+    Parameters
+    ----------
+    n : int
+        Number of distinct points.
+    mean : (3,) array_like
+        World frame, m.
+    scatter : (3, 3) array_like
+        Scatter about the mean, m2.
+    n_effective : float, optional
+        Number of independent points for the confidence (see geometry/patches.py); default `n`.
+
+    Returns
+    -------
+    PlaneFit
+
+    Raises
+    ------
+    GeometryError
+        If the points do not determine a plane.
     """
     centroid = np.asarray(mean, dtype=np.float64)
     matrix = np.asarray(scatter, dtype=np.float64)

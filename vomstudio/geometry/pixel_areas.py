@@ -1,6 +1,6 @@
-"""Which pixels lie in a drawn shape: those whose centres do.
+"""Pixels inside drawn shapes, by their centres.
 
-Coordinates are those of the picture's pixels, (0.5, 0.5) the centre of the first one.
+Coordinates are those of the picture's pixels; (0.5, 0.5) is the centre of the first one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """inside : (h, w) which pixels of the box whose first one is in column `left`, row `top`."""
+    """Pixels (h, w) inside a shape, in a box whose first pixel is in column `left`, row `top`."""
 
     left: int
     top: int
@@ -30,13 +30,14 @@ class Area:
 
 
 def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
-    """Pixels of a picture of this size whose centres are inside of a polygon (n, 2), where it
-    crosses itself by the even-odd rule."""
+    """Return the pixels of a picture whose centres are inside a polygon (n, 2), by the even-odd
+    rule.
+    """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, 0.0, width, height)
     if not wide or not high or len(points) < 3:
         return Area(left, top, np.zeros((high, wide), np.bool_))
-    # Every edge changes, in the rows whose centres it crosses, all pixels to the right of it.
+    # In the rows whose centres it crosses, every edge toggles all pixels to its right.
     turns = np.zeros((high, wide + 1), np.uint8)
     for (xa, ya), (xb, yb) in zip(points, np.roll(points, -1, axis=0), strict=True):
         low, up = min(ya, yb), max(ya, yb)
@@ -53,8 +54,7 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
 
 
 def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> Area:
-    """Pixels of a picture of this size whose centres are no farther than `radius` from a course
-    (n, 2) of straight pieces, or from its only point."""
+    """Return the pixels of a picture whose centres are within `radius` of a polyline (n, 2)."""
     points = np.asarray(course, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, radius, width, height)
     inside = np.zeros((high, wide), np.bool_)
@@ -79,7 +79,7 @@ def whole_area(width: int, height: int) -> Area:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Pixels that change between used and not used: done once more it takes itself back."""
+    """Change of a mask; applying it twice restores the mask."""
 
     left: int
     top: int
@@ -100,7 +100,7 @@ class Change:
 
 
 def changed_by(used: BoolArray, area: Area, hides: bool) -> Change | None:
-    """Draw a shape into a mask; what that changed, or None."""
+    """Draw a shape into a mask and return the change, or None."""
     region = used[area.window]
     changed = area.inside & (region if hides else ~region)
     if not changed.any():
@@ -110,11 +110,11 @@ def changed_by(used: BoolArray, area: Area, hides: bool) -> Change | None:
 
 
 def _box(points: FloatArray, margin: float, width: int, height: int) -> tuple[int, int, int, int]:
-    """Left, top, width and height of the pixels around points, within the picture."""
+    """Return left, top, width and height of the pixels around points, within the picture."""
     if not len(points):
         return 0, 0, 0, 0
-    low = np.floor(points.min(axis=0) - margin).astype(np.int64)
-    high = np.ceil(points.max(axis=0) + margin).astype(np.int64)
-    left, top = (int(v) for v in np.clip(low, 0, (width, height)))
-    right, bottom = (int(v) for v in np.clip(high, 0, (width, height)))
+    low_pixel = np.floor(points.min(axis=0) - margin).astype(np.int64)
+    high_pixel = np.ceil(points.max(axis=0) + margin).astype(np.int64)
+    left, top = (int(v) for v in np.clip(low_pixel, 0, (width, height)))
+    right, bottom = (int(v) for v in np.clip(high_pixel, 0, (width, height)))
     return left, top, max(right - left, 0), max(bottom - top, 0)

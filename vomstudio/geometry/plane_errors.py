@@ -1,8 +1,10 @@
-"""How well a fitted plane's orientation is known: the two figures of the conventions.
+"""Errors of a fitted plane's orientation: the two figures of the conventions.
 
-All functions are batched over m planes and work with the normalised eigenvalues l1 >= l2 >= l3 of
-the points' covariance. Angles are half-angles of an ellipse of normals around the fitted one: the
-axis `max` lies in the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
+All functions are batched over m planes and use the normalised eigenvalues l1 >= l2 >= l3 of the
+points'
+covariance. Angles are half-angles of an ellipse of normals around the fitted one: the axis `max` is
+in
+the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
 """
 
 from __future__ import annotations
@@ -13,24 +15,38 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.vectors import strike_and_dip_lines
 
-LEVEL = 0.05
+SIGNIFICANCE = 0.05
 
 
 def joint_quantile(dof: FloatArray) -> FloatArray:
-    """2 F / dof, with F the 95 % quantile of Fisher's law with 2 and `dof` degrees of freedom.
+    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution with 2 and `dof` degrees.
 
-    With two degrees in the numerator it has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof / 2).
+    It has the closed form P(F > f) = (1 + 2 f / dof)^(-dof / 2).
     """
     with np.errstate(over="ignore"):
-        return np.asarray(np.expm1(-2.0 / dof * np.log(LEVEL)))
+        return np.asarray(np.expm1(-2.0 / dof * np.log(SIGNIFICANCE)))
 
 
 def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Largest and smallest angular error of Quinn & Ehlmann (2019), degrees, and an overflow flag.
+    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019), and an overflow
+    flag.
 
-    n (m,) points per plane, at least 4; values (m, 3) eigenvalues of the covariance, in any unit.
-    Where the hyperbola opens along the normal instead (h2 <= 0) the error is 90 degrees, flagged.
+    If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees with the
+    flag.
     Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
+
+    Parameters
+    ----------
+    n : (m,) ndarray of int
+        Number of points, at least 4.
+    values : (m, 3) ndarray
+        Eigenvalues of the covariance, in any unit.
+
+    Returns
+    -------
+    largest, smallest : (m,) ndarray
+        Degrees.
+    overflow : (m,) ndarray of bool
     """
     scaled = values * (n / (n - 1.0))[:, None]  # their covariance is divided by n - 1
     free = (n - 2.0).astype(np.float64)
@@ -50,13 +66,17 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
 def confidence_axes_rad(
     values: FloatArray, q1: FloatArray, q2: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
+    """Compute the semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
 
-    A normal m is rejected where the residuals of its plane still lean on the in-plane coordinates:
-    the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, and it is exact for white Gaussian
-    noise, whether normal to the plane or equal in all directions, for every n >= 4 and every shape.
-    Its boundary crosses the principal directions where sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2
-    (Creasy 1956 for a line); where that exceeds 1 no tilt can be rejected, and t is 90 degrees.
+    A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates:
+    the F
+    test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise, either
+    normal to
+    the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses the principal
+    directions
+    at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line); above 1 no tilt can be
+    rejected, and
+    t is 90 degrees.
     """
     axes = []
     l3 = values[:, 2]
@@ -78,9 +98,16 @@ def quantiles(
     dof: FloatArray,
     ordered: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """q along e1, q along e2, effective number of points, long roughness, each (m,).
+    """Compute q along e1 and e2, the effective number of points and long roughness, each (m,).
 
-    u, v, r (N,) coordinates along e1, e2, e3 of all points, plane after plane.
+    Parameters
+    ----------
+    u, v, r : (N,) ndarray
+        Coordinates along e1, e2, e3 of all points, group after group.
+    starts, counts : (m,) ndarray of int
+    dof : (m,) ndarray
+    ordered : bool
+        True if points follow a trace.
     """
     white = joint_quantile(dof)
     if not ordered:
@@ -91,10 +118,12 @@ def quantiles(
 def regression_axes_rad(
     leverage: FloatArray, normal: FloatArray, q: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """e1, e2 (m, 3), largest and smallest semi-axis of a regression's region, radians.
+    """Compute e1, e2 (m, 3), and the largest and smallest semi-axis of a regression's region,
+    radians.
 
-    leverage (m, 3, 3) covariance of the normal's end per unit of q. The ellipse of the two slopes,
-    exact for white noise along the coordinate, is carried to the tangent plane to first order.
+    `leverage` (m, 3, 3) is the covariance of the normal's end per unit of q. The ellipse of both
+    slopes,
+    exact for white noise along the coordinate, is projected to the tangent plane to first order.
     """
     values, vectors = np.linalg.eigh(leverage)
     # The normal itself is the direction of no variance.
@@ -112,14 +141,20 @@ def split_rad(
     largest: FloatArray,
     smallest: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Error of the dip, of the dip direction, and rake of the direction that tilts most, radians.
+    """Compute errors of dip and dip direction, and the rake of the direction of the largest tilt,
+    radians.
 
-    The region is a cone of normals of elliptical section: in the plane tangent to the unit sphere
-    at the fitted normal, an ellipse with semi-axes tan(largest) along e2, tan(smallest) along e1.
-    The dip error is its half-width along the dip. The dip direction's is the larger of the two
-    azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
-    across the dip this is a / sin(dip), which is t / tan(dip) with t = a / cos(dip) the tilt of
-    the strike line. Where the ellipse reaches the vertical every dip direction is possible: NaN.
+    The region is a cone of normals of elliptical section: in the tangent plane of the unit sphere
+    at the
+    fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along e1. The
+    dip error
+    is its half-width along the dip. That of the dip direction is the larger of both azimuth
+    differences at
+    which a vertical plane touches it; for a small tilt a of the normal across the dip this is a /
+    sin(dip),
+    or t / tan(dip) with the tilt t = a / cos(dip) of the strike line. If the ellipse contains the
+    vertical,
+    every dip direction is possible: NaN.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
     t1 = np.minimum(np.tan(smallest), 1e8)
@@ -145,12 +180,14 @@ def split_rad(
     return dip_error, azimuth_error, rake
 
 
-BOW_OVER_EXTENT = 0.001
-"""Ours, by tests/benchmarks/bench_conditional.py: the sagitta, over the length of a trace, of the
-bow that is allowed for where its points do not exclude it."""
+MAX_BOW_OVER_EXTENT = 0.001
+"""Own choice, from tests/benchmarks/bench_conditional.py: sagitta over length of a trace's bow that
+is
+allowed for if its points do not exclude it.
+"""
 # 97.5 % of Student's law against the inverse of its degrees of freedom.
-_PER_FREE = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
-_STUDENT = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
+INVERSE_FREEDOM = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
+STUDENT_QUANTILES = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
 
 def bow_tilt_rad(
@@ -159,18 +196,19 @@ def bow_tilt_rad(
     counts: IntArray,
     values: FloatArray,
 ) -> FloatArray:
-    """Return by how much a bow along each trace may tilt its plane, 95 %, radians.
+    """Compute the 95 % tilt of each plane by a bow of its trace, radians.
 
-    A bow is a parabola along e1. Where the trace itself bends like that, the fit takes the bow for
-    a tilt and leaves no residual of it. What the other points show bounds it.
+    A bow is a parabola along e1. If the trace itself bends like that, the fit mistakes the bow for
+    a tilt
+    without residuals. The other points give an upper bound.
 
     Parameters
     ----------
-    along : three arrays (N,)
-        Coordinates of the points along e1, e2 and e3, group after group, each group about its mean.
-    starts, counts : (m,)
+    along : three (N,) ndarray
+        Coordinates of the points along e1, e2 and e3, group after group, relative to their mean.
+    starts, counts : (m,) ndarray of int
         First point and number of points of each group.
-    values : (m, 3)
+    values : (m, 3) ndarray
         Variances along the axes, in the square of the coordinates' unit.
     """
     u, v, r = along
@@ -184,19 +222,19 @@ def bow_tilt_rad(
     s = (u - np.repeat(low, counts)) / np.repeat(length, counts)
     bow = 4.0 * s * (1.0 - s)
     bow -= np.repeat(total(bow) / n, counts)
-    # Groups without a plane have variances of nothing.
+    # Groups without a plane have zero variances.
     with np.errstate(all="ignore"):
         first, second = total(bow * u) / (n * values[:, 0]), total(bow * v) / (n * values[:, 1])
         first, second = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first, second))
-        seen = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
-        size = total(bow * r) / seen
-        left = np.maximum(n * values[:, 2] - size**2 * seen, 0.0)
+        bow_squares = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
+        fitted_bow = total(bow * r) / bow_squares
+        residual_squares = np.maximum(n * values[:, 2] - fitted_bow**2 * bow_squares, 0.0)
         free = np.maximum(n - 4.0, 1.0)
-        student = np.interp(1.0 / free, _PER_FREE, _STUDENT)
-        most = np.abs(size) + student * np.sqrt(left / free / seen)
-    allowed = BOW_OVER_EXTENT * length
-    told = (counts > 4) & (seen > 1e-6 * n)
-    allowed = np.where(told, np.fmin(allowed, most), allowed)
+        student = np.interp(1.0 / free, INVERSE_FREEDOM, STUDENT_QUANTILES)
+        max_bow = np.abs(fitted_bow) + student * np.sqrt(residual_squares / free / bow_squares)
+    bow_size = MAX_BOW_OVER_EXTENT * length
+    is_determined = (counts > 4) & (bow_squares > 1e-6 * n)
+    bow_size = np.where(is_determined, np.fmin(bow_size, max_bow), bow_size)
     # Points exactly in a plane were computed.
-    allowed = np.where(values[:, 2] == 0.0, 0.0, allowed)
-    return np.asarray(np.arctan(allowed * np.hypot(first, second)))
+    bow_size = np.where(values[:, 2] == 0.0, 0.0, bow_size)
+    return np.asarray(np.arctan(bow_size * np.hypot(first, second)))

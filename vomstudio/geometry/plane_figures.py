@@ -1,4 +1,4 @@
-"""The figures of many fitted planes at once; `geometry.planes` says what each of them is."""
+"""Figures of many fitted planes at once, as defined in `geometry.planes`."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ Method = Literal["pca", "regression"]
 def figures(
     xyz: FloatArray, counts: IntArray, method: Method, axis: int, ordered: bool
 ) -> tuple[dict[str, AnyArray], list[Finding | None]]:
-    """All figures of groups that lie one after the other in xyz, each of at least 3 points, under
-    the names of `PlaneFits`; and why a group has none."""
+    """Compute the figures of groups of at least 3 points, under the names of `PlaneFits`.
+
+    Groups follow each other in `xyz`. The reason for a missing plane is returned per group.
+    """
     m = len(counts)
     starts = np.cumsum(counts) - counts
     n = counts.astype(np.float64)
@@ -67,7 +69,7 @@ def figures(
         floor = np.maximum(TILT_FLOOR, rounding / np.sqrt(values[:, 1]))
         floor = np.where(np.isfinite(floor), np.minimum(floor, 1e-3), TILT_FLOOR)
     dip_direction, dip, flat = dip_of_normals(normal, floor)
-    sure = _errors(
+    error_figures = _errors(
         (u, v, r),
         starts,
         counts,
@@ -88,20 +90,31 @@ def figures(
         "rms": rms * unit,
         "residual": residual * unit,
         "extent": (high - low) * unit,
-        "bow_tilt_deg": np.degrees(bow) * np.where(np.isnan(sure["n_effective"]), np.nan, 1.0),
+        "bow_tilt_deg": np.degrees(bow)
+        * np.where(np.isnan(error_figures["n_effective"]), np.nan, 1.0),
         "max_coordinate": scale.max_coordinate,
         **_indices(values.T / trace),
         "dip_direction_deg": dip_direction,
         "dip_deg": dip,
         "undefined": flat,
-        **sure,
+        **error_figures,
     }, errors
 
 
 @dataclass(frozen=True, eq=False)
 class _Scale:
-    """Of each group: centroid (m, 3); its size; the unit by which its coordinates are divided;
-    its largest coordinate; and what is rounding only, in that unit."""
+    """Scale of each group.
+
+    Attributes
+    ----------
+    centroid : (m, 3) ndarray
+    size : (m,) ndarray
+    unit : (m,) ndarray
+        Divisor of the coordinates.
+    max_coordinate : (m,) ndarray
+    rounding : (m,) ndarray
+        Rounding error in this unit.
+    """
 
     centroid: FloatArray
     size: FloatArray
@@ -113,7 +126,7 @@ class _Scale:
 def _centred(
     xyz: FloatArray, starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[list[FloatArray], _Scale]:
-    """Coordinates x, y, z off the centroid of each group, divided by its size."""
+    """Return coordinates x, y, z relative to the centroid of each group, divided by its size."""
 
     def spread(x: FloatArray) -> FloatArray:
         return np.repeat(x, counts)
@@ -136,7 +149,7 @@ def _centred(
 
 
 def _indices(parts: FloatArray) -> dict[str, FloatArray]:
-    """Of the three eigenvalues' parts of their sum (3, m)."""
+    """Return the indices of the normalised eigenvalues (3, m)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         l1, l2, l3 = parts
         collinearity = l1 / l2
@@ -149,7 +162,7 @@ def _indices(parts: FloatArray) -> dict[str, FloatArray]:
 
 
 def members(starts: IntArray, counts: IntArray) -> IntArray:
-    """Indices of all points of the groups, group after group."""
+    """Return the indices of all points of the groups, group after group."""
     shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
     return np.asarray(np.arange(len(shift)) + shift)
 
@@ -157,10 +170,11 @@ def members(starts: IntArray, counts: IntArray) -> IntArray:
 def _sharpen(
     axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Axes, coordinates along them and variances, free of the rounding of the covariance.
+    """Return axes, coordinates along them and variances without the rounding of the covariance.
 
-    The covariance of a long straight trace holds its thickness only to 1e-8 of its length. In the
-    frame of its eigenvectors that is no more so: there e2 and e3 are separated once more.
+    The covariance of a long straight trace contains its thickness only to 1e-8 of its length. In
+    the frame
+    of its eigenvectors e2 and e3 are therefore separated once more.
     """
     frame = axes
     u, v, r = _along(frame, local, counts)
@@ -190,7 +204,7 @@ def _along(
 
 
 def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
-    """Number of different points per group; a point clicked twice is no second witness."""
+    """Return the number of distinct points per group; repeated clicks are not independent."""
     distinct = counts.copy()
     short = counts <= COUNT_REPEATS_UP_TO
     if not short.any():
@@ -198,30 +212,40 @@ def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     group = np.repeat(np.flatnonzero(short), counts[short])
     part = xyz[members(starts[short], counts[short])]
     order = np.lexsort((part[:, 2], part[:, 1], part[:, 0], group))
-    same = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
-    np.subtract.at(distinct, group[order][1:][same], 1)
+    is_equal = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
+    np.subtract.at(distinct, group[order][1:][is_equal], 1)
     return distinct
 
 
-_SCATTERS = 3.0
-_STEEP = 0.5
-"""Ours: a regression makes the angle between its axis and the plane too large by about a tenth
-where the points scatter by a third of that angle. Planes that lie flatter than 30 degrees across
-the axis are not parallel to it, however much their points scatter."""
+MAX_SCATTER_RATIO = 3.0
+MAX_SINE = 0.5
+"""Own choice: a regression overestimates the angle between its axis and the plane by about a tenth
+if
+the
+points scatter by a third of that angle. Planes at more than 30 degrees to the axis are never
+parallel
+to it, regardless of scatter.
+"""
 
 
 def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
-    """Whether the angle between plane and axis, by its sine (m,), is hardly larger than that by
-    which the points scatter about the plane, by their variances (m, 3)."""
-    scatter = _SCATTERS * np.sqrt(values[:, 2])
-    return (np.abs(sine) < _STEEP) & (np.abs(sine) * np.sqrt(values[:, 1]) < scatter)
+    """Return whether the scatter of the points explains the angle between plane and axis.
+
+    `sine` (m,) is that of the angle, `values` (m, 3) are the variances.
+    """
+    scatter = MAX_SCATTER_RATIO * np.sqrt(values[:, 2])
+    return (np.abs(sine) < MAX_SINE) & (np.abs(sine) * np.sqrt(values[:, 1]) < scatter)
 
 
 def _regress(
     covariance: FloatArray, axis: int, rounding: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """Upward normals of the regressions of one coordinate, their residual, where parallel, and the
-    covariance (m, 3, 3) of the normal's end for residuals of variance n."""
+    """Fit regressions of one coordinate.
+
+    Returns upward normals, residuals, whether parallel, and the covariance (m, 3, 3) of the
+    normal's end
+    for residuals of variance n.
+    """
     a, b = (i for i in range(3) if i != axis)
     saa, sbb, sab = covariance[:, a, a], covariance[:, b, b], covariance[:, a, b]
     sac, sbc = covariance[:, a, axis], covariance[:, b, axis]
@@ -256,16 +280,17 @@ def _errors(
     ordered: bool,
     regression: FloatArray | None,
 ) -> dict[str, AnyArray]:
-    """Both angular errors and their split; NaN where fewer than 4 different points leave none.
+    """Compute both angular errors and their split; NaN for fewer than 4 distinct points.
 
-    along : coordinates along the axes; attitude : normal, dip direction, dip, horizontal
+    `along` are coordinates along the axes; `attitude` is normal, dip direction, dip and whether
+    horizontal.
     """
     normal, dip_direction, dip, flat = attitude
     known = distinct > 3
     n = np.where(known, counts, 4)
     dof = np.where(known, distinct - 3.0, 1.0)
     q1, q2, effective, long = plane_errors.quantiles(*along, starts, counts, dof, ordered)
-    # Points exactly in a plane have residuals of rounding alone, which tell of no roughness.
+    # Residuals of points exactly in a plane are rounding errors and not roughness.
     exact = values[:, 2] == 0.0
     effective, long = np.where(exact, dof + 3.0, effective), long & ~exact
     h_max, h_min, overflow = plane_errors.hyperbolic(n, values)

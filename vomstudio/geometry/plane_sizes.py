@@ -1,11 +1,10 @@
-"""How large a plane must be for its direction to be known: the one answer of planner, survey check,
-report and verdict.
+"""Required size of a plane for a given error; used by planner, survey check, report and verdict.
 
-A plane is taken as a disc that the model shows by independent points, one for each square of its
-resolution, with Gaussian noise across it; natural waviness of the rock comes on top. The expected
-95 % error is that of the verdict: the joint region of the fitted normal (F test, two slopes), never
-less than what the resolution can tilt over the disc's shorter axis, and in quadrature the error of
-the registration.
+A plane is modelled as a disc with one independent point per square of the resolution and Gaussian
+noise across it; natural waviness of the rock is not included. The expected 95 % error is that of
+the
+verdict: the joint region of the fitted normal (F test, two slopes), at least the tilt by the
+resolution over the disc's shorter axis, and in quadrature the error of the registration.
 """
 
 from __future__ import annotations
@@ -16,50 +15,68 @@ from dataclasses import dataclass, field
 from vomstudio.core.results import OPTIONAL
 
 PIXELS_PER_RESOLUTION = 10.0
-"""A cloud from photos resolves about ten pixels of them (textbook 3.2.1)."""
+"""A cloud from photos resolves about ten of their pixels (textbook 3.2.1)."""
 NOISE_PIXELS = 0.5
-"""Of a dense cloud across its surface, one sigma: on made faces of known truth 95 % of the points
-lie within one pixel."""
+"""Noise of a dense cloud across its surface, one sigma: on synthetic faces 95 % of the points are
+within
+one pixel.
+"""
 TEXTBOOK_RESOLUTIONS = 100.0
-"""Two orders of magnitude between a feature and the resolution (4.1.3): 1000 pixels."""
-LEAST_RESOLUTIONS = 10.0
-"""Below so many no error can be believed."""
+"""Two orders of magnitude between a feature and the resolution (4.1.3), 1000 pixels."""
+MIN_RESOLUTIONS = 10.0
+"""Errors of smaller planes are not reliable."""
 POINT_OVER_RESOLUTION = 0.08
-"""Ours, by tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma, that its
-residuals may not show."""
-WANTED_DEG = 5.0
-"""The 95 % error up to which the verdict on a plane is good."""
-# Of the extents for which the curve is told, in resolutions.
-_TOLD = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+"""Own choice, from tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma,
+that
+its residuals may not show.
+"""
+TARGET_ERROR_DEG = 5.0
+"""Maximum 95 % error of a plane with a good verdict."""
+# Extents of the curve, in resolutions.
+CURVE_RESOLUTIONS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
-def resolution_tilt_deg(resolution: float, across: float) -> float:
-    """Half of the resolution over the shorter axis of a feature, degrees."""
-    return math.degrees(math.atan2(0.5 * resolution, across))
+def resolution_tilt_deg(resolution: float, width: float) -> float:
+    """Return the tilt of half the resolution over the shorter axis of a feature, degrees."""
+    return math.degrees(math.atan2(0.5 * resolution, width))
 
 
 def within_wander(second: float, extent: float, n: int, resolution: float) -> bool:
-    """Whether a trace is no wider than one that strays from a straight line along a flat face:
-    such a width is no evidence of how its plane turns about the line.
+    """Return whether the width of a trace may be due to wandering along a flat face.
 
-    second : variance of the n points along the second axis of their plane; extent : their length
-    Ours: points stray by one resolution, one sigma. On flat walls those of followed traces have
-    0.4 to 0.6, and 95 % of the traces less than 1 (tests/benchmarks/bench_followed.py); who picks
-    by hand hardly does better. Where points lie closer than half of it, as those of a photo's
-    pixels, they stray less, in the measure of their distance; but within half a resolution no model
-    tells a bend from a straight line.
+    Such a width does not determine the rotation of its plane about the line. Own choice: points
+    wander by
+    one resolution, one sigma. On flat walls followed traces have 0.4 to 0.6, and 95 % of them less
+    than 1
+    (tests/benchmarks/bench_followed.py); manual picks are hardly better. Points closer than half a
+    resolution, such as pixels of a photo, wander less, in proportion to their distance; but no
+    model
+    distinguishes a bend from a straight line within half a resolution.
+
+    Parameters
+    ----------
+    second : float
+        Variance of the points along the second axis of their plane, m2.
+    extent : float
+        Length of the trace, m.
+    n : int
+        Number of points.
+    resolution : float
+        Resolution of the model, m.
     """
     free = max(n - 2.0, 1.0)
-    # Of few points the variance may be larger by chance: chi squared's 95 % by Wilson and Hilferty.
+    # The variance of few points may be larger by chance: 95 % of chi squared by Wilson-Hilferty.
     term = 2.0 / (9.0 * free)
-    chance = free * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
+    max_ratio = free * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
     scale = min(max(2.0 * extent / max(n - 1, 1), 0.5 * resolution), resolution)
-    return second <= chance * scale**2
+    return second <= max_ratio * scale**2
 
 
 def _confidence95_deg(spread: float, noise: float, free: float) -> float:
-    """`plane_errors.confidence_axes_rad` for one round plane, without the libraries that it needs:
-    the window starts with this module. Variances in the plane and across it."""
+    """Return `plane_errors.confidence_axes_rad` for a round plane without importing its libraries.
+
+    The window starts with this module. Arguments are the variances in the plane and across it.
+    """
     quantile = math.expm1(-2.0 / free * math.log(0.05))
     gap = spread - noise
     if gap <= 0.0:
@@ -70,9 +87,17 @@ def _confidence95_deg(spread: float, noise: float, free: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneError:
-    """size_m : diameter of a plane, None where the model has no metres
-    error95_deg : expected 95 % half-angle of its normal
-    size : the diameter in the unit of the model, where that is not the metre"""
+    """Expected error of a plane of some size.
+
+    Attributes
+    ----------
+    size_m : float or None
+        Diameter, m; None if the unit of the model is not the metre.
+    error95_deg : float
+        Expected 95 % half-angle of its normal, degrees.
+    size : float or None
+        Diameter in the unit of the model if that is not the metre.
+    """
 
     size_m: float | None
     error95_deg: float
@@ -81,26 +106,36 @@ class PlaneError:
 
 @dataclass(frozen=True)
 class PlaneSizes:
-    """resolution : of the model; noise : one sigma across its surface; both in one unit of length,
-    in which all sizes are. registration_deg : 95 % half-angle of the model's rotation, 0 where
-    there is none or none is known"""
+    """Errors of planes by size, in one unit of length.
+
+    Attributes
+    ----------
+    resolution : float
+        Resolution of the model.
+    noise : float
+        Noise across its surface, one sigma.
+    registration_deg : float
+        95 % half-angle of the model's rotation, degrees; 0 if unknown.
+    """
 
     resolution: float
     noise: float
     registration_deg: float = 0.0
 
     @classmethod
-    def of_pixels(cls, pixel: float, registration_deg: float = 0.0) -> PlaneSizes:
-        """What photos of this pixel size on the rock can be expected to give."""
+    def from_pixel_size(cls, pixel: float, registration_deg: float = 0.0) -> PlaneSizes:
+        """Return the sizes expected for photos with this pixel size on the rock."""
         return cls(PIXELS_PER_RESOLUTION * pixel, NOISE_PIXELS * pixel, registration_deg)
 
     @classmethod
-    def of_model(
+    def from_resolution(
         cls, resolution: float, noise: float | None = None, registration_deg: float = 0.0
     ) -> PlaneSizes:
-        """noise : None where it is not known: as much as photos with this resolution leave"""
-        usual = resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
-        return cls(resolution, usual if noise is None else noise, registration_deg)
+        """Return the sizes for a model; the default noise is that of photos with this
+        resolution.
+        """
+        default_noise = resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
+        return cls(resolution, default_noise if noise is None else noise, registration_deg)
 
     @property
     def textbook(self) -> float:
@@ -109,14 +144,14 @@ class PlaneSizes:
 
     @property
     def least(self) -> float:
-        """Extent below which no error is told."""
-        return LEAST_RESOLUTIONS * self.resolution
+        """Minimum extent with a reported error."""
+        return MIN_RESOLUTIONS * self.resolution
 
     def error_deg(self, size: float) -> float | None:
-        """Expected 95 % half-angle of a plane of this diameter; None below `least`."""
+        """Return the expected 95 % half-angle of a plane of this diameter; None below `least`."""
         if not size >= self.least * (1.0 - 1e-9):
             return None
-        # One point for each square of the resolution; three are spent on the plane.
+        # One point per square of the resolution; the plane has three parameters.
         free = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
         # A uniform disc has a variance of (d / 4)^2 along each diameter.
         fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, free)
@@ -124,13 +159,14 @@ class PlaneSizes:
         tilt = resolution_tilt_deg(self.resolution, math.sqrt(12.0) * size / 4.0)
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))
 
-    def size_for(self, error_deg: float = WANTED_DEG) -> float | None:
-        """The smallest diameter with this expected error or less; None where the registration
-        alone is worse."""
+    def size_for(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
+        """Return the smallest diameter with this expected error; None if the registration exceeds
+        it.
+        """
         if error_deg <= self.registration_deg:
             return None
         low = high = self.least
-        # The error falls with the size, to that of the registration.
+        # The error decreases with size to that of the registration.
         while (self.error_deg(high) or 0.0) > error_deg:
             low, high = high, 2.0 * high
             if high > 1e9 * self.resolution:
@@ -146,9 +182,8 @@ class PlaneSizes:
         return high
 
     def curve(self, *, metric: bool = True) -> tuple[PlaneError, ...]:
-        """From 10 to 1000 resolutions, the textbook's limit of 100 among them. metric : whether the
-        sizes are in metres"""
-        sizes = [times * self.resolution for times in _TOLD]
+        """Return the errors from 10 to 1000 resolutions; `metric` if sizes are in metres."""
+        sizes = [times * self.resolution for times in CURVE_RESOLUTIONS]
         errors = [(size, self.error_deg(size)) for size in sizes]
         return tuple(
             PlaneError(size, error) if metric else PlaneError(None, error, size)

@@ -1,10 +1,13 @@
-"""Planes through points: moment of inertia (PCA) and planar regression, many at once.
+"""Planes through points: moment of inertia (PCA) and planar regression, for many groups at once.
 
-Everything is float64 in the World frame (x East, y North, z Up; metres). Points are centred before
-anything else, so UTM coordinates lose no digits. Source of the two methods and of the indices:
-Tavani, Corradetti, Mercuri & Seers, "Virtual outcrop models of geological structures", section 4.1,
-equations 19 to 21; M and K after Woodcock (1977) and Fernandez (2005). The errors are explained
-in plane_errors.py, their coverage in docs/plane_errors.md.
+Everything is float64 in the World frame (x East, y North, z Up; metres). Points are centred first,
+so
+UTM coordinates lose no digits. Source of both methods and of the indices: Tavani, Corradetti,
+Mercuri &
+Seers, "Virtual outcrop models of geological structures", section 4.1, equations 19 to 21; M and K
+after Woodcock (1977) and Fernandez (2005). Errors are explained in plane_errors.py, their coverage
+in
+docs/plane_errors.md.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 @dataclass(frozen=True, eq=False)
 class PlaneFit:
-    """One fitted plane; None where a figure is undefined. Fields as in PlaneFits."""
+    """One fitted plane; figures are None if undefined. Fields are as in PlaneFits."""
 
     n: int
     centroid: FloatArray
@@ -65,34 +68,58 @@ class PlaneFit:
 
 @dataclass(frozen=True, eq=False)
 class PlaneFits:
-    """m fitted planes, as arrays. NaN where undefined, infinite where an index is.
+    """Fits of m planes; NaN if undefined, infinite if an index is.
 
-    n : (m,) points per plane
-    centroid : (m, 3) centre of the points
-    normal : (m, 3) unit vectors, z >= 0; a horizontal one points to an azimuth in [90, 270)
-    eigenvalues : (m, 3) of the covariance (divisor n), divided by their sum, descending (eq. 19)
-    axes : (m, 3, 3) their unit vectors e1, e2, e3 as rows; e3 points up. e3 is the normal of "pca"
-    trace : (m,) sum of the eigenvalues before the division, m2
-    rms : (m,) root mean square distance of the points from the plane, divisor n, m
-    residual : (m,) the same along the coordinate that was minimised: rms for "pca", m
-    extent : (m,) length of the points along e1, m
-    max_coordinate : (m,) largest absolute coordinate, which sets the rounding, m
-    coplanarity, collinearity : (m,) 1 / l3 (eq. 20), l1 / l2 (eq. 21)
-    M, K : (m,) ln(l1 / l3), ln(l1 / l2) / ln(l2 / l3)
-    max_angular_error_deg, min_angular_error_deg : (m,) hyperbolic error (Quinn & Ehlmann 2019)
-    hyperbolic_overflow : (m,) that error has no bound below 90 degrees
-    max_confidence95_deg, min_confidence95_deg : (m,) semi-axes of the joint 95 % region of the
-        normal, in terms of the angle between normals
-    error_rake_deg : (m,) rake [0, 180) from the right-hand-rule strike of the in-plane direction in
-        which the plane tilts most
-    dip_error_deg, dip_direction_error_deg : (m,) the same region seen along and across the dip; the
-        second is undefined where the region reaches the horizontal plane
-    n_effective : (m,) number of independent points that would give the same region
-    long_roughness : (m,) the residuals wander on the scale of the trace itself, so that neither
-        figure can be trusted alone: the wider one counts
-    bow_tilt_deg : (m,) tilt by a bow of the trace that its points do not show, 95 %
-    dip_direction_deg, dip_deg : (m,); undefined : (m,) horizontal, dip direction 0 by convention
-    error : per plane, why there is none (its figures are then NaN), or None
+    Attributes
+    ----------
+    n : (m,) ndarray of int
+        Number of points.
+    centroid : (m, 3) ndarray
+        Centroid of the points, m.
+    normal : (m, 3) ndarray
+        Unit vectors, z >= 0; a horizontal one points to an azimuth in [90, 270).
+    eigenvalues : (m, 3) ndarray
+        Of the covariance (divisor n), divided by their sum, descending (eq. 19).
+    axes : (m, 3, 3) ndarray
+        Their unit vectors e1, e2, e3 as rows; e3 points up and is the normal of "pca".
+    trace : (m,) ndarray
+        Sum of the eigenvalues before the division, m2.
+    rms : (m,) ndarray
+        Root mean square distance of the points from the plane, divisor n, m.
+    residual : (m,) ndarray
+        The same along the minimised coordinate: rms for "pca", m.
+    extent : (m,) ndarray
+        Length of the points along e1, m.
+    max_coordinate : (m,) ndarray
+        Largest absolute coordinate, which determines the rounding, m.
+    coplanarity, collinearity : (m,) ndarray
+        1 / l3 (eq. 20), l1 / l2 (eq. 21).
+    M, K : (m,) ndarray
+        ln(l1 / l3), ln(l1 / l2) / ln(l2 / l3).
+    max_angular_error_deg, min_angular_error_deg : (m,) ndarray
+        Hyperbolic error (Quinn & Ehlmann 2019), degrees.
+    hyperbolic_overflow : (m,) ndarray of bool
+        Whether that error has no bound below 90 degrees.
+    max_confidence95_deg, min_confidence95_deg : (m,) ndarray
+        Semi-axes of the joint 95 % region of the normal, as angles between normals, degrees.
+    error_rake_deg : (m,) ndarray
+        Rake [0, 180) from the right-hand-rule strike of the in-plane direction of the largest tilt.
+    dip_error_deg, dip_direction_error_deg : (m,) ndarray
+        The same region along and across the dip, degrees; the second is undefined if the region
+        contains
+        the horizontal plane.
+    n_effective : (m,) ndarray
+        Number of independent points with the same region.
+    long_roughness : (m,) ndarray of bool
+        Whether residuals wander on the scale of the trace, so that the wider of both errors
+        applies.
+    bow_tilt_deg : (m,) ndarray
+        95 % tilt by a bow of the trace that its points do not show, degrees.
+    dip_direction_deg, dip_deg : (m,) ndarray
+    undefined : (m,) ndarray of bool
+        Whether the plane is horizontal, with dip direction 0 by convention.
+    error : tuple of Finding or None
+        Reason for a missing plane (its figures are NaN).
     """
 
     n: IntArray
@@ -133,25 +160,25 @@ class PlaneFits:
     def __getitem__(self, i: int) -> PlaneFit:
         return self.rows(range(i, i + 1))[0] if i >= 0 else self[i + len(self)]
 
-    def rows(self, chosen: range | None = None) -> list[PlaneFit]:
-        """One after the other, all or some: together they take a tenth of the time."""
-        within = range(len(self)) if chosen is None else chosen
-        if len(within) and not 0 <= min(within) <= max(within) < len(self):
-            raise IndexError(within)
-        part = slice(within.start, within.stop, within.step)
-        columns = [_plain(getattr(self, f.name), part, len(within)) for f in fields(self)]
+    def rows(self, selected: range | None = None) -> list[PlaneFit]:
+        """Return all or some fits as a list, ten times faster than one by one."""
+        rows = range(len(self)) if selected is None else selected
+        if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
+            raise IndexError(rows)
+        part = slice(rows.start, rows.stop, rows.step)
+        columns = [_to_python(getattr(self, f.name), part, len(rows)) for f in fields(self)]
         return [PlaneFit(*values) for values in zip(*columns, strict=True)]
 
 
-def _plain(column: Any, part: slice, count: int) -> list[Any]:
-    """Plain Python values of one figure; None for NaN and infinity. Vectors stay arrays."""
+def _to_python(column: Any, part: slice, count: int) -> list[Any]:
+    """Return plain Python values of one figure, None for NaN and infinity. Vectors stay arrays."""
     if isinstance(column, str | bool):
         return [column] * count
-    own = column[part]
-    if isinstance(own, tuple) or own.ndim > 1:
-        return list(own)
-    values: list[Any] = own.tolist()
-    if own.dtype.kind == "f" and not np.isfinite(own).all():
+    values_of_rows = column[part]
+    if isinstance(values_of_rows, tuple) or values_of_rows.ndim > 1:
+        return list(values_of_rows)
+    values: list[Any] = values_of_rows.tolist()
+    if values_of_rows.dtype.kind == "f" and not np.isfinite(values_of_rows).all():
         return [value if isfinite(value) else None for value in values]
     return values
 
@@ -163,9 +190,23 @@ def fit_plane(
     axis: Axis = "auto",
     ordered: bool = True,
 ) -> PlaneFit:
-    """The plane through points (n, 3); GeometryError with the reason where there is none.
+    """Fit a plane to points.
 
-    See fit_planes for the meaning of the options.
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        World frame, m.
+    method, axis, ordered
+        As in `fit_planes`.
+
+    Returns
+    -------
+    PlaneFit
+
+    Raises
+    ------
+    GeometryError
+        If the points do not determine a plane.
     """
     array = np.asarray(points, dtype=np.float64)
     if array.size == 0:
@@ -184,17 +225,35 @@ def fit_planes(
     axis: Axis = "auto",
     ordered: bool = True,
 ) -> PlaneFits:
-    """Planes through many groups of points; plane i takes points[offsets[i]:offsets[i + 1]].
+    """Fit planes to many groups of points.
 
-    points : (N, 3) World coordinates, m
-    offsets : (m + 1,) non-decreasing
-    method : "pca" minimises distances from the plane, "regression" those along `axis`
-    axis : "auto" takes for each group the one that is nearest the normal of its plane by "pca": a
-        regression along another attributes scatter to the coordinates that it takes for exact, and
-        makes steep planes too gentle. A named one is refused for a plane that is parallel to it
-        within its scatter
-    ordered : the points follow a trace: how much the residuals of neighbours depend on each other
-        is then estimated and widens the confidence. False: every point counts as independent.
+    Parameters
+    ----------
+    points : (N, 3) array_like
+        World frame, m.
+    offsets : (m + 1,) array_like of int
+        Plane i is fitted to ``points[offsets[i]:offsets[i + 1]]``.
+    method : {"pca", "regression"}
+        Minimise distances from the plane, or those along `axis`.
+    axis : {"auto", "x", "y", "z"}
+        "auto" is the axis nearest to the normal of the plane by "pca": regressions along others
+        attribute
+        scatter to coordinates that they assume exact, and make steep planes too gentle. A named
+        axis is
+        an error for planes parallel to it within their scatter.
+    ordered : bool
+        True if points follow a trace: the correlation of neighbouring residuals is estimated
+        and widens
+        the confidence. False for independent points.
+
+    Returns
+    -------
+    PlaneFits
+
+    Raises
+    ------
+    GeometryError
+        If an argument is invalid.
     """
     xyz = np.asarray(points, dtype=np.float64)
     cuts = np.asarray(offsets, dtype=np.int64)
@@ -220,14 +279,14 @@ def fit_planes(
     counts = np.diff(cuts)
     if method == "regression" and axis == "auto":
         return _along_nearest_axes(xyz, cuts, ordered)
-    reasons, keep = _sound_groups(xyz, cuts, counts)
+    reasons, keep = _valid_groups(xyz, cuts, counts)
     result = _blank(counts, method, ordered)
     if keep.any():
         if keep.all():
-            chosen = xyz[cuts[0] : cuts[-1]]
+            points_used = xyz[cuts[0] : cuts[-1]]
         else:
-            chosen = xyz[members(cuts[:-1][keep], counts[keep])]
-        part, errors = figures(chosen, counts[keep], method, _axis_index(axis), ordered)
+            points_used = xyz[members(cuts[:-1][keep], counts[keep])]
+        part, errors = figures(points_used, counts[keep], method, _axis_index(axis), ordered)
         rows = np.flatnonzero(keep)
         failed = [i for i, error in enumerate(errors) if error is not None]
         for name, value in part.items():
@@ -245,9 +304,9 @@ def _axis_index(axis: Axis) -> int:
 
 
 def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> PlaneFits:
-    """Regressions, each along the axis nearest the normal of its plane by inertia."""
-    upright = fit_planes(xyz, cuts, ordered=ordered)
-    nearest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
+    """Fit regressions along the axis nearest to the normal of each plane by inertia."""
+    pca_fits = fit_planes(xyz, cuts, ordered=ordered)
+    nearest = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
     counts = np.diff(cuts)
     result = _blank(counts, "regression", ordered)
     reasons: list[Finding | None] = [None] * len(counts)
@@ -256,8 +315,8 @@ def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> Plane
         if not len(rows):
             continue
         offsets = np.concatenate([[0], np.cumsum(counts[rows])])
-        chosen = xyz[members(cuts[:-1][rows], counts[rows])]
-        part = fit_planes(chosen, offsets, method="regression", axis=axis, ordered=ordered)
+        points_used = xyz[members(cuts[:-1][rows], counts[rows])]
+        part = fit_planes(points_used, offsets, method="regression", axis=axis, ordered=ordered)
         for name in result:
             result[name][rows] = getattr(part, name)
         for row, reason in zip(rows, part.error, strict=True):
@@ -278,17 +337,17 @@ def _blank(counts: IntArray, method: str, ordered: bool) -> dict[str, AnyArray]:
     }
 
 
-def _sound_groups(
+def _valid_groups(
     xyz: FloatArray, cuts: IntArray, counts: IntArray
 ) -> tuple[list[Finding | None], BoolArray]:
-    """The reason against each group that cannot be fitted whatever its shape, and the others."""
-    many = counts >= 3
+    """Return the reason against each group that cannot be fitted, and a mask of the others."""
+    has_points = counts >= 3
     finite = np.ones(len(counts), bool)
-    # One maximum tells that all is well, which it nearly always is; NaN is not below the limit.
+    # One maximum suffices for valid points, the usual case; NaN is not below the limit.
     if len(xyz) and not np.abs(xyz).max() < LARGEST:
-        bad = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
-        finite = bad[cuts[1:]] == bad[cuts[:-1]]
+        bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
+        finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]
     reasons: list[Finding | None] = [None] * len(counts)
-    for i in np.flatnonzero(~(many & finite)).tolist():
+    for i in np.flatnonzero(~(has_points & finite)).tolist():
         reasons[i] = too_few_points(int(counts[i])) if finite[i] else Finding("points.not-finite")
-    return reasons, many & finite
+    return reasons, has_points & finite

@@ -1,9 +1,12 @@
-"""The points of a cloud in an order of which any beginning is a picture of the whole.
+"""Progressive order of a cloud's points: every beginning is a picture of the whole.
 
-Space is divided into cubes, eight in each, down to DEEPEST. Of every cube of a level one point
-belongs to that level or to one above; what is left after the last belongs to one more. So each
-level is an even sample, twice as dense along a line as the one above. Within a level neighbours in
-space are neighbours in the order (G. M. Morton's Z-shaped curve, 1966), which is cut into nodes.
+Space is divided into cubes, eight in each, down to MAX_LEVEL. One point of every cube of a level
+belongs
+to that level or a coarser one; the remaining points form one more level. So each level is an even
+sample,
+twice as dense along a line as the one above. Within a level, neighbours in space are neighbours in
+the
+order (G. M. Morton's Z-shaped curve, 1966), which is cut into nodes.
 """
 
 from __future__ import annotations
@@ -17,10 +20,10 @@ from vomstudio.core.arrays import ByteArray, FloatArray, IntArray, IntegerArray,
 from vomstudio.core.threads import PROCESSORS, thread_pool
 
 POINTS_PER_NODE = 50_000
-DEEPEST = 13
-_PIECE = 1 << 15
-_UNSHUFFLED = 5
-"""So many of the largest cubes hold points of every level."""
+MAX_LEVEL = 13
+BLOCK_SIZE = 1 << 15
+N_UNSHUFFLED_LEVELS = 5
+"""The cubes of the first levels contain points of every level."""
 _MAX_THREADS = 4
 
 
@@ -28,11 +31,18 @@ _MAX_THREADS = 4
 class Arrangement:
     """Rows of a cloud, node after node, the coarse nodes first.
 
-    rows : (n,) int32 or int64, of the points with finite coordinates
-    starts : (k + 1,) int64, where each node begins in `rows`, and the end
-    bounds : (k, 2, 3) float64, of the node's own points
-    spacing : (k,) float64, about the distance of neighbours once a node and those above are there
-    parents : (k,) int64, the node above, -1 for none; it comes before
+    Attributes
+    ----------
+    rows : (n,) ndarray of int
+        Rows of the points with finite coordinates.
+    starts : (k + 1,) ndarray of int
+        Start of each node in `rows`, and the end.
+    bounds : (k, 2, 3) ndarray
+        Boxes of the nodes' points.
+    spacing : (k,) ndarray
+        Approximate distance of neighbours with a node and those above.
+    parents : (k,) ndarray of int
+        Row of the parent node, -1 for none; it precedes its children.
     """
 
     rows: IntegerArray
@@ -45,7 +55,7 @@ class Arrangement:
         return len(self.spacing)
 
     def is_sound(self, points: int) -> bool:
-        """Whether it can be of a cloud with so many points."""
+        """Return whether it can be the arrangement of a cloud with this number of points."""
         k = len(self)
         return bool(
             self.starts.shape == (k + 1,)
@@ -62,31 +72,35 @@ class Arrangement:
 
 
 def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arrangement:
-    """The arrangement of points (n, 3); `check` is called now and then and may raise to stop it.
+    """Arrange points (n, 3) in progressive order.
 
-    Takes some 0.08 s for a million points on two processors, and 20 bytes of memory for each.
+    `check` is called now and then and may raise to stop. Takes about 0.08 s for a million points on
+    two
+    processors, and 20 bytes of memory for each.
     """
     if not len(points):
-        nothing = np.zeros(0, np.int64)
+        no_rows = np.zeros(0, np.int64)
         return Arrangement(
-            nothing, np.zeros(1, np.int64), np.zeros((0, 2, 3)), np.zeros(0), nothing
+            no_rows, np.zeros(1, np.int64), np.zeros((0, 2, 3)), np.zeros(0), no_rows
         )
-    # A mapped file is an array of a kind of its own, which makes every piece of it slower.
+    # A mapped file is an array subclass, which would slow down every block.
     points = np.asarray(points)
     with thread_pool(min(_MAX_THREADS, PROCESSORS)) as pool:
 
         def each(work: Callable[[slice], None], count: int) -> None:
             def checked(start: int) -> None:
                 check()
-                work(slice(start, min(start + _PIECE, count)))
+                work(slice(start, min(start + BLOCK_SIZE, count)))
 
-            list(pool.map(checked, range(0, count, _PIECE)))
+            list(pool.map(checked, range(0, count, BLOCK_SIZE)))
 
         low, high = _bounds(points, each)
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
-            kept = np.flatnonzero(np.isfinite(points).all(axis=1))
-            found = arrange(points[kept], check)
-            return replace(found, rows=kept[found.rows].astype(found.rows.dtype))
+            finite_rows = np.flatnonzero(np.isfinite(points).all(axis=1))
+            arrangement = arrange(points[finite_rows], check)
+            return replace(
+                arrangement, rows=finite_rows[arrangement.rows].astype(arrangement.rows.dtype)
+            )
         side = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
         depth = _depth(row_bits)
@@ -100,45 +114,44 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arr
         keys = keys.take(order)
         number = np.int32 if row_bits < 32 else np.int64
         rows: IntegerArray = (keys & np.uint64((1 << row_bits) - 1)).astype(number)
-        starts, level_of, parents = _cut(keys, np.bincount(levels, minlength=1))
+        starts, level_of, parents = _cut_into_nodes(keys, np.bincount(levels, minlength=1))
         bounds = np.empty((len(parents), 2, 3))
 
         def bound(node: int) -> None:
             check()
-            own = points.take(rows[starts[node] : starts[node + 1]], axis=0)
+            node_points = points.take(rows[starts[node] : starts[node + 1]], axis=0)
             for axis in range(3):
-                bounds[node, :, axis] = own[:, axis].min(), own[:, axis].max()
+                bounds[node, :, axis] = node_points[:, axis].min(), node_points[:, axis].max()
 
         list(pool.map(bound, range(len(parents))))
     return Arrangement(rows, starts, bounds, spacing[level_of], parents)
 
 
 def _depth(row_bits: int) -> int:
-    """So many levels that a place along the curve and a row fit into 64 bits."""
-    return min(DEEPEST, (64 - row_bits) // 3)
+    """Return the number of levels for which a curve position and a row fit into 64 bits."""
+    return min(MAX_LEVEL, (64 - row_bits) // 3)
 
 
 _Each = Callable[[Callable[[slice], None], int], None]
 
 
 def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
-    """Not finite where a point is not."""
+    """Return lower and upper bounds; not finite if a point is not finite."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
-    def some(part: slice) -> None:
+    def reduce_block(part: slice) -> None:
         # Column by column: a reduction along rows of three is many times slower.
         lows.append(np.array([points[part, axis].min() for axis in range(3)]))
         highs.append(np.array([points[part, axis].max() for axis in range(3)]))
 
-    each(some, len(points))
+    each(reduce_block, len(points))
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
 def _keys(
     points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _Each
 ) -> UInt64Array:
-    """Place along the curve and row in one number: sorting such is several times faster than
-    finding an order."""
+    """Return curve position and row in one number; sorting these is faster than argsort."""
     keys = np.empty(len(points), np.uint64)
     tables = [_table(axis, depth) for axis in range(3)]
     cells = 2**depth
@@ -157,79 +170,88 @@ def _keys(
 
 
 def _table(axis: int, depth: int) -> UInt64Array:
-    """For each cell of an axis its bits in the place along the curve."""
+    """Return the bits of each cell of an axis in the curve position."""
     cells = np.arange(2**depth, dtype=np.uint64)
-    out = np.zeros(2**depth, np.uint64)
+    bits = np.zeros(2**depth, np.uint64)
     for bit in range(depth):
-        out |= (cells >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return out
+        bits |= (cells >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
+    return bits
 
 
 def _shuffle(code: UInt64Array, depth: int) -> None:
-    """Let another one of the eight come first in every cube, as if by chance: or the points of a
-    level would all stand in the same corner of their cubes, which shows as a grid."""
-    # The golden ratio spreads numbers that follow each other (D. E. Knuth, The art of computer
-    # programming 3, 6.4).
+    """Permute the eight cubes in every cube pseudorandomly.
+
+    Otherwise the points of a level would be in the same corner of their cubes, which shows as a
+    grid.
+    """
+    # The golden ratio spreads consecutive numbers (D. E. Knuth, The art of computer programming 3,
+    # 6.4).
     ratio, highest = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
-    for level in range(depth, _UNSHUFFLED, -1):
-        around = code >> np.uint64(3 * (depth - level + 1))
-        around *= ratio
-        around >>= highest
-        around <<= np.uint64(3 * (depth - level))
-        code ^= around
+    for level in range(depth, N_UNSHUFFLED_LEVELS, -1):
+        parent_code = code >> np.uint64(3 * (depth - level + 1))
+        parent_code *= ratio
+        parent_code >>= highest
+        parent_code <<= np.uint64(3 * (depth - level))
+        code ^= parent_code
 
 
 def _levels(
     codes: UInt64Array, side: float, depth: int, each: _Each
 ) -> tuple[ByteArray, FloatArray]:
-    """The level of each point along the curve, and the spacing at every level."""
+    """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)
-    # How many of the cubes around a point are those around the one before as well.
+    # Number of cubes around a point that also contain the previous point.
     shared = np.zeros(count, np.uint8)
 
     def compare(part: slice) -> None:
         first = max(part.start, 1)
-        apart = codes[first : part.stop] ^ codes[first - 1 : part.stop - 1]
+        differences = codes[first : part.stop] ^ codes[first - 1 : part.stop - 1]
         for level in range(1, depth + 1):
-            shared[first : part.stop] += apart < np.uint64(1 << 3 * (depth - level))
+            shared[first : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
     each(compare, count)
-    # Cubes with a point in them, from the one around everything down.
+    # Number of cubes with a point, from the outermost one down.
     filled = np.cumsum(np.bincount(shared, minlength=depth + 1))[:depth]
     filled = np.concatenate([[1], filled])
     top = depth + 1
     if count > POINTS_PER_NODE:
         top = max(1, int(np.searchsorted(filled, POINTS_PER_NODE, side="right")) - 1)
     levels = np.maximum(shared, top - 1) - np.uint8(top - 1)
-    so_far = np.cumsum(np.bincount(levels, minlength=1))
-    # Points lie on a surface: the distance goes with the root of how many share a cube.
-    coarser = np.maximum(np.searchsorted(filled, so_far / 2.0, side="right") - 1, 0)
-    return levels, side / 2.0**coarser * np.sqrt(filled[coarser] / np.maximum(so_far, 1))
+    cumulated = np.cumsum(np.bincount(levels, minlength=1))
+    # On a surface, the distance is proportional to the root of the number of points per cube.
+    coarser = np.maximum(np.searchsorted(filled, cumulated / 2.0, side="right") - 1, 0)
+    return levels, side / 2.0**coarser * np.sqrt(filled[coarser] / np.maximum(cumulated, 1))
 
 
-def _cut(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Levels (of so many points) as nodes that each lie along the same stretch of the curve as the
-    one above: where each begins, its level, and the node above."""
+def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Cut levels into nodes along the same sections of the curve as their parents.
+
+    Returns start, level and parent of each node.
+    """
     starts: list[int] = []
     level_of: list[int] = []
     parents: list[int] = []
     above = [-1]
-    at = 0
+    position = 0
     for level, count in enumerate(counts.tolist()):
-        own = keys[at : at + count]
+        keys_of_level = keys[position : position + count]
         later = [starts[node] for node in above[1:]]
-        cuts = [0, *np.searchsorted(own, keys[later]).tolist(), count] if later else [0, count]
-        fresh = []
+        cuts = (
+            [0, *np.searchsorted(keys_of_level, keys[later]).tolist(), count]
+            if later
+            else [0, count]
+        )
+        new_nodes = []
         for node, length in zip(above, np.diff(cuts).tolist(), strict=True):
             pieces = -(-length // POINTS_PER_NODE)
             for piece in range(pieces):
-                fresh.append(len(starts))
-                starts.append(at + length * piece // pieces)
+                new_nodes.append(len(starts))
+                starts.append(position + length * piece // pieces)
                 level_of.append(level)
                 parents.append(node)
-            at += length
-        above = fresh or above
-    starts.append(at)
+            position += length
+        above = new_nodes or above
+    starts.append(position)
     return (
         np.array(starts, np.int64),
         np.array(level_of, np.int64),

@@ -1,4 +1,4 @@
-"""Registrations after a change of World's axes or of the coordinates of a model's file."""
+"""Changes of registrations with World's axes or the coordinates of a model's file."""
 
 from __future__ import annotations
 
@@ -37,38 +37,38 @@ def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) ->
     if registration.covariance is not None:
         change = np.eye(7)
         change[:3, :3], change[4:, 4:] = rotation, scale * rotation
-        known = np.array(registration.covariance, np.float64)
-        covariance = tuple(map(tuple, (change @ known @ change.T).tolist()))
+        covariance_before = np.array(registration.covariance, np.float64)
+        covariance = tuple(map(tuple, (change @ covariance_before @ change.T).tolist()))
     turns = registration.rotation_error_deg
     if turns is not None:
         up, east, north = turns
         east, north, up = _rotated_sigma((east, north, up), rotation)
         turns = (up, east, north)
 
-    def grown(length: float | None) -> float | None:
+    def scale_length(length: float | None) -> float | None:
         return None if length is None else scale * length
 
-    def moved(point: Point) -> Point:
+    def transform_point(point: Point) -> Point:
         return _point(transform.apply(rows, [point])[0])
 
-    def point_after(point: RegistrationPoint) -> RegistrationPoint:
+    def transform_control(point: RegistrationPoint) -> RegistrationPoint:
         sigma = point.sigma_m
         if sigma is not None:
             sigma = _point(scale * np.array(_rotated_sigma(sigma, rotation)))
         residual = _point(scale * rotation @ np.array(point.residual))
-        return replace(point, world=moved(point.world), residual=residual, sigma_m=sigma)
+        return replace(point, world=transform_point(point.world), residual=residual, sigma_m=sigma)
 
     return replace(
         registration,
         frame=frame,
         matrix=_matrix(rows @ transform.matrix(registration.matrix)),
         rotation_error_deg=turns,
-        rms_control_m=grown(registration.rms_control_m),
-        rms_check_m=grown(registration.rms_check_m),
-        control=tuple(map(point_after, registration.control)),
+        rms_control_m=scale_length(registration.rms_control_m),
+        rms_check_m=scale_length(registration.rms_check_m),
+        control=tuple(map(transform_control, registration.control)),
         covariance=covariance,
-        centre=None if registration.centre is None else moved(registration.centre),
-        reach_m=grown(registration.reach_m),
+        centre=None if registration.centre is None else transform_point(registration.centre),
+        reach_m=scale_length(registration.reach_m),
         normal=(
             None
             if registration.normal is None
@@ -90,12 +90,12 @@ def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registra
         From the old coordinates of the file to the new ones.
     """
     rows = transform.matrix(np.asarray(by, np.float64))
-    before = transform.matrix(registration.matrix)
+    matrix_before = transform.matrix(registration.matrix)
     if np.array_equal(rows, np.eye(4)):
         return registration
     matrix = IDENTITY
-    if not np.array_equal(rows, before):
-        matrix = _matrix(before @ transform.invert(rows))
+    if not np.array_equal(rows, matrix_before):
+        matrix = _matrix(matrix_before @ transform.invert(rows))
     control = tuple(
         replace(point, model=_point(transform.apply(rows, [point.model])[0]))
         for point in registration.control
@@ -104,7 +104,7 @@ def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registra
 
 
 def is_same_registration(first: Registration, second: Registration) -> bool:
-    """Whether two registrations differ by nothing but the ids of their records and the name."""
+    """Return whether two registrations differ only by ids of records and the name."""
     renamed = replace(
         first,
         id=second.id,

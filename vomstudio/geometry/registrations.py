@@ -1,4 +1,4 @@
-"""How models come to their place in World by measurement."""
+"""Registrations: the measured placement of models in World."""
 
 from __future__ import annotations
 
@@ -17,11 +17,20 @@ Method = Literal["gps", "control", "local", "points", "attitudes", "lines", "ref
 
 @dataclass(frozen=True)
 class ReadNorth:
-    """How azimuths were counted by which a model was placed.
+    """North reference of the azimuths by which a model was placed.
 
-    turned_deg: what was added to them, to count them from the north of the map. declination_deg:
-    that was used, None where none was needed; stated: it was not taken from a model of the Earth's
-    field. day: as of `Compass`. doubt_deg: one sigma, of all alike.
+    Attributes
+    ----------
+    turned_deg : float
+        Correction from this north to that of the map, degrees.
+    declination_deg : float or None
+        Declination used, degrees; None if not needed.
+    stated : bool
+        True if it is not from a model of the Earth's field.
+    day : str
+        As in `Compass`.
+    doubt_deg : float
+        Common standard deviation, degrees.
     """
 
     north: NorthKind
@@ -34,10 +43,20 @@ class ReadNorth:
 
 @dataclass(frozen=True)
 class RegistrationPoint:
-    """A point by which a model was placed, or which judges that.
+    """Point by which a model was placed, or a check point.
 
-    model : in the file's frame; world : as given; residual : fitted less given, World; sigma_m :
-    (east, north, up) as stated, None where not; check : it took no part
+    Attributes
+    ----------
+    model : Point
+        In the file's frame.
+    world : Point
+        Given coordinates.
+    residual : Point
+        Fitted minus given, World frame, m.
+    sigma_m : Point or None
+        Stated errors (east, north, up), m.
+    check : bool
+        True for a check point, which is not used.
     """
 
     label: str
@@ -72,26 +91,46 @@ class ObservationGroup:
 
 @dataclass(frozen=True)
 class Registration:
-    """A similarity from a model's file to World, found by measurement and not declared.
+    """Similarity from a model's file to World, measured and not declared.
 
-    method: "gps", "control" or "local" for a model placed by the positions of its cameras, by
-    control points marked in photos, or by nothing outside of the photos; "attitudes" for one
-    placed by the attitudes of its cameras; "points" for a model placed by points that were
-    found on it, "lines" by lines and planes alone of which something is known, "reference" for one
-    fitted to another model. frame: what is known of World afterwards. matrix: 4x4 from the file to
-    World. reconstruction_id: the one that it came with, "" for none.
-    rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
-    sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
-    which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
-    of scale and a shift (m), about `centre` in World, None where only the three errors are known.
-    reach_m, normal: from the middle of the model to its edge, and of its mean plane, World
-    (`geology.bowing.model_shape`); None where only its points are known. lens_bowing95_deg,
-    lens_stretch95: what the errors of the lenses of a model made here can do, 95 %: by how much
-    dips differ from edge to edge, and depths beside lengths, as a share; None where not known.
-    read_north: from which north azimuths were read that it rests on, None where it rests on none.
-    observations: the inputs of the adjustment by kind, empty if they are not known.
-    click_sigma_m: error of each coordinate of a click on the model that was used, metres, one
-    sigma; None if it is not known.
+    Attributes
+    ----------
+    method : str
+        "gps", "control" or "local": placed by camera positions, by control points marked in
+        photos, or by
+        nothing but the photos. "attitudes": by the attitudes of its cameras. "points": by
+        points picked on
+        it. "lines": only by known lines and planes. "reference": fitted to another model.
+    frame : Frame
+        Frame of World.
+    matrix : Matrix
+        4x4 from the file to World.
+    reconstruction_id : str
+        Id of its reconstruction, "" for none.
+    rotation_error_deg : (float, float, float) or None
+        About up, east and north, one sigma, degrees.
+    scale_error : float or None
+        Relative, one sigma.
+    rms_control_m, rms_check_m : float or None
+        RMS residual of the points, m.
+    control : tuple of RegistrationPoint
+    covariance : (7, 7) tuple or None
+        Of rotations about east, north and up (rad), relative scale and shift (m), about
+        `centre` in World;
+        None if only the three errors are known.
+    reach_m, normal : float, Point or None
+        Distance from the middle of the model to its edge, and normal of its mean plane, World frame
+        (`geology.bowing.model_shape`); None if only its points are known.
+    lens_bowing95_deg, lens_stretch95 : float or None
+        Possible effects of lens errors of a model made here, 95 %: difference of dips between
+        edges,
+        degrees, and relative scale of depths.
+    read_north : ReadNorth or None
+        North reference of the azimuths used; None without azimuths.
+    observations : tuple of ObservationGroup
+        Inputs of the adjustment by kind, empty if unknown.
+    click_sigma_m : float or None
+        Standard deviation of each coordinate of a click on the model, m; None if unknown.
     """
 
     id: str
@@ -116,11 +155,13 @@ class Registration:
     click_sigma_m: float | None = None
 
     def to_world(self) -> Matrix:
-        """4x4 similarity from the file to World."""
+        """Return the 4x4 similarity from the file to World."""
         return self.matrix
 
     def rotation_covariance(self) -> FloatArray | None:
-        """(3, 3) radians squared, of turns about east, north and up; None where not known."""
+        """Return the covariance (3, 3) of rotations about east, north and up, radians squared, or
+        None.
+        """
         import numpy as np
 
         if self.covariance is not None:
@@ -131,8 +172,7 @@ class Registration:
         return np.diag([east**2, north**2, up**2])
 
     def shape_covariance(self) -> FloatArray | None:
-        """(4, 4) of the same turns, radians, and of a relative change of scale; None where not
-        known."""
+        """Return the covariance (4, 4) of rotations, radians, and relative scale, or None."""
         import numpy as np
 
         if self.covariance is not None:
@@ -145,9 +185,11 @@ class Registration:
         return shape
 
     def placing_error_m(self, bounds: FloatArray) -> float | None:
-        """How far the model may be off because of it, one sigma along any direction, metres: the
-        mean (RMS) over the corners of its box in World (2, 3), else that of check or control
-        points; None where neither is known."""
+        """Return the RMS positioning error of the model along any direction, one sigma, m.
+
+        Over the corners of its box in World (2, 3), or else of check or control points; None if
+        unknown.
+        """
         import numpy as np
 
         if self.covariance is not None and self.centre is not None:
@@ -155,7 +197,7 @@ class Registration:
             total = 0.0
             for which in np.ndindex(2, 2, 2):
                 x, y, z = np.where(which, bounds[1], bounds[0]) - self.centre
-                # A turn w moves the corner by w x p, a growth along p.
+                # A rotation w moves the corner by w x p, a change of scale along p.
                 moves = np.hstack(
                     [
                         [[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]],

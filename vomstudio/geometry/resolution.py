@@ -1,9 +1,10 @@
-"""Effective resolution of points on a surface: the larger of their mean spacing, which is one over
-the root of their density, and of their noise about local planes. Vertices that subdivision has put
-between others are no such points.
+"""Effective resolution of points on a surface: the larger of mean spacing and noise.
 
-The gap to the nearest neighbour is no resolution: it is half of the mean spacing where points lie
-at random (Clark and Evans 1954), and knows nothing of noise.
+The mean spacing is one over the root of the density, the noise that about local planes. Vertices
+added
+by subdivision do not count. The gap to the nearest neighbour is not a resolution: it is half the
+mean
+spacing of random points (Clark and Evans 1954) and does not include noise.
 """
 
 from __future__ import annotations
@@ -17,21 +18,25 @@ from vomstudio.core.arrays import FloatArray, FloatingArray, IntArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
-COUNTS = (33, 129, 513, 2049)
-"""Neighbours from which spacing and noise are taken; more where noise makes a ball of them."""
-_SHEET = 0.2
-"""Between a quarter and an eighth: noise of half the spacing makes 0.22, of twice it 0.13."""
+NEIGHBOUR_COUNTS = (33, 129, 513, 2049)
+"""Numbers of neighbours for spacing and noise; more if noise makes a ball of them."""
+MIN_INNER_SHARE = 0.2
+"""Between a quarter and an eighth: noise of half the spacing gives 0.22, of twice the spacing
+0.13.
+"""
 
 
 def resolving_points(data: Mesh | PointCloud) -> FloatArray:
-    """Return the points that count for the resolution: all of a cloud, of a mesh the vertices that
-    do not follow from others by linear interpolation."""
+    """Return the points that determine the resolution.
+
+    All points of a cloud; for a mesh the vertices that are not interpolated from others.
+    """
     points = data.undivided.vertices if isinstance(data, Mesh) else data.points
     return np.asarray(points, np.float64)
 
 
 class Tree(Protocol):
-    """A scipy tree of points."""
+    """Interface of scipy's search tree."""
 
     n: int
 
@@ -39,7 +44,7 @@ class Tree(Protocol):
 
 
 class FewPoints:
-    """A tree of few points without the import of scipy, which takes longer than the search."""
+    """Tree of few points without importing scipy, which takes longer than the search."""
 
     def __init__(self, points: FloatArray) -> None:
         self._points, self.n = points, len(points)
@@ -52,8 +57,11 @@ class FewPoints:
 
 
 def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
-    """Typical resolution around places (q, 3) of a surface, in the unit of its points (n, 3); the
-    tree is of these points. None where the points around stand at one place."""
+    """Return the median resolution around places (q, 3) of a surface, in the unit of its points (n,
+    3).
+
+    None if the neighbouring points coincide. The tree contains these points.
+    """
     index = np.asarray(places, np.float64).reshape(-1, 3)
 
     def neighbours(count: int) -> FloatArray | None:
@@ -67,53 +75,56 @@ def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) 
 
 
 def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | None:
-    """Typical resolution of places whose nearest points `neighbours` gives: (q, k, 3), fewer than
-    it is asked for where there are no more, None where there are none.
+    """Return the median resolution of places whose nearest points (q, k, 3) `neighbours` returns.
 
-    Taken from the smallest neighbourhoods that are pieces of a sheet: of its points within a radius
-    a quarter lie within half of it, at ledges and corners too, whose relief is no noise of the
-    model. Noise makes a ball of neighbourhoods that are smaller than itself, with an eighth.
+    `neighbours` returns fewer points than requested if there are no more, or None. The smallest
+    neighbourhoods that are pieces of a sheet are used: a quarter of the points within a radius are
+    within
+    half of it, also at ledges and corners, whose relief is not noise. Noise turns smaller
+    neighbourhoods
+    into balls, with an eighth.
     """
-    found: tuple[FloatArray, FloatArray] | None = None
-    for count in COUNTS:
+    areas_and_noises: tuple[FloatArray, FloatArray] | None = None
+    for count in NEIGHBOUR_COUNTS:
         near = neighbours(count)
         if near is None or near.shape[1] < 2:
             break
-        found = of_neighbours(near)
-        if _inner_share(near) >= _SHEET or near.shape[1] < count:
+        areas_and_noises = neighbour_statistics(near)
+        if _inner_share(near) >= MIN_INNER_SHARE or near.shape[1] < count:
             break
-    return None if found is None else _larger(*found)
+    return None if areas_and_noises is None else _larger(*areas_and_noises)
 
 
 def _inner_share(near: FloatArray) -> float:
-    """Of the neighbours (q, k, 3) of the first point of each row, nearest first."""
+    """Return the share of neighbours (q, k, 3), nearest first, within half the maximum distance."""
     distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
 def _larger(areas: FloatArray, noises: FloatArray) -> float | None:
-    """The larger of spacing and noise, each the median of what the places tell."""
-    known = np.isfinite(areas) & (areas > 0)
-    if not known.any():
+    """Return the larger of median spacing and median noise of the places."""
+    is_known = np.isfinite(areas) & (areas > 0)
+    if not is_known.any():
         return None
-    return float(max(np.sqrt(np.median(areas[known])), np.median(noises[known])))
+    return float(max(np.sqrt(np.median(areas[is_known])), np.median(noises[is_known])))
 
 
-def of_neighbours(near: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Area that each point has for itself, and noise about the local plane, each (q,), for q places
-    with their k nearest points (q, k, 3), nearest first.
+def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the area per point and the noise about the local plane, each (q,).
 
-    The area is that of the ellipse with the variances of the points, which holds within some
-    percent at the rim of a surface too. Points that stand twice count once. NaN where all stand at
-    one place.
+    `near` (q, k, 3) are the nearest points of q places, nearest first. The area is that of the
+    ellipse with
+    the variances of the points, accurate to some percent at borders too. Coincident points count
+    once. NaN
+    if all coincide.
     """
     first = near[:, :1]
-    off = near - first
-    square = np.einsum("qkx,qkx->qk", off, off)
+    offsets = near - first
+    square = np.einsum("qkx,qkx->qk", offsets, offsets)
     distinct = np.full(len(near), near.shape[1], np.float64)
     for row in np.flatnonzero((square[:, 1:] == 0.0).any(axis=1)):
         distinct[row] = len(np.unique(near[row], axis=0))
-    centred = off - off.mean(axis=1, keepdims=True)
+    centred = offsets - offsets.mean(axis=1, keepdims=True)
     values = np.linalg.eigvalsh(np.einsum("qkx,qky->qxy", centred, centred) / near.shape[1])
     values = np.maximum(values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):

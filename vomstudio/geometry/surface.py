@@ -1,4 +1,4 @@
-"""What a measurement asks of the model it was made on."""
+"""Properties of a model that measurements on it depend on."""
 
 from __future__ import annotations
 
@@ -17,38 +17,45 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 
-# Enough points for a mean spacing and for the plane of a face, few enough for every click.
-_SAMPLES = 24
-_COARSE = 200_000
-_FACE_POINTS = 20_000
-# The face is the outcrop's on a scale larger than the trace, not the ledge that it runs along.
-_FACE_EXTENTS = 3.0
-# The face of the rock on which a line lies: as many vertices beside each of its points, and within
-# 15 degrees of its plane.
-_BESIDE = 12
-_IN_ONE_FACE = float(np.cos(np.radians(15.0)))
-_NORMAL_POINTS = 64
-_STEP = 1_000_000
+# Numbers of points that suffice for spacing and face and are fast enough for each click.
+N_SAMPLES = 24
+MAX_COARSE_VERTICES = 200_000
+MAX_FACE_POINTS = 20_000
+# The face of the outcrop is larger than the trace and not the ledge along which it runs.
+FACE_EXTENT_RATIO = 3.0
+# Face of the rock that contains a line: number of vertices near each of its points, and maximum
+# angle to its plane (15 degrees).
+N_NEIGHBOURS = 12
+MIN_FACE_COSINE = float(np.cos(np.radians(15.0)))
+MIN_NORMAL_POINTS = 64
+BLOCK_SIZE = 1_000_000
 
 
 class Surface(Protocol):
-    """All in the model's file frame."""
+    """Surface of a model, in the file frame."""
 
     def resolution_near(self, points: FloatArray) -> float | None:
-        """Effective resolution of the model around `points` (k, 3): the larger of the mean spacing
-        of its vertices or points and of their noise, see `geometry.resolution`."""
+        """Return the effective resolution of the model around points (k, 3), m.
+
+        The larger of the mean spacing of its vertices or points and of their noise, see
+        `geometry.resolution`.
+        """
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
-        """Unit normal (3,) of the outcrop face around the line through `points` (k, 3), on a scale
-        of several times its extent; of a line that lies in one face of the rock and is no wider
-        there than points stray, of that face."""
+        """Return the unit normal (3,) of the outcrop face around the line through points (k, 3).
+
+        The scale is several times its extent. For a line in one face of the rock that is not wider
+        than
+        points wander, it is the normal of that face.
+        """
 
 
 class VertexSurface:
-    """A surface known by its vertices, mesh or cloud.
+    """Surface defined by the vertices of a mesh or a cloud.
 
-    `build` makes the search tree and may run in any thread; until it is done the answers come from
-    a plain search and are the same.
+    `build` creates the search tree and may run in any thread; before it is done, a plain search
+    gives the
+    same results.
     """
 
     def __init__(
@@ -56,14 +63,18 @@ class VertexSurface:
         vertices: FloatArray,
         undivided: FloatArray | Callable[[], FloatArray] | None = None,
     ) -> None:
-        """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
-        resolution, see `geometry.subdivision`, or what finds them; None for these."""
+        """Store vertices (n, 3) float64 without a copy.
+
+        `undivided` are the vertices for the resolution, see `geometry.subdivision`, or a function
+        that returns
+        them; None for all vertices.
+        """
         self._vertices = vertices
         self._undivided = undivided
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
-        self._coarse = vertices[:: max(1, len(vertices) // _COARSE)]
+        self._coarse = vertices[:: max(1, len(vertices) // MAX_COARSE_VERTICES)]
 
     def build(self) -> None:
         from scipy.spatial import cKDTree
@@ -82,68 +93,69 @@ class VertexSurface:
 
     @property
     def extent(self) -> float:
-        """Length of the diagonal of the box around it."""
+        """Diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
     @cached_property
     def _resolving(self) -> VertexSurface:
-        """With the vertices that count for the resolution."""
-        own = self._undivided() if callable(self._undivided) else self._undivided
-        return self if own is None or own is self._vertices else VertexSurface(own)
+        """Surface of the vertices for the resolution."""
+        vertices = self._undivided() if callable(self._undivided) else self._undivided
+        return self if vertices is None or vertices is self._vertices else VertexSurface(vertices)
 
     def resolution_near(self, points: FloatArray) -> float | None:
         if self._resolving is not self:
             return self._resolving.resolution_near(points)
-        places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
+        places = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
 
         def neighbours(count: int) -> FloatArray | None:
-            # All at once: a single 3 x 3 matrix takes as long as all of them.
-            near = [self._nearest(place, count) for place in places]
-            return np.stack(near) if near else None
+            # One call for all, because a single 3 x 3 matrix takes as long.
+            neighbourhoods = [self._nearest(place, count) for place in places]
+            return np.stack(neighbourhoods) if neighbourhoods else None
 
         return resolution_by(neighbours)
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
-        line = _densified(points)
+        line = _resample(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
         resolution = self.resolution_near(points) or 0.0
-        own = _plane_within_wander(points, resolution)
-        if own is not None:
-            beside = [self._nearest(place, _BESIDE) for place in _sample(line, _SAMPLES)]
-            face = _face_of(line, np.unique(np.concatenate(beside), axis=0), 2.0 * resolution)
-            if face is not None and abs(float(face @ own)) > _IN_ONE_FACE:
+        plane_normal = _plane_within_wander(points, resolution)
+        if plane_normal is not None:
+            neighbours = [self._nearest(place, N_NEIGHBOURS) for place in _sample(line, N_SAMPLES)]
+            face = _fit_face(line, np.unique(np.concatenate(neighbours), axis=0), 2.0 * resolution)
+            if face is not None and abs(float(face @ plane_normal)) > MIN_FACE_COSINE:
                 return face
-        radius = max(_FACE_EXTENTS * extent, 10.0 * resolution)
+        radius = max(FACE_EXTENT_RATIO * extent, 10.0 * resolution)
         near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
-        return _face_of(line, near[:: max(1, len(near) // _FACE_POINTS)], radius)
+        return _fit_face(line, near[:: max(1, len(near) // MAX_FACE_POINTS)], radius)
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Vertices (k, 3) in a box: enough to tell how the surface lies there."""
+        """Return vertices (k, 3) in a box, sufficient for the attitude of the surface."""
         inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
         return np.asarray(self._coarse[inside])
 
-    def _in_ball(self, centre: FloatArray, radius: float) -> IntArray:
-        """Ids of the vertices in a ball, in no order."""
+    def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
+        """Return the ids of the vertices in a ball, in any order."""
         if self._tree is not None:
-            found = self._tree.query_ball_point(centre, radius, return_sorted=False)
-            return np.asarray(found, dtype=np.int64)
-        hits = []
-        for start in range(0, len(self._vertices), _STEP):
-            part = np.asarray(self._vertices[start : start + _STEP])
+            ids = self._tree.query_ball_point(centre, radius, return_sorted=False)
+            return np.asarray(ids, dtype=np.int64)
+        id_blocks = []
+        for start in range(0, len(self._vertices), BLOCK_SIZE):
+            part = np.asarray(self._vertices[start : start + BLOCK_SIZE])
             near = np.flatnonzero(np.abs(part[:, 0] - centre[0]) <= radius)
-            off = part[near] - centre
-            hits.append(start + near[np.einsum("ij,ij->i", off, off) <= radius**2])
-        return np.concatenate(hits)
+            offsets = part[near] - centre
+            id_blocks.append(start + near[np.einsum("ij,ij->i", offsets, offsets) <= radius**2])
+        return np.concatenate(id_blocks)
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
-        """Unit normal of the vertices in a ball; None where they are too few, or it would take
-        long to find them."""
+        """Return the unit normal of the vertices in a ball; None if there are too few, or without a
+        tree.
+        """
         if self._tree is None or self._coarse_tree is None:
             return None
         near = self._coarse[self._coarse_tree.query_ball_point(centre, radius)]
-        if len(near) < _NORMAL_POINTS:
+        if len(near) < MIN_NORMAL_POINTS:
             distance, index = self._tree.query(
-                centre, k=min(_NORMAL_POINTS, len(self._vertices)), distance_upper_bound=radius
+                centre, k=min(MIN_NORMAL_POINTS, len(self._vertices)), distance_upper_bound=radius
             )
             near = self._vertices[np.atleast_1d(index)[np.isfinite(np.atleast_1d(distance))]]
         if len(near) < 3:
@@ -162,9 +174,8 @@ class VertexSurface:
         return np.asarray(self._vertices[index[np.argsort(square[index])]])
 
 
-def _face_of(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | None:
-    """Unit normal (3,) of those of the vertices (k, 3) that are within a radius of the points of a
-    line; None where they are no face."""
+def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | None:
+    """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line; None if not a face."""
     from scipy.spatial import cKDTree
 
     if len(near) < 3:
@@ -175,23 +186,25 @@ def _face_of(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | 
         return None
     centred = near - near.mean(axis=0)
     values, vectors = np.linalg.eigh(centred.T @ centred)
-    # A line or a blob of points has no face.
+    # A line or a blob of points is not a face.
     if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
         return None
     return np.asarray(vectors[:, 0])
 
 
 def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
-    """Unit normal (3,) of the plane through points (k, 3) that are no wider across their line than
-    points stray on a model of this resolution; None for others."""
+    """Return the normal (3,) of the plane of points (k, 3) that are not wider than they wander.
+
+    None for wider traces, see `plane_sizes.within_wander`.
+    """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:
         return None
     centred = points - points.mean(axis=0)
     values, vectors = np.linalg.eigh(centred.T @ centred / len(points))
     extent = float(np.ptp(centred @ vectors[:, 2]))
-    straight = values[1] <= 1e-12 * values[2]
-    if straight or not within_wander(float(values[1]), extent, len(points), resolution):
+    is_straight = values[1] <= 1e-12 * values[2]
+    if is_straight or not within_wander(float(values[1]), extent, len(points), resolution):
         return None
     return np.asarray(vectors[:, 0])
 
@@ -203,8 +216,8 @@ def _sample(points: FloatArray, count: int) -> FloatArray:
     return np.asarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
 
 
-def _densified(points: FloatArray, pieces: int = 200) -> FloatArray:
-    """The polyline through `points`, as points at even steps."""
+def _resample(points: FloatArray, pieces: int = 200) -> FloatArray:
+    """Resample a polyline at even steps."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 2:
         return points

@@ -1,4 +1,4 @@
-"""Points from the pixels at which photos show them."""
+"""Points from their pixels in photos."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from vomstudio.geometry.cameras import View
 
 
 def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
-    """(3,) the point whose projections miss `pixels` (k, 2) in the k views least; NaN where the
-    rays do not say (fewer than two, or parallel).
+    """Find the point (3,) with the smallest residuals at `pixels` (k, 2) in k views.
 
-    Nearest point of the rays, then Gauss-Newton on the pixels.
+    Nearest point of the rays, then Gauss-Newton on the pixels. NaN for fewer than two rays or
+    parallel
+    ones.
     """
     marks = np.asarray(pixels, np.float64).reshape(-1, 2)
     if len(views) < 2:
@@ -32,12 +33,16 @@ def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     step = 1e-6 * max(1e-9, float(np.linalg.norm(point - views[0].centre)))
     offsets = np.vstack([np.zeros(3), np.eye(3) * step, -np.eye(3) * step])
     for _ in range(10):
-        seen = np.array([view.project(point + offsets) for view in views])
-        miss = (marks - seen[:, 0]).ravel()
-        jacobian = ((seen[:, 1:4] - seen[:, 4:]) / (2 * step)).transpose(0, 2, 1).reshape(-1, 3)
+        projections = np.array([view.project(point + offsets) for view in views])
+        residuals = (marks - projections[:, 0]).ravel()
+        jacobian = (
+            ((projections[:, 1:4] - projections[:, 4:]) / (2 * step))
+            .transpose(0, 2, 1)
+            .reshape(-1, 3)
+        )
         if not np.isfinite(jacobian).all():
             return np.full(3, np.nan)
-        change = np.linalg.lstsq(jacobian, miss, rcond=None)[0]
+        change = np.linalg.lstsq(jacobian, residuals, rcond=None)[0]
         point = point + change
         if np.linalg.norm(change) < step:
             break

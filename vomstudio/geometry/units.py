@@ -1,4 +1,4 @@
-"""Lengths and areas in words, in the unit that suits them."""
+"""Lengths and areas as text, in a suitable unit."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from dataclasses import dataclass
 from vomstudio.core.words import tr
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
-"""By the name of a unit of length as users type it."""
+"""Metres per unit of length, by the name that users type."""
 
 
 @dataclass(frozen=True)
 class Axes:
-    """What is known of the axes in which coordinates are written. All files and labels take from
-    here what they say of axes and units.
+    """Axes of coordinates, the only source of axes and units in files and labels.
 
-    metric : the unit is the metre, else it is the model's own, of unknown length
-    north : y is North and z Up, else no direction is known
+    Attributes
+    ----------
+    metric : bool
+        True if the unit is the metre, False for the model's own unit of unknown length.
+    north : bool
+        True if y is North and z Up, False if no direction is known.
     """
 
     metric: bool = True
@@ -26,12 +29,12 @@ class Axes:
 
     @property
     def unit(self) -> str:
-        """The unit of coordinates and lengths, for the heads of files, in English."""
+        """Unit of coordinates and lengths for file headers, in English."""
         return "metres" if self.metric else "model units"
 
     @property
     def titles(self) -> tuple[str, str, str]:
-        """Over the columns of a table: names of the axes with their unit."""
+        """Names of the axes with their unit, for column headers."""
         names = ("E", "N", "Z") if self.north else ("x", "y", "z")
         unit = "m" if self.metric else tr("units")
         first, second, third = (f"{name} ({unit})" for name in names)
@@ -39,15 +42,17 @@ class Axes:
 
     @property
     def description(self) -> str:
-        """For the heads of files, in English."""
+        """Description for file headers, in English."""
         if self.metric and self.north:
             return "x East, y North, z Up, metres"
         return f"x, y, z of a local frame without north, in {self.unit}"
 
     @property
     def wkt(self) -> str:
-        """An engineering CRS for a frame without a place on Earth. GIS programs would read a file
-        without one as East and North."""
+        """Engineering CRS for a frame without a place on Earth.
+
+        GIS programs would read a file without a CRS as East and North.
+        """
         unit = 'UNIT["metre",1]' if self.metric else 'UNIT["unknown",1]'
         if self.metric and self.north:
             name, axes = "Local frame", 'AXIS["Easting",EAST],AXIS["Northing",NORTH]'
@@ -60,52 +65,61 @@ class Axes:
 WORLD = Axes()
 UNPLACED = Axes(metric=False, north=False)
 
-NOTHING_M = 1e-7
-"""A length below this is rounding, not measurement."""
+MAX_ROUNDING_M = 1e-7
+"""Shorter lengths are rounding errors."""
 
 
-def without_metres(name: str, beside: Container[str] = ()) -> str:
-    """For a column or figure that is called `NAME_m`, `NAME_m2` or `NAME_1_per_m` where nobody
-    knows the unit: `NAME`, or `NAME_units` where that is the name of another one `beside` it."""
-    for ending, instead in _OF_UNITS:
+def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
+    """Return the name of a column `NAME_m`, `NAME_m2` or `NAME_1_per_m` for an unknown unit.
+
+    It is `NAME`, or `NAME_units` if another column has this name.
+    """
+    for ending, replacement in UNIT_SUFFIXES:
         if name.endswith(ending):
-            bare = name.removesuffix(ending) + instead
-            return f"{bare}_units" if bare in beside else bare
+            base = name.removesuffix(ending) + replacement
+            return f"{base}_units" if base in others else base
     return name
 
 
 def columns_of(names: Sequence[str], *, metric: bool) -> list[str]:
-    """The names over a table's columns; metric : its lengths are in metres"""
-    return [name if metric else without_metres(name, names) for name in names]
+    """Return the column names of a table, whose lengths are in metres if `metric`."""
+    return [name if metric else strip_metric_suffix(name, names) for name in names]
 
 
-_OF_UNITS = (("_1_per_m2", "_1_per_area"), ("_1_per_m", "_1_per_length"), ("_m2", ""), ("_m", ""))
+UNIT_SUFFIXES = (
+    ("_1_per_m2", "_1_per_area"),
+    ("_1_per_m", "_1_per_length"),
+    ("_m2", ""),
+    ("_m", ""),
+)
 
 
 def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
-    """A length to so many significant digits, whole units at least; `metric` is False for a model
-    of unknown scale, whose lengths are in units of its file."""
+    """Format a length with a number of significant digits, at least to whole units.
+
+    `metric` is False for a model of unknown scale, whose lengths are in units of its file.
+    """
     if value_m is None:
         return "–"
     if not metric:
-        return tr("{length} units", length=_rounded(value_m, digits))
-    if abs(value_m) < NOTHING_M:
+        return tr("{length} units", length=_format_rounded(value_m, digits))
+    if abs(value_m) < MAX_ROUNDING_M:
         return "0 mm"
     for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
-        text = _rounded(value_m / size, digits)
+        text = _format_rounded(value_m / size, digits)
         if abs(float(text)) < {"mm": 10.0, "cm": 100.0, "m": 1000.0}[unit]:
             return f"{text} {unit}"
-    return f"{_rounded(value_m / 1000.0, digits)} km"
+    return f"{_format_rounded(value_m / 1000.0, digits)} km"
 
 
 def round_length(longest: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is at most `longest`: for scale bars."""
+    """Return the largest 1, 2 or 5 times a power of ten up to `longest`, for scale bars."""
     power = 10.0 ** math.floor(math.log10(longest))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
 
 
 def bar_text(length_m: float, *, metric: bool = True) -> str:
-    """What stands at a scale bar of a round length: no more digits than it has."""
+    """Format the round length of a scale bar without additional digits."""
     if not metric:
         return tr("{length} units", length=f"{length_m:g}")
     for unit, size in (("km", 1e3), ("m", 1.0), ("cm", 1e-2)):
@@ -118,21 +132,21 @@ def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -
     if value_m2 is None:
         return "–"
     if not metric:
-        return tr("{area} units²", area=_rounded(value_m2, digits))
-    if abs(value_m2) < NOTHING_M**2:
+        return tr("{area} units²", area=_format_rounded(value_m2, digits))
+    if abs(value_m2) < MAX_ROUNDING_M**2:
         return "0 cm²"
-    for unit, size, below in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):
-        text = _rounded(value_m2 / size, digits)
-        if abs(float(text)) < below:
+    for unit, size, limit in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):
+        text = _format_rounded(value_m2 / size, digits)
+        if abs(float(text)) < limit:
             return f"{text} {unit}"
-    return f"{_rounded(value_m2 / 1e6, digits)} km²"
+    return f"{_format_rounded(value_m2 / 1e6, digits)} km²"
 
 
-def _rounded(value: float, digits: int) -> str:
-    """Significant digits without an exponent; no digit before the point is lost."""
+def _format_rounded(value: float, digits: int) -> str:
+    """Format significant digits without an exponent; digits before the point are never lost."""
     if not math.isfinite(value) or value == 0.0:
         return f"{value:.0f}"
-    # 0.9996 has its first digit one place higher once it is rounded.
+    # The first digit of 0.9996 moves by one place when it is rounded.
     first = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
     decimals = max(0, digits - 1 - first)
     return f"{value:.{decimals}f}"

@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 
-# Sine of the tilt below which a plane is horizontal, or a normal is: rounding, nothing else.
+# Sine of the tilt below which a plane or a normal is horizontal within rounding.
 TILT_FLOOR = 1e-12
 
 
@@ -28,7 +28,7 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
 
 
 def upward(normals: FloatArray) -> FloatArray:
-    """The same axes (m, 3) pointing up; a horizontal normal points to an azimuth in [90, 270).
+    """Flip normals (m, 3) upward; a horizontal normal points to an azimuth in [90, 270).
 
     That is the half in which a vertical plane's right-hand-rule strike lies in [0, 180).
     """
@@ -43,9 +43,10 @@ def upward(normals: FloatArray) -> FloatArray:
 def dip_of_normals(
     normals: FloatArray, floor: FloatArray | float = TILT_FLOOR
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Dip direction [0, 360), dip [0, 90] in degrees of upward normals (m, 3), and where undefined.
+    """Return dip direction [0, 360) and dip [0, 90], degrees, of upward normals (m, 3), and
+    undefined.
 
-    A plane whose normal leans less than `floor` is horizontal: dip direction 0, undefined.
+    Planes whose normal is inclined by less than `floor` are horizontal: dip direction 0, undefined.
     """
     lean = np.hypot(normals[:, 0], normals[:, 1])
     flat = lean <= floor
@@ -58,7 +59,7 @@ def dip_of_normals(
 def strike_and_dip_lines(
     dip_direction_deg: FloatArray, dip_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors (m, 3) along the right-hand-rule strike and down the dip of each plane."""
+    """Return unit vectors (m, 3) along the right-hand-rule strike and down the dip of planes."""
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     zero = np.zeros_like(a)
     strike = np.stack([-np.cos(a), np.sin(a), zero], axis=1)

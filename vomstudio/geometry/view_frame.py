@@ -1,8 +1,9 @@
-"""Pictures made by parallel rays: which way is right, down and into the picture.
+"""View frames of pictures by parallel rays: right, down and depth.
 
-d is the way the viewer looks, right = d x U, down = d x right; U is World up, or North where the
-view is within 0.1 degree of vertical. Image columns run along right, rows along down, and depth
-grows along d, away from the viewer. All in float64: a UTM northing leaves no digits to spare.
+d is the view direction, right = d x U, down = d x right; U is World up, or North within 0.1 degree
+of
+vertical views. Image columns run along right, rows along down, and depth increases along d. All in
+float64, because a UTM northing has no spare digits.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from vomstudio.core.findings import Finding
 STEEP_DEG = 89.9
 """From this plunge on, up or down, image up is North."""
 
-_ROUNDING_DEG = 1e-9
+ROUNDING_DEG = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ class ViewFrame:
             raise GeometryError(Finding("vector.invalid", name="view direction"))
         d = d / length + 0.0
         plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
-        steep = abs(plunge) >= STEEP_DEG - _ROUNDING_DEG
+        steep = abs(plunge) >= STEEP_DEG - ROUNDING_DEG
         up = np.array([0.0, 1.0, 0.0] if steep else [0.0, 0.0, 1.0])
         right = np.cross(d, up)
         right = right / np.linalg.norm(right) + 0.0

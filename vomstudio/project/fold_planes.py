@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.common_rotation_errors import Turns
-from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes
+from vomstudio.geology.fold_planes import ExcludedRows, FoldFilter, select_planes
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Typed
@@ -44,7 +44,7 @@ class FoldPlanes:
     turns: Turns | None
     bowed_deg: float | None
     not_good: int | None
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedRows, ...]
 
     def __len__(self) -> int:
         return len(self.features)
@@ -109,7 +109,7 @@ def fold_planes(
     """
     planar = [f for f in first_picks(features, records) if measured[f.id].plane is not None]
     verdicts = [measured[f.id].verdict for f in planar]
-    selection = choose_planes(
+    selection = select_planes(
         [None if verdict is None else verdict.quality for verdict in verdicts],
         [f.set_name for f in planar],
         which,

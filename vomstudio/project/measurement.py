@@ -23,10 +23,10 @@ from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
 from vomstudio.geology.quality import (
     Verdict,
+    governing_half_angles,
     is_local,
     resolution_tilt_deg,
     total_error_deg,
-    wider_of,
 )
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
@@ -235,7 +235,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     resolution = measurement.resolution_m if measurement.uses_current_rule else None
-    largest, smallest = wider_of(
+    largest, smallest = governing_half_angles(
         fit,
         measurement.judged_as,
         resolution,

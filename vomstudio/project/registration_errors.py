@@ -9,9 +9,9 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import orientation
-from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
-from vomstudio.geology.common_rotation_errors import Turns, squared_region, together
-from vomstudio.geology.quality import resolution_tilt_deg, wider_of
+from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, bowing_deg, fit_bowing
+from vomstudio.geology.common_rotation_errors import Turns, shared_rotations, squared_region
+from vomstudio.geology.quality import governing_half_angles, resolution_tilt_deg
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance
 from vomstudio.project.measurement import Measurement, Records
@@ -46,7 +46,7 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
             rotation = None if registration is None else registration.rotation_covariance()
             known[id(model)] = (None if registration is None else registration.id, rotation)
         turns.append(known[id(model)])
-    return together(turns)
+    return shared_rotations(turns)
 
 
 def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
@@ -68,7 +68,7 @@ def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray 
     fit, plane = measured.fit, measured.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
-    largest, smallest = wider_of(
+    largest, smallest = governing_half_angles(
         fit,
         measured.judged_as,
         measured.resolution_m,
@@ -102,7 +102,7 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     points: Sequence[RegistrationPoint] = registration.control
     check_points = [p for p in points if p.check]
     # A model that was fitted to its control agrees with it, bowed or not.
-    if registration.method == "control" and len(check_points) >= FEWEST:
+    if registration.method == "control" and len(check_points) >= MIN_BOWING_POINTS:
         points = check_points
     world, residuals = (
         np.array([getattr(p, name) for p in points], np.float64) for name in ("world", "residual")
@@ -111,7 +111,7 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     length = np.linalg.norm(residuals, axis=1)
     inliers = length <= OUTLIER_RATIO * float(np.median(length))
     normal = None if registration.normal is None else np.array(registration.normal)
-    bowing = bowing_of(world[inliers], residuals[inliers], sigma[inliers], normal=normal)
+    bowing = fit_bowing(world[inliers], residuals[inliers], sigma[inliers], normal=normal)
     # The edge is that of the model, which may extend beyond its points.
     reach_m = registration.reach_m
     return bowing if bowing is None or reach_m is None else replace(bowing, reach_m=reach_m)

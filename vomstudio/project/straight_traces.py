@@ -15,9 +15,9 @@ def band_of_measured(measured: Measurement) -> PlaneBand | None:
     """Return the band of planes that a straight trace allows; None for other features."""
     if measured.fit is None or measured.judged_as != "trace" or measured.line is not None:
         return None
-    from vomstudio.geology.plane_bands import band_of
+    from vomstudio.geology.plane_bands import find_plane_band
 
-    return band_of(
+    return find_plane_band(
         measured.fit,
         resolution_m=measured.resolution_m,
         registration_deg=measured.registration_error_deg,
@@ -35,7 +35,7 @@ def priors_among(
 
     The trace itself and planes of poor quality are excluded.
     """
-    from vomstudio.geology.band_figures import priors_of
+    from vomstudio.geology.band_figures import fit_priors
 
     groups: dict[str, list[Any]] = {}
     for feature in features:
@@ -45,4 +45,4 @@ def priors_among(
         if measurement.verdict is not None and measurement.verdict.quality == "poor":
             continue
         groups.setdefault(set_name(feature), []).append(measurement.plane.normal())
-    return priors_of(groups)
+    return fit_priors(groups)

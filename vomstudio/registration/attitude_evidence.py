@@ -9,11 +9,11 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import Bowing, bowing_of_turns
+from vomstudio.geology.bowing import Bowing, fit_bowing_to_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
     error_axes,
-    from_down_and_azimuth,
+    rotations_from_vertical,
     view_angles,
 )
 from vomstudio.geometry.cameras import View
@@ -75,7 +75,7 @@ def match_attitudes(
     known = np.full_like(angles, np.nan)
     known[whole] = angles[whole]
     if phone.any():
-        known[phone] = view_angles(from_down_and_azimuth(down[phone], angles[phone, 0]))
+        known[phone] = view_angles(rotations_from_vertical(down[phone], angles[phone, 0]))
     bad, tilted = np.zeros((2, len(labels)), bool)
     bad[both], tilted[both] = find_outliers(
         _select_labels(labels, both), known[both], model[both], messages
@@ -175,7 +175,7 @@ def bowing_by_tilts(
     places = placed(np.array([view.centre for view in views]))
     reach = None if extent is None or not len(extent) else placed(extent)
     cameras = placed.rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    return bowing_of_turns(places[is_inlier], turns[is_inlier], cameras[is_inlier], reach)
+    return fit_bowing_to_turns(places[is_inlier], turns[is_inlier], cameras[is_inlier], reach)
 
 
 def _turns(
@@ -200,7 +200,7 @@ def _turns(
     has_vertical = np.isfinite(down[:, 0])
     yaw = np.where(np.isfinite(stated[:, 0]), stated[:, 0], placed_angles[:, 0])
     stated_rotations = camera_rotations(np.column_stack([yaw, placed_angles[:, 1:]]))
-    stated_rotations[has_vertical] = from_down_and_azimuth(down[has_vertical], yaw[has_vertical])
+    stated_rotations[has_vertical] = rotations_from_vertical(down[has_vertical], yaw[has_vertical])
     whole = np.isfinite(stated).all(axis=1)
     stated_rotations[whole] = camera_rotations(stated[whole])
     turns: FloatArray = Rotation.from_matrix(

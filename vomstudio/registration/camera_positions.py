@@ -13,7 +13,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.coordinate_limits import why_not_on_earth
+from vomstudio.geometry.coordinate_limits import check_on_earth
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
 from vomstudio.registration.checks.mirrors import fits_as_mirror
@@ -115,7 +115,7 @@ def _source(
         if crs is None:
             first = positions.places[0]
             zone = ""
-            if why_not_on_earth(float(first[0]), float(first[1])) is None:
+            if check_on_earth(float(first[0]), float(first[1])) is None:
                 zone = utm_zone(float(first[0]), float(first[1]))
             raise UsageError(
                 Finding("cameras.in-degrees", zone=zone or "EPSG:32633"),
@@ -152,8 +152,8 @@ def _to_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
         if place is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
-        if (reason := why_not_on_earth(*place)) is not None:
-            if back is None and why_not_on_earth(y, x) is None:
+        if (reason := check_on_earth(*place)) is not None:
+            if back is None and check_on_earth(y, x) is None:
                 raise _exchanged_error(positions, photo, x, y)
             raise InputError(reason, file=positions.file, field=photo)
         degrees[row] = place

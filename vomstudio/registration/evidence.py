@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.coordinate_limits import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.io.control.observation_tables import (
@@ -392,7 +392,7 @@ def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Findi
     rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", messages)
     world = positions.places[rows].copy()
     for row, position in enumerate(world.tolist()):
-        if (why := why_no_coordinate((position[0], position[1], position[2]))) is not None:
+        if (why := check_coordinates((position[0], position[1], position[2]))) is not None:
             raise InputError(why, field=positions.photos[rows[row]])
     labels = [positions.photos[row] for row in rows]
     model = np.array([centres[name] for name in names])

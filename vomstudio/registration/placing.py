@@ -10,9 +10,9 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
+from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, fit_bowing, model_shape
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import (
@@ -225,7 +225,7 @@ def _shape(
     extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
     """Return the distance from the middle of the model to its edge, and its mean normal."""
-    if extent is None or len(extent) < FEWEST:
+    if extent is None or len(extent) < MIN_BOWING_POINTS:
         return None, None
     _, axes, reach = model_shape(fit(extent))
     x, y, z = (float(v) for v in axes[2])
@@ -250,7 +250,7 @@ def _require_values(kinds: Sequence[Observed]) -> None:
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
         wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):
-            finding = why_no_error(float(sigma[wrong][0]))
+            finding = check_error(float(sigma[wrong][0]))
             assert finding is not None
             raise GeometryError(finding, field=kind.labels[int(np.argwhere(wrong)[0, 0])])
 
@@ -440,7 +440,7 @@ def _bowing(
         )
     )
     reach = None if extent is None or not len(extent) else fit(extent)
-    return bowing_of(world, fit(model) - world, sigma, reach)
+    return fit_bowing(world, fit(model) - world, sigma, reach)
 
 
 def _rms(points: Sequence[PointResidual]) -> float | None:

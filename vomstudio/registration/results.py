@@ -12,7 +12,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN, OPTIONAL
-from vomstudio.geometry.coordinate_limits import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.blunders import Blunder, LeaveOneOut
 
@@ -159,7 +159,11 @@ class Placed(PrintableResult):
             places = np.asarray(points, np.float64)
         except (TypeError, ValueError, OverflowError):
             places = np.empty(0)
-        if not places.ndim or places.shape[-1] != 3 or not (np.abs(places) <= FARTHEST_M).all():
+        if (
+            not places.ndim
+            or places.shape[-1] != 3
+            or not (np.abs(places) <= MAX_COORDINATE_M).all()
+        ):
             raise InputError(
                 Finding("points.invalid"),
                 field="points",

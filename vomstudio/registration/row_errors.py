@@ -12,9 +12,9 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.serial_errors import (
     correlated,
-    correlation_of,
+    fit_serial_correlation,
     independent_share,
-    more_taken,
+    variance_inflation,
 )
 from vomstudio.registration.observations import Rows
 from vomstudio.registration.scatter import expected_squares, min_variance
@@ -179,7 +179,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
                 _along_axes(rows, rows_of_group, moves),
                 _along_axes(rows, rows_of_group, misses),
             )
-            correlations[group] = correlation_of(*along)
+            correlations[group] = fit_serial_correlation(*along)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
@@ -252,7 +252,7 @@ def estimate_covariance(
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
     for g, o, v, f in zip(parts, responses, variances, free, strict=True):
         independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
-        variance = v * more_taken(o, inverse @ (moves[g].T @ follow[g]), len(g))
+        variance = v * variance_inflation(o, inverse @ (moves[g].T @ follow[g]), len(g))
         share[g] = np.sqrt(variance) * doubt[g]
         worse = doubt[g][:, None] ** 2
         part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)

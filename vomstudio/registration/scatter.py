@@ -19,9 +19,9 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.serial_errors import (
     correlated,
-    correlation_of,
+    fit_serial_correlation,
     independent_share,
-    more_taken,
+    variance_inflation,
 )
 from vomstudio.registration.similarity import jacobian
 
@@ -113,7 +113,7 @@ def scatter_of(
         if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
             _CONFIDENCE, freedom
         ):
-            rho = correlation_of(weights @ moves, white) if is_ordered else 0.0
+            rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
             spread = roots @ moves
             middle = np.einsum("nik,nil->kl", spread, correlated(spread, rho))
             covariance = inverse @ middle @ inverse / np.outer(units, units)
@@ -124,13 +124,13 @@ def scatter_of(
     if known is not None:
         variances = np.maximum(variances, np.einsum("nii->i", known) / n)
     usable = is_ordered and (variances > 0.0).all()
-    rho = correlation_of(moves, residuals / np.sqrt(variances)) if usable else 0.0
+    rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if usable else 0.0
     following = information if rho == 0.0 else _information(moves, rho)
     for g in groups if rho > 0.0 else ():
         response, correlated_response = (
             inverse @ each[list(g)].sum(axis=0) for each in (information, following)
         )
-        variances[list(g)] *= more_taken(response, correlated_response, n * len(g))
+        variances[list(g)] *= variance_inflation(response, correlated_response, n * len(g))
     free = free * independent_share(rho)
     shares = np.array(
         [

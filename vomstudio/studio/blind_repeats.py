@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from vomstudio.core.signals import Signal
-from vomstudio.geology.coverage.repeat_selection import SHARE, select_for_repetition
+from vomstudio.geology.coverage.repeat_selection import SHARE, select_repeats
 from vomstudio.project import repeated_features
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import kind_of
@@ -63,7 +63,7 @@ class BlindRepeats:
 
     def begin(self, share: float = SHARE, interpreter: str = "", seed: str = "") -> None:
         """Offer a random share of the picks. Raises UsageError for an invalid share."""
-        self.chosen = select_for_repetition(self.available(), share, seed)
+        self.chosen = select_repeats(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped.clear()
         if not self.chosen:

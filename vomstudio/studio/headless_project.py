@@ -21,10 +21,10 @@ from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coordinate_limits import why_not_at
+from vomstudio.geometry.coordinate_limits import check_near_model
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.models import model_cache
@@ -142,7 +142,7 @@ class _ModelData:
     def from_data(cls, data: Mesh | PointCloud) -> _ModelData:
         # Only registrations need the resolution.
         resolution = partial(known_resolution, data)
-        return cls(surface_of(data), data.bounds, some_points(data), resolution)
+        return cls(create_surface(data), data.bounds, some_points(data), resolution)
 
 
 class HeadlessProject:
@@ -488,7 +488,7 @@ class HeadlessProject:
         low, high = bounds
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
         # The farthest point represents all; a point that is not finite counts as the farthest.
-        return why_not_at(points[int(np.argmax(off))], bounds)
+        return check_near_model(points[int(np.argmax(off))], bounds)
 
     def register(
         self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None

@@ -22,7 +22,7 @@ from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import POINT_BUDGET
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import file_hash
 from vomstudio.studio.background import Background, Request
@@ -175,7 +175,7 @@ class ModelLoader:
             content_hash = file_hash(path, lambda: not request.is_stale)
             crs, warnings = copc.crs_of(path)
             request.check()
-            surface = surface_of(cloud)
+            surface = create_surface(cloud)
             surface.build()
             spacing = cloud.store.usual_spacing
             return OpenModel(cloud, surface, warnings, spacing, crs, content_hash)
@@ -252,7 +252,7 @@ class ModelLoader:
             _ = data.bounds
             return OpenModel(
                 data,
-                surface_of(data),
+                create_surface(data),
                 cached.warnings,
                 cached.resolution,
                 cached.crs,

@@ -15,7 +15,7 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.model_transform import moved
+from vomstudio.geometry.model_transform import transform_model
 from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import Axes
@@ -128,7 +128,7 @@ def read_in_world(
     if registration is not None:
         metric = frame.has_metres
     matrix = np.asarray(established.to_world(), np.float64)
-    data = moved(loaded.data, matrix)
+    data = transform_model(loaded.data, matrix)
     warnings = (*loaded.warnings, *established.findings)
     return WorldModel(data, crs, metric, warnings, loaded, matrix, registration=registration)
 
@@ -202,7 +202,7 @@ def place_as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
     frame = model.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     matrix = np.asarray(model.to_world, np.float64)
-    data = moved(loaded.data, matrix)
+    data = transform_model(loaded.data, matrix)
     return WorldModel(
         data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model, model.registration
     )

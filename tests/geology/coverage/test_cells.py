@@ -14,18 +14,18 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.geology.coverage import cells as module
 from vomstudio.geology.coverage.cells import (
     CellGrid,
-    Exposed,
-    exposed_points,
-    grid_around,
+    ExposedArea,
+    create_grid,
+    measure_points,
 )
 
 EAST, NORTH, UP = np.eye(3)
 SQUARE = np.array([[[-1, -1, 0], [5, -1, 0], [5, 5, 0]], [[-1, -1, 0], [5, 5, 0], [-1, 5, 0.0]]])
 
 
-def exposed_faces(grid: CellGrid, corners: np.ndarray, *, pieces: bool = False) -> Exposed:
+def measure_faces(grid: CellGrid, corners: np.ndarray, *, pieces: bool = False) -> ExposedArea:
     rows = np.arange(3 * len(corners)).reshape(-1, 3)
-    return module.exposed_faces(grid, corners.reshape(-1, 3), rows, pieces=pieces)
+    return module.measure_faces(grid, corners.reshape(-1, 3), rows, pieces=pieces)
 
 
 def flat(columns: int = 4, rows: int = 3, cell: float = 0.5) -> CellGrid:
@@ -38,7 +38,7 @@ def area(triangles: np.ndarray) -> np.ndarray:
 
 
 def test_a_face_larger_than_the_grid_fills_every_cell() -> None:
-    found = exposed_faces(flat(), SQUARE, pieces=True)
+    found = measure_faces(flat(), SQUARE, pieces=True)
     assert found.covered == pytest.approx(np.full(12, 0.25))
     assert found.surface == pytest.approx(np.full(12, 0.25))
     # The lines of the grid, and none of them outside of it: 5 upright of 1.5, 4 level of 2.
@@ -53,7 +53,7 @@ def test_a_face_larger_than_the_grid_fills_every_cell() -> None:
 def test_a_slanting_plane_has_more_surface_by_its_cosine(dip: float) -> None:
     tilted = SQUARE.copy()
     tilted[..., 2] = np.tan(np.radians(dip)) * tilted[..., 0]
-    found = exposed_faces(flat(), tilted)
+    found = measure_faces(flat(), tilted)
     assert found.surface == pytest.approx(np.full(12, 0.25 / math.cos(math.radians(dip))))
     assert found.covered == pytest.approx(np.full(12, 0.25))
 
@@ -63,7 +63,7 @@ def test_random_triangles_as_shapely_cuts_them() -> None:
     grid = CellGrid(np.array([-1.0, 0.5, 0.0]), EAST, NORTH, 0.7, 5, 4)
     for _ in range(40):
         corners = rng.uniform(-4, 5, (1, 3, 3))
-        found = exposed_faces(grid, corners)
+        found = measure_faces(grid, corners)
         seen = shapely.Polygon(corners[0, :, :2])
         cells = shapely.polygons(grid.corners(np.arange(grid.count))[..., :2])
         wanted = shapely.area(shapely.intersection(cells, seen))
@@ -80,14 +80,14 @@ def wavy() -> np.ndarray:
     return points[np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])]
 
 
-def sums(found: Exposed) -> tuple[float, float]:
+def sums(found: ExposedArea) -> tuple[float, float]:
     return float(found.surface.sum()), float(found.covered.sum())
 
 
 def test_whole_cells_lose_nothing_of_the_surface() -> None:
     corners = wavy()
-    grid = grid_around(corners.reshape(-1, 3), EAST, NORTH, 0.33)
-    found = exposed_faces(grid, corners, pieces=True)
+    grid = create_grid(corners.reshape(-1, 3), EAST, NORTH, 0.33)
+    found = measure_faces(grid, corners, pieces=True)
     assert sums(found) == pytest.approx((area(corners).sum(), 3.9 * 2.9))
     pieces = grid.cell**2 * area(found.pieces)
     assert np.bincount(found.cell, pieces, grid.count) == pytest.approx(found.surface)
@@ -104,8 +104,8 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
     far = np.array([4.5e5, 5.2e6, 800.0])
     grid = CellGrid(np.array([0.05, 0.02, 0.0]), EAST, NORTH, 0.4, 7, 5)
     moved = CellGrid(turn @ grid.origin + far, turn @ EAST, turn @ NORTH, 0.4, 7, 5)
-    there = exposed_faces(moved, corners @ turn.T + far)
-    here = exposed_faces(grid, corners)
+    there = measure_faces(moved, corners @ turn.T + far)
+    here = measure_faces(grid, corners)
     assert there.surface == pytest.approx(here.surface, rel=1e-6)
     assert there.covered == pytest.approx(here.covered, rel=1e-6)
     places = np.array([[0.5, 0.5, 3.0], [2.0, 1.9, -1.0], [9.0, 0.0, 0.0]])
@@ -114,9 +114,9 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
 
 def test_faces_that_look_the_other_way_in_the_file_are_the_same_face() -> None:
     corners = wavy()
-    grid = grid_around(corners.reshape(-1, 3), EAST, NORTH, 0.5)
-    assert sums(exposed_faces(grid, corners[:, ::-1])) == pytest.approx(
-        sums(exposed_faces(grid, corners))
+    grid = create_grid(corners.reshape(-1, 3), EAST, NORTH, 0.5)
+    assert sums(measure_faces(grid, corners[:, ::-1])) == pytest.approx(
+        sums(measure_faces(grid, corners))
     )
 
 
@@ -126,7 +126,7 @@ def test_an_overhang_covers_a_cell_once() -> None:
     upper[..., 2] = 1.0
     middle = SQUARE[:, ::-1].copy()
     middle[..., 2] = 0.5
-    found = exposed_faces(flat(), np.concatenate([upper, middle, lower]))
+    found = measure_faces(flat(), np.concatenate([upper, middle, lower]))
     assert found.covered == pytest.approx(np.full(12, 0.25))
     assert found.surface == pytest.approx(np.full(12, 0.5))
 
@@ -134,35 +134,35 @@ def test_an_overhang_covers_a_cell_once() -> None:
 def test_points_stand_for_squares() -> None:
     y, x = np.mgrid[0:10, 0:20] * 0.1 + 0.05
     points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    found = exposed_points(flat(2, 2), points, 0.1)
+    found = measure_points(flat(2, 2), points, 0.1)
     assert found.surface == pytest.approx(np.full(4, 0.25))
-    found = exposed_points(flat(2, 2), points[points[:, 0] < 0.25], 0.1)
+    found = measure_points(flat(2, 2), points[points[:, 0] < 0.25], 0.1)
     assert found.covered == pytest.approx([0.1, 0.0, 0.1, 0.0])
 
 
 def test_nothing_and_rubbish_are_no_area() -> None:
-    assert exposed_faces(flat(), np.zeros((0, 3, 3))).surface.sum() == 0.0
+    assert measure_faces(flat(), np.zeros((0, 3, 3))).surface.sum() == 0.0
     broken = SQUARE.copy()
     broken[0, 0, 0] = np.nan
-    assert exposed_faces(flat(), broken).covered.sum() == pytest.approx(
-        exposed_faces(flat(), broken[1:]).covered.sum()
+    assert measure_faces(flat(), broken).covered.sum() == pytest.approx(
+        measure_faces(flat(), broken[1:]).covered.sum()
     )
     point = np.zeros((1, 3, 3))
-    assert exposed_faces(flat(), point).surface.sum() == 0.0
+    assert measure_faces(flat(), point).surface.sum() == 0.0
     huge = SQUARE * 1e7
-    assert exposed_faces(flat(), huge).covered == pytest.approx(np.full(12, 0.25))
+    assert measure_faces(flat(), huge).covered == pytest.approx(np.full(12, 0.25))
 
 
 @pytest.mark.parametrize("cell", [0.0, -1.0, math.nan, math.inf, 1e-9])
 def test_cells_without_a_size_and_too_many_are_refused(cell: float) -> None:
     code = "grid.too-many-cells" if cell == 1e-9 else "grid.cell-size"
     with refused(code, GeometryError, field="cell"):
-        grid_around(wavy().reshape(-1, 3), EAST, NORTH, cell)
+        create_grid(wavy().reshape(-1, 3), EAST, NORTH, cell)
 
 
 def test_the_side_that_is_proposed_is_not_refused() -> None:
     points = wavy().reshape(-1, 3)
     with refused("grid.too-many-cells", GeometryError) as error:
-        grid_around(points, EAST, NORTH, 0.001)
+        create_grid(points, EAST, NORTH, 0.001)
     least = float(str(error.value.values["minimum"]))
-    assert grid_around(points, EAST, NORTH, least * 1.02).count <= 40_000
+    assert create_grid(points, EAST, NORTH, least * 1.02).count <= 40_000

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.messages import by_code
 from vomstudio.geology.coverage.cells import CellGrid
-from vomstudio.geology.coverage.face_coverage import cell_name, lengths_in_cells, looked_at
+from vomstudio.geology.coverage.face_coverage import cell_name, lengths_in_cells, measure_coverage
 
 EAST, NORTH, UP = np.eye(3)
 GRID = CellGrid(np.zeros(3), EAST, NORTH, 2.0, 3, 2)
@@ -22,7 +22,7 @@ def line(*xy: tuple[float, float]) -> np.ndarray:
 
 def test_areas_and_shares_by_mark() -> None:
     covered = np.array([4.0, 4.0, 2.0, 4.0, 0.0, 2.0])
-    found = looked_at(GRID, "ddeu-u", 2.0 * covered, covered)
+    found = measure_coverage(GRID, "ddeu-u", 2.0 * covered, covered)
     # The cell without any rock is none of them.
     assert found.cells == 5
     assert (found.done.cells, found.done.covered_m2, found.done.surface_m2) == (2, 8.0, 16.0)
@@ -39,7 +39,7 @@ def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
     """Ten metres of lines; four of them, and one middle, in cells that count: 12 m2."""
     marks = "de-du-"
     lines = [line((0.0, 1.0), (6.0, 1.0)), line((3.0, 2.5), (3.0, 3.5)), line((5.0, 3.0))]
-    found = looked_at(GRID, marks, FULL, FULL, lines)
+    found = measure_coverage(GRID, marks, FULL, FULL, lines)
     assert found.counted_m2 == 12.0
     assert found.P21_1_per_m == pytest.approx(4.0 / 12.0)
     assert found.density_1_per_m2 == pytest.approx(1.0 / 12.0)
@@ -54,8 +54,10 @@ def test_a_slanting_face_and_a_turned_world_give_the_same() -> None:
     far = np.array([5e5, 5e6, 100.0])
     moved = CellGrid(far, turn @ EAST, turn @ NORTH, 2.0, 3, 2)
     lines = [line((0.3, 0.4), (5.0, 3.0), (2.2, 3.9))]
-    here = looked_at(GRID, "dddddd", FULL, FULL, lines)
-    there = looked_at(moved, "dddddd", FULL, FULL, [turned @ turn.T + far for turned in lines])
+    here = measure_coverage(GRID, "dddddd", FULL, FULL, lines)
+    there = measure_coverage(
+        moved, "dddddd", FULL, FULL, [turned @ turn.T + far for turned in lines]
+    )
     assert there.P21_1_per_m == pytest.approx(here.P21_1_per_m)
 
 
@@ -76,7 +78,7 @@ def test_a_line_from_far_away_and_one_without_length() -> None:
 
 
 def test_a_face_that_is_not_there_has_no_share() -> None:
-    found = looked_at(GRID, "", np.zeros(6), np.zeros(6), [line((1.0, 1.0))])
+    found = measure_coverage(GRID, "", np.zeros(6), np.zeros(6), [line((1.0, 1.0))])
     assert (found.cells, found.looked_at_share, found.P21_1_per_m) == (0, None, None)
 
 

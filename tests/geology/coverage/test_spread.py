@@ -7,12 +7,12 @@ import pytest
 import scipy.stats
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geology.coverage.repeat_selection import select_for_repetition
+from vomstudio.geology.coverage.repeat_selection import select_repeats
 from vomstudio.geology.coverage.spread import (
-    by_interpreter,
-    held_errors,
-    spread_of,
-    structures,
+    check_stated_errors,
+    compare_interpreters,
+    group_structures,
+    measure_spread,
 )
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -57,20 +57,20 @@ def made_pairs(
 
 
 def test_one_pair_is_its_angle_over_two_in_closed_form() -> None:
-    (one,) = structures(np.stack([UP, tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
-    spread = spread_of([one])
+    (one,) = group_structures(np.stack([UP, tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
+    spread = measure_spread([one])
     assert spread is not None
     # Sum of squares theta^2 / 2 by 2 degrees of freedom.
     assert spread.sigma_deg == pytest.approx(2.0, rel=1e-9)
     assert spread.error95_deg == pytest.approx(2.0 * np.sqrt(scipy.stats.chi2.ppf(0.95, 2)))
     low, high = 8.0 / scipy.stats.chi2.ppf([0.975, 0.025], 2)
     assert (spread.sigma_low_deg**2, spread.sigma_high_deg**2) == pytest.approx((low, high))
-    assert held_errors([one]) is None
+    assert check_stated_errors([one]) is None
 
 
 def test_poles_are_axes_and_may_point_either_way() -> None:
     for sign in (1.0, -1.0):
-        (one,) = structures(np.stack([UP, sign * tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
+        (one,) = group_structures(np.stack([UP, sign * tilted(4.0)]), np.zeros((2, 2, 3)), [[0, 1]])
         assert one.squares() == pytest.approx(2.0 * np.radians(2.0) ** 2)
 
 
@@ -82,10 +82,10 @@ def test_the_chi_square_of_a_pair_is_that_of_its_difference() -> None:
         turn = Rotation.align_vectors(second[None], UP[None])[0].as_matrix()
         axes = np.array([[[1.0, 0, 0], [0, 1.0, 0]]] * 2)
         axes[1] = axes[1] @ turn.T
-        (one,) = structures(np.stack([UP, second]), axes * small[..., None], [[0, 1]])
+        (one,) = group_structures(np.stack([UP, second]), axes * small[..., None], [[0, 1]])
         wanted = np.radians(3.0) ** 2 / (small[:, column] ** 2).sum()
         assert one.chi_square() == pytest.approx(wanted, rel=1e-6)
-        found = held_errors([one])
+        found = check_stated_errors([one])
         assert found is not None
         assert found.p == pytest.approx(scipy.stats.chi2.sf(wanted, 2), rel=1e-5)
         assert found.within95 == int(wanted <= scipy.stats.chi2.ppf(0.95, 2))
@@ -93,19 +93,22 @@ def test_the_chi_square_of_a_pair_is_that_of_its_difference() -> None:
 
 def test_three_picks_share_two_repeats() -> None:
     vectors = np.stack([tilted(2.0, t) for t in (0.0, 120.0, 240.0)])
-    (one,) = structures(vectors, np.zeros((3, 2, 3)), [[0, 1, 2]])
+    (one,) = group_structures(vectors, np.zeros((3, 2, 3)), [[0, 1, 2]])
     assert one.squares() == pytest.approx(3.0 * np.radians(2.0) ** 2)
-    spread = spread_of([one])
+    spread = measure_spread([one])
     assert spread is not None
     assert (spread.n, spread.sigma_deg) == (2, pytest.approx(np.sqrt(3.0)))
 
 
 def test_turning_the_world_changes_nothing() -> None:
     vectors, axes, groups = made_pairs(np.random.default_rng(1), 20, (3.0, 1.0))
-    before = structures(vectors, axes, groups)
+    before = group_structures(vectors, axes, groups)
     turn = Rotation.from_euler("zyx", [30.0, 40.0, 80.0], degrees=True).as_matrix()
-    after = structures(vectors @ turn.T, axes @ turn.T, groups)
-    for a, b in ((spread_of(before), spread_of(after)), (held_errors(before), held_errors(after))):
+    after = group_structures(vectors @ turn.T, axes @ turn.T, groups)
+    for a, b in (
+        (measure_spread(before), measure_spread(after)),
+        (check_stated_errors(before), check_stated_errors(after)),
+    ):
         assert a is not None
         assert vars(a) == pytest.approx(vars(b), rel=1e-9)
 
@@ -119,15 +122,15 @@ def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
     sigmas, inside, ps, shares = [], 0, [], []
     for _ in range(500):
         vectors, axes, groups = made_pairs(rng, 30, (4.0, 2.0))
-        found = structures(vectors, axes, groups)
-        spread, held = spread_of(found), held_errors(found)
+        found = group_structures(vectors, axes, groups)
+        spread, held = measure_spread(found), check_stated_errors(found)
         assert spread is not None
         assert held is not None
         sigmas.append(spread.sigma_deg**2)
         ps.append(held.p)
         shares.append(held.within95_share)
         vectors, axes, groups = made_pairs(rng, 30, (equal, equal))
-        round_one = spread_of(structures(vectors, axes, groups))
+        round_one = measure_spread(group_structures(vectors, axes, groups))
         assert round_one is not None
         inside += round_one.sigma_low_deg <= equal <= round_one.sigma_high_deg
     assert np.sqrt(np.mean(sigmas)) == pytest.approx(truth, rel=0.01)
@@ -143,7 +146,7 @@ def test_errors_that_are_too_small_are_found_as_often_as_is_said() -> None:
     free = 2 * k
     factor = np.sqrt(scipy.stats.chi2.ppf(0.95, free) / scipy.stats.chi2.ppf(0.2, free))
     for _ in range(400):
-        found = held_errors(structures(*made_pairs(rng, k, (3.0, 2.0), 1.0 / factor)))
+        found = check_stated_errors(group_structures(*made_pairs(rng, k, (3.0, 2.0), 1.0 / factor)))
         assert found is not None
         assert found.noticeable_factor == pytest.approx(factor)
         noticed += found.p < 0.05
@@ -168,8 +171,8 @@ def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
             rows.append(picked(rng, base, (sigma, sigma), toward)[0])
             names += [who] * k
         groups = [[i, k + i, 2 * k + i, 3 * k + i] for i in range(k)]
-        found = structures(np.concatenate(rows), np.zeros((4 * k, 2, 3)), groups)
-        own, between = by_interpreter(found, names)
+        found = group_structures(np.concatenate(rows), np.zeros((4 * k, 2, 3)), groups)
+        own, between = compare_interpreters(found, names)
         assert between is not None
         assert (between.n, between.within_n) == (k, 2 * k)
         assert {name: s.n for name, s in own.items()} == {"A": k, "B": k}
@@ -189,15 +192,15 @@ def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
 
 def test_a_tenth_is_chosen_and_chosen_again() -> None:
     ids = [f"trace-{i}" for i in range(95)]
-    chosen = select_for_repetition(ids)
+    chosen = select_repeats(ids)
     assert len(chosen) == 10
-    assert select_for_repetition(ids[::-1]) == chosen
-    assert select_for_repetition(ids, seed="other") != chosen
-    assert len(select_for_repetition(["one"])) == 1
-    assert select_for_repetition([]) == ()
+    assert select_repeats(ids[::-1]) == chosen
+    assert select_repeats(ids, seed="other") != chosen
+    assert len(select_repeats(["one"])) == 1
+    assert select_repeats([]) == ()
     # Every pick has the same chance.
     counts = dict.fromkeys(ids, 0)
     for seed in range(1000):
-        for id_ in select_for_repetition(ids, 0.2, str(seed)):
+        for id_ in select_repeats(ids, 0.2, str(seed)):
             counts[id_] += 1
     assert scipy.stats.chisquare(list(counts.values())).pvalue > 0.01

@@ -10,15 +10,15 @@ import shapely
 from scipy.stats import chi2
 
 from vomstudio.geology.fractures.intervals import (
-    STUDENT,
+    STUDENT_FACTOR,
     are_regular,
     area_dispersion,
     density_interval,
     empty_interval,
     line_dispersion,
 )
-from vomstudio.geology.fractures.network import Counted, fracture_network
-from vomstudio.geology.fractures.scanlines import crossings_of, spacing_of
+from vomstudio.geology.fractures.network import SamplingRegion, fracture_network
+from vomstudio.geology.fractures.scanlines import find_crossings, measure_spacing
 
 SQUARE = shapely.box(0, 0, 10, 10)
 
@@ -50,7 +50,7 @@ def test_heavier_traces_count_as_fewer() -> None:
     """Four traces of weight 3 are three times four of weight 1."""
     one = np.array(density_interval(np.ones(4), 1.0))
     assert density_interval(np.full(4, 3.0), 1.0) == pytest.approx(tuple(3.0 * one))
-    dispersion = 1.0 + 2.0 / STUDENT
+    dispersion = 1.0 + 2.0 / STUDENT_FACTOR
     assert density_interval(np.ones(12), 1.0, dispersion) == pytest.approx(tuple(3.0 * one))
 
 
@@ -86,8 +86,8 @@ def test_even_gaps_are_regular_and_random_ones_seldom() -> None:
 
 def test_the_interval_of_random_spacing_is_that_of_the_frequency() -> None:
     places = np.sort(np.random.default_rng(4).uniform(0.0, 20.0, 30))
-    crossings = crossings_of(across(places), np.array([line(20.0)]))
-    found = spacing_of(crossings, np.ones(30, np.bool_))
+    crossings = find_crossings(across(places), np.array([line(20.0)]))
+    found = measure_spacing(crossings, np.ones(30, np.bool_))
     low, high = found.P10_95_1_per_m
     assert found.mean_95_m == pytest.approx((1.0 / high, 1.0 / low))  # type: ignore[operator]
     assert low <= found.P10_1_per_m <= high  # type: ignore[operator]
@@ -95,8 +95,8 @@ def test_the_interval_of_random_spacing_is_that_of_the_frequency() -> None:
 
 
 def test_regular_spacing_is_known_better_than_random_one() -> None:
-    crossings = crossings_of(across(np.arange(0.5, 20.0)), np.array([line(20.0)]))
-    found = spacing_of(crossings, np.ones(20, np.bool_))
+    crossings = find_crossings(across(np.arange(0.5, 20.0)), np.array([line(20.0)]))
+    found = measure_spacing(crossings, np.ones(20, np.bool_))
     assert found.mean_95_m == pytest.approx((1.0, 1.0))
     low, high = found.P10_95_1_per_m
     assert 0.9 < low < 1.0 < high < 1.1  # type: ignore[operator]
@@ -106,7 +106,9 @@ def test_regular_spacing_is_known_better_than_random_one() -> None:
 def test_a_second_scanline_across_the_same_traces_tells_nothing_new() -> None:
     places = np.sort(np.random.default_rng(5).uniform(0.0, 20.0, 30))
     one, two = (
-        spacing_of(crossings_of(across(places), np.array(lines)), np.ones(30 * len(lines), bool))
+        measure_spacing(
+            find_crossings(across(places), np.array(lines)), np.ones(30 * len(lines), bool)
+        )
         for lines in ([line(20.0)], [line(20.0, -0.1), line(20.0, 0.1)])
     )
     width_of_one, width_of_two = (
@@ -121,7 +123,7 @@ def test_a_window_cuts_one_trace_into_pieces_that_belong_together() -> None:
     """A window with a gap sees each of six traces twice: six events of weight two."""
     area = SQUARE.difference(shapely.box(4.0, -1.0, 6.0, 11.0))
     traces = shapely.linestrings([[(1.0, y), (9.0, y)] for y in (1.0, 2.5, 4.0, 6.0, 7.5, 9.0)])
-    found = fracture_network(np.asarray(traces), Counted(area)).found
+    found = fracture_network(np.asarray(traces), SamplingRegion(area)).found
     assert found.pieces == 12
     six = density_interval(np.full(6, 2.0), float(area.area), max(found.dispersion or 1.0, 1.0))
     assert found.P20_95_1_per_m2 == pytest.approx(six)

@@ -12,16 +12,16 @@ from scipy import integrate, stats
 from scipy.optimize import brentq
 
 from vomstudio.geology.fractures.length_laws import (
-    Law,
+    LengthLaw,
     Window,
+    candidate_laws,
+    find_law,
     fit_law,
     fit_laws,
-    law_of,
-    laws_for,
 )
-from vomstudio.geology.fractures.network import kaplan_meier, length_figures
-from vomstudio.geology.fractures.pieces import pieces_of
-from vomstudio.geology.fractures.windows import mean_by_ends, window_of
+from vomstudio.geology.fractures.network import describe_lengths, kaplan_meier
+from vomstudio.geology.fractures.pieces import clip_traces
+from vomstudio.geology.fractures.windows import fit_window, mean_by_ends
 
 TRUE = {
     "exponential": (stats.expon(scale=2.0), {"mean_m": 2.0}),
@@ -31,8 +31,8 @@ TRUE = {
 }
 
 
-def law(name: str, lengths: np.ndarray, cut: np.ndarray) -> Law:
-    return next(law for law in laws_for(lengths, cut) if law.name == name)
+def law(name: str, lengths: np.ndarray, cut: np.ndarray) -> LengthLaw:
+    return next(law for law in candidate_laws(lengths, cut) if law.name == name)
 
 
 @functools.cache
@@ -107,7 +107,7 @@ def test_the_law_that_made_them_is_chosen() -> None:
         assert fits[0].delta_aic == 0.0
         aics = [fit.aic for fit in fits]
         assert aics == sorted(aics)
-        again, u = law_of(fits[0])
+        again, u = find_law(fits[0])
         assert again.name == name
         assert np.isfinite(u).all()
 
@@ -130,12 +130,12 @@ def test_kaplan_and_meier_by_hand() -> None:
 
 def test_the_width_of_a_window_across_the_traces() -> None:
     window = shapely.box(0, 0, 20, 10)
-    east = pieces_of(shapely.linestrings([[[-5, 3], [25, 3]], [[2, 5], [9, 5]]]), window)
-    found = window_of(east, window)
+    east = clip_traces(shapely.linestrings([[[-5, 3], [25, 3]], [[2, 5], [9, 5]]]), window)
+    found = fit_window(east, window)
     assert (found.area_m2, found.width_m) == pytest.approx((200, 10))
     # Two towers side by side are met twice by what runs along.
     comb = shapely.union_all([shapely.box(0, 0, 5, 10), shapely.box(8, 0, 13, 10)])
-    assert window_of(east, comb).width_m == pytest.approx(20)
+    assert fit_window(east, comb).width_m == pytest.approx(20)
 
 
 def traces_seen(name: str, chance: np.random.Generator, window: object) -> object:
@@ -148,7 +148,7 @@ def traces_seen(name: str, chance: np.random.Generator, window: object) -> objec
     turn = np.where(chance.random(n) < 0.6, chance.normal(0.3, 0.1, n), chance.normal(1.8, 0.2, n))
     half = np.stack([np.cos(turn), np.sin(turn)], 1) * true.rvs(n, random_state=chance)[:, None] / 2
     lines = shapely.linestrings(np.stack([middle - half, middle + half], axis=1))
-    return pieces_of(lines, window)
+    return clip_traces(lines, window)
 
 
 NOTCHED = shapely.Polygon([(0, 0), (12, 0), (12, 6), (7, 4), (0, 6)])
@@ -159,7 +159,7 @@ def test_a_window_prefers_long_traces_and_the_figures_do_not() -> None:
     naive, by_chance, fitted, by_ends = [], [], [], []
     for _ in range(25):
         pieces = traces_seen("exponential", chance, NOTCHED)
-        found = length_figures(pieces, NOTCHED)
+        found = describe_lengths(pieces, NOTCHED)
         naive.append(found.naive_mean_m)
         by_ends.append(found.mean_m)
         for fits, into in ((found.uncorrected, by_chance), (found.fits, fitted)):
@@ -203,7 +203,7 @@ def test_windows_are_corrected_in_95_of_100(name: str) -> None:
     for _ in range(runs):
         pieces = traces_seen(name, chance, NOTCHED)
         lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
-        window: Window = window_of(pieces, NOTCHED)
+        window: Window = fit_window(pieces, NOTCHED)
         found = fit_law(law(name, lengths, cut), lengths, cut, window)
         ends = mean_by_ends(lengths, cut)
         assert found is not None

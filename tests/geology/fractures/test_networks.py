@@ -11,9 +11,9 @@ import shapely
 from tests.drawings import read_area, read_lines
 from tests.messages import by_code, refused
 from vomstudio.core.errors import GeometryError
-from vomstudio.geology.fractures.network import Counted, fracture_network
-from vomstudio.geology.fractures.nodes import nodes_of
-from vomstudio.geology.fractures.pieces import circle_area, pieces_of
+from vomstudio.geology.fractures.network import SamplingRegion, fracture_network
+from vomstudio.geology.fractures.nodes import find_nodes
+from vomstudio.geology.fractures.pieces import circle_area, clip_traces
 
 SQUARE = shapely.box(0, 0, 10, 10)
 
@@ -48,7 +48,7 @@ def test_pieces_end_at_the_edge_and_are_not_cut_at_nodes() -> None:
         [(8, 8), (12, 8), (12, 9), (8, 9)],  # leaves and comes back
         [(20, 20), (30, 30)],  # elsewhere
     )
-    found = fracture_network(traces, Counted(SQUARE)).found
+    found = fracture_network(traces, SamplingRegion(SQUARE)).found
     assert (found.traces, found.pieces) == (4, 4)
     assert found.area_m2 == 100.0
     assert found.P20_1_per_m2 == pytest.approx(0.04)
@@ -94,14 +94,14 @@ def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() ->
 
 def test_a_trace_that_crosses_itself_is_one_piece_and_said() -> None:
     loop = lines([(-2, 3), (6, 3), (6, 6), (3, 6), (3, 1)])
-    found = fracture_network(loop, Counted(SQUARE)).found
+    found = fracture_network(loop, SamplingRegion(SQUARE)).found
     assert found.pieces == 1
     assert found.P21_1_per_m == pytest.approx((6 + 3 + 3 + 5) / 100)
     assert by_code(found.warnings)["fractures.self-crossing"] == {"count": 1, "rows": (1,)}
 
 
 def test_a_closed_trace_has_no_ends() -> None:
-    found = fracture_network(lines([(2, 2), (4, 2), (4, 4), (2, 2)]), Counted(SQUARE)).found
+    found = fracture_network(lines([(2, 2), (4, 2), (4, 4), (2, 2)]), SamplingRegion(SQUARE)).found
     assert (found.pieces, counts(found)) == (1, (0, 0, 0))
 
 
@@ -114,7 +114,8 @@ def test_a_circle_is_one_in_area_and_length() -> None:
     area = circle_area(3.0, -2.0, 5.0)
     assert area.area == pytest.approx(math.pi * 25, rel=1e-12)
     found = fracture_network(
-        lines([(-10, -2), (10, -2)], [(3, 0), (3, 2)]), Counted(area, circle=(3.0, -2.0, 5.0))
+        lines([(-10, -2), (10, -2)], [(3, 0), (3, 2)]),
+        SamplingRegion(area, circle=(3.0, -2.0, 5.0)),
     ).found
     assert found.P21_1_per_m == pytest.approx(12 / (math.pi * 25), rel=1e-5)
     # Mauldon and others (2001): n = 2 crossings of the rim, m = 2 ends inside.
@@ -127,7 +128,7 @@ def test_a_circle_is_one_in_area_and_length() -> None:
 
 def test_a_hole_in_the_area_is_not_counted() -> None:
     area = SQUARE.difference(shapely.box(4, 4, 6, 6))
-    found = fracture_network(lines([(1, 5), (9, 5)]), Counted(area)).found
+    found = fracture_network(lines([(1, 5), (9, 5)]), SamplingRegion(area)).found
     assert found.pieces == 2
     assert found.P21_1_per_m == pytest.approx(6 / 96)
     assert (counts(found), found.nodes.E) == ((2, 0, 0), 2)
@@ -135,10 +136,10 @@ def test_a_hole_in_the_area_is_not_counted() -> None:
 
 def test_a_window_without_traces_has_none_and_one_outside_the_map_is_refused() -> None:
     corners = lines([(0, 0), (1, 0)], [(20, 20), (21, 20)])
-    found = fracture_network(corners, Counted(shapely.box(8, 8, 12, 12))).found
+    found = fracture_network(corners, SamplingRegion(shapely.box(8, 8, 12, 12))).found
     assert (found.pieces, found.P21_1_per_m, found.length.mean_m) == (0, 0.0, None)
     with refused("fractures.area-elsewhere", GeometryError):
-        fracture_network(corners, Counted(shapely.box(100, 100, 110, 110)))
+        fracture_network(corners, SamplingRegion(shapely.box(100, 100, 110, 110)))
 
 
 def test_figures_turn_and_grow_with_the_world() -> None:
@@ -153,9 +154,9 @@ def test_figures_turn_and_grow_with_the_world() -> None:
     def moved(xy: np.ndarray) -> np.ndarray:
         return 2 * xy @ np.array([[c, -s], [s, c]]) + [4e5, 6e6]
 
-    one = fracture_network(traces, Counted(SQUARE)).found
+    one = fracture_network(traces, SamplingRegion(SQUARE)).found
     two = fracture_network(
-        shapely.transform(traces, moved), Counted(shapely.transform(SQUARE, moved))
+        shapely.transform(traces, moved), SamplingRegion(shapely.transform(SQUARE, moved))
     ).found
     assert counts(one) == counts(two)
     assert two.sets[0].strike_deg == pytest.approx(one.sets[0].strike_deg + 30, abs=1e-6)
@@ -172,8 +173,8 @@ def test_fifty_thousand_traces() -> None:
     end = start + 4.0 * np.stack([np.sin(turn), np.cos(turn)], -1)
     traces = shapely.linestrings(np.stack([start, end], axis=1))
     area = shapely.box(100, 100, 900, 900)
-    pieces = pieces_of(traces, area)
-    found = nodes_of(pieces, 0.0, area).counts
+    pieces = clip_traces(traces, area)
+    found = find_nodes(pieces, 0.0, area).counts
     # A Poisson process: density 0.05, P21 0.2, X = P21^2 / pi per area for all directions.
     assert found.I / 2 / area.area == pytest.approx(0.05, rel=0.03)
     assert pieces.lengths().sum() / area.area == pytest.approx(0.2, rel=0.03)
@@ -186,7 +187,7 @@ def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
     drawn = read_lines(data_dir / "fracture_traces" / "KB11_traces.geojson")
     area, _ = read_area(data_dir / "fracture_traces" / "KB11_area.geojson")
     for snap in (0.0, 0.001):
-        found = fracture_network(drawn.shapes, Counted(area), snap_m=snap).found
+        found = fracture_network(drawn.shapes, SamplingRegion(area), snap_m=snap).found
         assert (found.traces, found.pieces) == (707, 709)
         assert counts(found) == (476, 826, 268)
         assert found.area_m2 == pytest.approx(1237.9, abs=0.05)
@@ -205,7 +206,7 @@ def test_an_area_beyond_the_traces_is_said() -> None:
 
     def share_percent(x: float, y: float, radius: float) -> float | None:
         area = shapely.Point(x, y).buffer(radius, 256)
-        found = fracture_network(lines, Counted(area=area, circle=(x, y, radius))).found
+        found = fracture_network(lines, SamplingRegion(area=area, circle=(x, y, radius))).found
         note = by_code(found.notes).get("fractures.area-beyond-traces")
         return None if note is None else note["share_percent"]
 

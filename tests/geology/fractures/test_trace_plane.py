@@ -14,7 +14,7 @@ from vomstudio.geology.fractures.trace_plane import (
     MIN_DIP_DEG,
     TracePlane,
     find_trace_plane,
-    vertices_in_space,
+    vertices_with_heights,
 )
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.section.trace_map import face_of, map_to_face
@@ -191,6 +191,6 @@ def test_vertices_leave_out_rings_and_report_lines_without_heights() -> None:
         ],
         object,
     )
-    lines, without = vertices_in_space(shapes)
+    lines, without = vertices_with_heights(shapes)
     assert [line.tolist() for line in lines] == [[[0, 0, 1], [1, 0, 2]], [[0, 0, 1], [0, 0, 5]]]
     assert without.tolist() == [False, True, False, False, False, False]

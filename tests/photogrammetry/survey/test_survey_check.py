@@ -426,7 +426,7 @@ def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("pixel", [0.0005, 0.004, 0.018, 0.25])
 def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None:
-    planes = PlaneSizes.of_pixels(pixel)
+    planes = PlaneSizes.from_pixel_size(pixel)
     large = length_text(1000 * pixel, 2)
     small = length_text(planes.size_for(5.0), 2)
     assert small in planes_in_short(planes)

@@ -14,7 +14,7 @@ from tests.messages import by_code
 from vomstudio.core.errors import InputError, TargetError, UsageError
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, line_from_rake
-from vomstudio.geology.quality import confidence_that_counts_deg, judge, resolution_tilt_deg
+from vomstudio.geology.quality import governing_confidence_deg, judge, resolution_tilt_deg
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
 from vomstudio.project.tables.orientation_table import (
@@ -340,7 +340,7 @@ def test_the_error_of_the_registration_widens_the_total() -> None:
     fit = fit_plane(np.array([[0, 0, 0], [9, 0, 0.1], [0, 9, 0], [9, 9, 0], [4, 5, 0.1]]))
     verdict = judge(fit, resolution_m=None, outcrop_normal=None)
     row = plane_row(fit, verdict, registration_error_deg=2.0)
-    own = confidence_that_counts_deg(fit)
+    own = governing_confidence_deg(fit)
     assert own is not None
     assert row["total95_deg"] == pytest.approx(math.hypot(own, 2.0))
     assert plane_row(fit, verdict)["total95_deg"] == own

@@ -16,8 +16,8 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.patches import ids_of
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.patches import runs_to_ids
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.project import edits
 from vomstudio.project.edit import change
 from vomstudio.project.kinds.patch import Patch
@@ -40,7 +40,7 @@ class WithSurface(Context):
     def __init__(self, session, journal, data=None) -> None:
         super().__init__(session, journal)
         data = data or bed()
-        self.surfaces = {"m1": surface_of(data), "m2": surface_of(data)}
+        self.surfaces = {"m1": create_surface(data), "m2": create_surface(data)}
         for each in self.surfaces.values():
             each.build()
 
@@ -92,11 +92,11 @@ def patches(context) -> list[Patch]:
 
 def within(place, radius=0.3) -> set[int]:
     hit = at(Pointer.MOVE, place).hit
-    return set(surface_of(MESH).within(hit.index, hit.position, radius).tolist())
+    return set(create_surface(MESH).within(hit.index, hit.position, radius).tolist())
 
 
 def ids(patch: Patch) -> set[int]:
-    return set(ids_of(patch.runs).tolist())
+    return set(runs_to_ids(patch.runs).tolist())
 
 
 # --- strokes -----------------------------------------------------------------------------------
@@ -116,7 +116,7 @@ def test_the_first_stroke_makes_a_patch_of_all_that_the_brush_touched(tool, cont
 def test_the_plane_is_that_of_the_chosen_faces(tool, context):
     stroke(tool, (0.6, 0.6), (2.0, 2.0), (3.0, 1.0))
     (patch,) = patches(context)
-    corners = MESH.vertices[MESH.faces[ids_of(patch.runs)]]
+    corners = MESH.vertices[MESH.faces[runs_to_ids(patch.runs)]]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )

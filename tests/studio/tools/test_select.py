@@ -9,8 +9,8 @@ from tests.extraction.test_selection import looking, sheet
 from tests.project.conftest import MODEL, MemoryJournal
 from tests.studio.tools.test_patch import WithSurface
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.patches import ids_of
-from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.geometry.patches import runs_to_ids
+from vomstudio.geometry.streaming.surfaces import create_surface
 from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.session import Session
@@ -133,7 +133,7 @@ def test_enter_makes_one_patch_of_what_is_chosen(tool, context):
     before = context.session.undo_label
     assert tool.finish() == context.made[-1]
     (patch,) = context.session.of(Patch)
-    assert np.array_equal(ids_of(patch.runs), ids)
+    assert np.array_equal(runs_to_ids(patch.runs), ids)
     assert patch.element == "face"
     measured = context.measure(patch)
     assert abs(measured.fit.normal[1]) > 0.99
@@ -242,7 +242,7 @@ def test_points_of_a_cloud_are_chosen_too(context):
 
     cloud, wall = corner_cloud()
     context.elements.models["m1"] = cloud
-    context.surfaces["m1"] = surface_of(cloud)
+    context.surfaces["m1"] = create_surface(cloud)
     tool = SelectTool(context)
     seed = int(np.argmin(np.abs(cloud.points - cloud.points[wall].mean(axis=0)).sum(axis=1)))
     hit = Hit("m1", "point", seed, tuple(cloud.points[seed]))

@@ -42,9 +42,9 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
 def figures_by_trace(
     bands: Mapping[Any, PlaneBand], priors: Sequence[SetPrior]
 ) -> dict[Any, BandFigures]:
-    from vomstudio.geology.band_figures import band_figures
+    from vomstudio.geology.band_figures import describe_band
 
-    return {name: band_figures(band, priors) for name, band in bands.items()}
+    return {name: describe_band(band, priors) for name, band in bands.items()}
 
 
 def crossings(

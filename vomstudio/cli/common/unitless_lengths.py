@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import without_metres
+from vomstudio.geometry.units import strip_metric_suffix
 
 # A row of the orientation table keeps its columns in any unit: the table's header states it.
 ROW_KEYS = {"pole_trend_deg", "n_points", "extent_m"}
@@ -37,7 +37,7 @@ def _add_names(value: Any) -> Any:
         return value
     renamed: dict[str, Any] = {}
     for name, each in value.items():
-        plain_name = without_metres(name, value)
+        plain_name = strip_metric_suffix(name, value)
         renamed[name] = _add_names(each)
         if plain_name != name:
             renamed[plain_name] = renamed[name]

@@ -23,8 +23,8 @@ from vomstudio.extraction.growing import element_tolerances, facet_limits, facet
 from vomstudio.extraction.point_neighbours import is_noise_dominated
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.cell_grid import CellGrid, create_cell_grid
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 _POINTS_PER_CELL = 16.0
 _CELL_GROWTH = 2.5
@@ -168,7 +168,7 @@ def _find_flat_cells(
     """Find the smallest cells with flat surroundings, up to ten times the number of points."""
     max_per_cell, min_noise = 10.0 * per_cell, np.inf
     while True:
-        grid = grid_of(local, per_cell)
+        grid = create_cell_grid(local, per_cell)
         per_cell *= growth
         described = _cell_elements(
             grid,
@@ -227,7 +227,7 @@ def _cell_elements(
         flat = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
         if float(np.median(np.repeat(flat, points[sampled]))) > _SAMPLE_MARGIN * max_variation:
             return None
-    in_blocks(work, m, progress, _BLOCK_CELLS)
+    run_in_blocks(work, m, progress, _BLOCK_CELLS)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
     describe_cells(
         grid.begins,

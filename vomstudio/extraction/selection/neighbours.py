@@ -21,8 +21,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
-from vomstudio.geometry.nearby.shared_corners import across_gaps
+from vomstudio.geometry.nearby.point_grid import PointGrid, run_in_blocks
+from vomstudio.geometry.nearby.shared_corners import neighbours_across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
 MAX_PIECE = 2_000_000
@@ -127,8 +127,8 @@ class MeshNeighbours:
             smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
             across_edges(self._corners, starts, near, rows.start, self._across[rows])
 
-        in_blocks(compute_normals, len(faces), Silent(), _BLOCK)
-        in_blocks(average_normals, len(faces), Silent(), _BLOCK)
+        run_in_blocks(compute_normals, len(faces), Silent(), _BLOCK)
+        run_in_blocks(average_normals, len(faces), Silent(), _BLOCK)
         self._connect_across_gaps(nodes)
 
     def _connect_across_gaps(self, nodes: Int32Array) -> None:
@@ -141,7 +141,7 @@ class MeshNeighbours:
         finite = np.isfinite(corners_xyz).all(axis=(1, 2))
         free_faces, corners_xyz = free_faces[finite], corners_xyz[finite]
         corners = nodes[self._faces[free_faces]].astype(np.int64)
-        row, side, other = across_gaps(corners, corners_xyz, is_free[free_faces])
+        row, side, other = neighbours_across_gaps(corners, corners_xyz, is_free[free_faces])
         self._across[free_faces[row], side] = free_faces[other]
 
     def piece(
@@ -189,8 +189,8 @@ class MeshNeighbours:
         def read(rows: slice) -> None:
             find_marked_faces(self._corners[rows], marked, out[rows])
 
-        in_blocks(mark, len(out), Silent(), _BLOCK)
-        in_blocks(read, len(out), Silent(), _BLOCK)
+        run_in_blocks(mark, len(out), Silent(), _BLOCK)
+        run_in_blocks(read, len(out), Silent(), _BLOCK)
         return out
 
     def narrower(self, selection: BoolArray) -> BoolArray:
@@ -306,7 +306,7 @@ class CloudNeighbours:
                 lost,
             )
 
-        in_blocks(work, len(cells), Silent(), _BLOCK // 4)
+        run_in_blocks(work, len(cells), Silent(), _BLOCK // 4)
         result = selection.copy()
         result[self._rows[gained if gains else lost]] = gains
         return result

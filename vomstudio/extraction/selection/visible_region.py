@@ -16,7 +16,7 @@ from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
 _BLOCK = 1_000_000
@@ -150,7 +150,7 @@ class ViewSnapshot:
         def work(rows: slice) -> None:
             faces_inside(vertices, faces[rows], matrix, *view, out[rows])
 
-        in_blocks(work, len(faces), Silent(), _BLOCK)
+        run_in_blocks(work, len(faces), Silent(), _BLOCK)
 
     def _points(self, cloud: PointCloud, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import points_inside
@@ -162,7 +162,7 @@ class ViewSnapshot:
             def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
                 points_inside(points[rows], matrix, *view, mask[rows])
 
-            in_blocks(work, len(points), Silent(), _BLOCK)
+            run_in_blocks(work, len(points), Silent(), _BLOCK)
 
     def _uncut(
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray

@@ -1,9 +1,9 @@
-"""A log along a line: boundaries of beds and the true thickness between them, with errors.
+"""Log along a line: boundaries of beds and the true thickness between them, with errors.
 
-The thickness between two points on the boundaries is the part of the way from one to the other that
-runs across the bedding. A tilt of the bedding turns what runs along it into thickness, so that its
-error grows with how far the points lie apart along the beds; the points' own errors add to it
-(first order; Ragan 2009, Structural Geology, chapter 2).
+True thickness is the component, across the bedding, of the vector from one boundary point to the
+next. A tilt of the bedding turns part of the component along the beds into thickness, so the error
+grows with the distance of the points along the beds; the errors of the points add to it (first
+order; Ragan 2009, Structural Geology, chapter 2).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.beds.lithologies import strabospot_fields
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.rotation_errors import Z95
@@ -27,10 +27,21 @@ from vomstudio.geometry.rotation_errors import Z95
 
 @dataclass(frozen=True)
 class Interval:
-    """What lies between two boundaries, from the oldest up. base, top : their names; base_m,
-    top_m : above the lowest boundary, across the bedding; thickness_m with half of its 95 %
-    interval, None where nothing is known of errors; lithology as it was written, strabospot : its
-    fields there"""
+    """Interval between two boundaries, numbered from the oldest upwards.
+
+    Attributes
+    ----------
+    base, top : str
+        Names of the boundaries.
+    base_m, top_m : float
+        Distance above the lowest boundary, across the bedding, m.
+    thickness_m : Measured
+        True thickness with half its 95 % interval, None if no errors are known.
+    lithology : str
+        Lithology as written in the input.
+    strabospot : dict
+        Fields of StraboSpot for this lithology.
+    """
 
     number: int
     base: str
@@ -45,8 +56,15 @@ class Interval:
 
 @dataclass(frozen=True, repr=False)
 class BedLog(PrintableResult):
-    """total_m : from the lowest to the highest boundary. reordered : names of boundaries that were
-    not in the order of their heights"""
+    """Bed log with true thickness.
+
+    Attributes
+    ----------
+    total_m : Measured
+        True thickness from the lowest to the highest boundary, m.
+    reordered : tuple of str
+        Names of boundaries whose order differs from that of their heights.
+    """
 
     n: int
     intervals: tuple[Interval, ...]
@@ -66,12 +84,31 @@ def bed_log(
     bed_error_deg: float = 0.0,
     overturned: bool = False,
 ) -> BedLog:
-    """points : (n, 3) World, metres, one on each boundary, in any order; names, lithologies,
-    notes : (n,) of the boundaries, and of the beds that begin there, up to the next boundary.
-    sigma_m : standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of
-    the bedding's normal; overturned : younger beds lie below.
+    """Measure the true thickness of the beds between points on their boundaries.
 
-    Raises GeometryError for fewer than two boundaries and points that are not finite.
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        One point on each boundary, in any order. World frame, m.
+    bed : Plane
+        Attitude of the bedding.
+    names, lithologies, notes : sequence of str, optional
+        Names of the boundaries; lithologies and notes of the beds that begin there.
+    sigma_m : float
+        Standard deviation of each coordinate, m.
+    bed_error_deg : float
+        Half-angle of the 95 % cone of the bedding's normal, degrees.
+    overturned : bool
+        True if younger beds lie below.
+
+    Returns
+    -------
+    BedLog
+
+    Raises
+    ------
+    GeometryError
+        If there are fewer than two boundaries or a point is not finite.
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
@@ -79,47 +116,47 @@ def bed_log(
     n = len(p)
     if n < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
-    called, none = list(names or map(str, range(1, n + 1))), [""] * n
-    rocks, said = list(lithologies or none), list(notes or none)
+    labels, blanks = list(names or map(str, range(1, n + 1))), [""] * n
+    rocks, remarks = list(lithologies or blanks), list(notes or blanks)
     younging = (-1.0 if overturned else 1.0) * bed.normal()
-    height = (p - p[0]) @ younging
-    order = np.argsort(height, kind="stable")
-    # Walked from the top down, the words still say what begins above a boundary.
-    expected = np.arange(n)[::-1] if height[-1] < height[0] else np.arange(n)
-    moved = [called[int(i)] for i, j in zip(order, expected, strict=True) if i != j]
-    known = bool(sigma_m or bed_error_deg)
+    heights = (p - p[0]) @ younging
+    order = np.argsort(heights, kind="stable")
+    # The lithology describes the bed above its boundary, also in a log from the top down.
+    expected = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
+    reordered = [labels[int(i)] for i, j in zip(order, expected, strict=True) if i != j]
+    has_errors = bool(sigma_m or bed_error_deg)
 
-    def across(low: int, high: int) -> Measured:
+    def true_thickness(low: int, high: int) -> Measured:
         step = p[high] - p[low]
         value = float(step @ younging)
-        aside = float(np.linalg.norm(step - value * younging))
+        offset = float(np.linalg.norm(step - value * younging))
         tilt = math.radians(bed_error_deg) / CONE95
-        error = Z95 * math.hypot(math.sqrt(2.0) * sigma_m, aside * tilt)
-        return Measured(value, error if known else None)
+        error = Z95 * math.hypot(math.sqrt(2.0) * sigma_m, offset * tilt)
+        return Measured(value, error if has_errors else None)
 
-    base = float(height[order[0]])
+    base = float(heights[order[0]])
     intervals, warnings = [], []
     for number, (low, high) in enumerate(pairwise(order.tolist()), 1):
-        fields = in_strabospot(rocks[low])
+        fields = strabospot_fields(rocks[low])
         if fields is None:
-            warnings.append(Finding("log.unknown-lithology", word=rocks[low], boundary=called[low]))
-        thick = across(low, high)
-        if thick.error95 is not None and thick.value < thick.error95:
-            warnings.append(Finding("log.thickness-uncertain", base=called[low], top=called[high]))
+            warnings.append(Finding("log.unknown-lithology", word=rocks[low], boundary=labels[low]))
+        thickness = true_thickness(low, high)
+        if thickness.error95 is not None and thickness.value < thickness.error95:
+            warnings.append(Finding("log.thickness-uncertain", base=labels[low], top=labels[high]))
         intervals.append(
             Interval(
                 number,
-                called[low],
-                called[high],
-                float(height[low]) - base,
-                float(height[high]) - base,
-                thick,
+                labels[low],
+                labels[high],
+                float(heights[low]) - base,
+                float(heights[high]) - base,
+                thickness,
                 rocks[low],
                 fields or {},
-                said[low],
+                remarks[low],
             )
         )
-    if moved:
-        warnings.append(Finding("log.boundaries-moved", boundaries=moved))
-    total = across(int(order[0]), int(order[-1]))
-    return BedLog(n, tuple(intervals), total, tuple(moved), tuple(warnings))
+    if reordered:
+        warnings.append(Finding("log.boundaries-moved", boundaries=reordered))
+    total = true_thickness(int(order[0]), int(order[-1]))
+    return BedLog(n, tuple(intervals), total, tuple(reordered), tuple(warnings))

@@ -1,4 +1,4 @@
-"""The attitude of parallel beds by their traces."""
+"""Common attitude of parallel beds, fitted to their traces."""
 
 from __future__ import annotations
 
@@ -11,12 +11,21 @@ from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 
 
 def fit_common_bed(traces: Sequence[npt.ArrayLike]) -> ParallelBeds:
-    """Fit the attitude of parallel beds to their traces (n, 3).
+    """Fit the attitude of parallel beds to their traces.
+
+    Parameters
+    ----------
+    traces : sequence of (n, 3) array_like
+        Points of each trace, World frame, m.
+
+    Returns
+    -------
+    ParallelBeds
 
     Raises
     ------
     GeometryError
-        If they determine none.
+        If the traces do not determine a plane.
     """
     arrays = [np.atleast_2d(np.asarray(trace, np.float64)) for trace in traces]
     offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])

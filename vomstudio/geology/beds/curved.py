@@ -1,13 +1,13 @@
-"""One bed that bends: a mean surface through several traces of it, with its local dip.
+"""Fit one curved bed: a smooth surface through several traces, with its local dip.
 
-A trend surface: the heights over a mean plane as a polynomial of the place in it (Krumbein 1959,
-Journal of Geophysical Research 64, 823-834; Davis 2002, Statistics and Data Analysis in Geology,
-chapter 5). The degree is raised as long as the next ones explain more than chance does (F test),
-and what neighbours on a trace have in common lowers the number of points that count (Bayley &
-Hammersley 1946, Supplement to the Journal of the Royal Statistical Society 8, 184-197). The dip at
-a place is that of the surface's tangent plane; its error is that of the regression, or what the
-next degrees would turn it by, whichever is more. Between the traces the surface is interpolated,
-beyond them nothing is said.
+The trend surface describes heights over a mean plane as a polynomial of the position in that plane
+(Krumbein 1959, Journal of Geophysical Research 64, 823-834; Davis 2002, Statistics and Data
+Analysis in Geology, chapter 5). The degree increases as long as an F test shows that the next
+degrees explain more than chance. Correlation of neighbours on a trace reduces the effective number
+of points (Bayley & Hammersley 1946, Supplement to the Journal of the Royal Statistical Society 8,
+184-197). The local dip is that of the tangent plane. Its error is the larger of the regression
+error and the change of dip that the next degrees would cause. The surface is interpolated between
+the traces and not extrapolated beyond them.
 """
 
 from __future__ import annotations
@@ -24,18 +24,29 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.vectors import dip_of_normals
 
-HIGHEST = 4
-LEVEL = 0.05
-_SPARE = 3.0
-"""Independent points beyond the unknowns that a degree needs."""
-_SURE = 1e-4
-"""Least over largest singular value from which on places determine a polynomial."""
+MAX_DEGREE = 4
+SIGNIFICANCE = 0.05
+MIN_SPARE_POINTS = 3.0
+"""Minimum number of independent points beyond the unknowns of a degree."""
+MIN_SINGULAR_RATIO = 1e-4
+"""Minimum ratio of smallest to largest singular value at which points determine a polynomial."""
 
 
 @dataclass(frozen=True)
 class LocalDip:
-    """The bed where a trace is: id of the trace; x, y, z of the place on the surface, at the middle
-    of the trace; error95_deg : larger half-angle of the joint 95 % region of its normal"""
+    """Local dip of a bed at one of its traces.
+
+    Attributes
+    ----------
+    id : str
+        Id of the trace.
+    x, y, z : float
+        Point of the surface at the middle of the trace. World frame, m.
+    dip_direction_deg, dip_deg : float
+        Attitude of the tangent plane, degrees.
+    error95_deg : float
+        Larger half-angle of the joint 95 % region of the normal, degrees.
+    """
 
     id: str
     x: float
@@ -48,11 +59,22 @@ class LocalDip:
 
 @dataclass(frozen=True, eq=False)
 class CurvedBed:
-    """degree : of the polynomial, 1 for a plane; p : of a plane that explains the points as well,
-    None where it is one; rms_m : of the points about the surface; n, n_effective : points, and how
-    many of them are independent
-    dips : at the middle of each trace; along : (n, 3) of all points: dip direction, dip, error95,
-    degrees, in the order that they were given
+    """Fitted surface of one bed.
+
+    Attributes
+    ----------
+    degree : int
+        Degree of the polynomial; 1 is a plane.
+    p : float or None
+        p-value of the hypothesis that the bed is a plane; None if a plane was fitted.
+    rms_m : float
+        Root mean square distance of the points from the surface, m.
+    n, n_effective : int, float
+        Number of points, and of independent points.
+    dips : tuple of LocalDip
+        Local dip at the middle of each trace.
+    along : (n, 3) ndarray
+        Dip direction, dip and 95 % error at every point, degrees, in input order.
     """
 
     degree: int
@@ -65,23 +87,36 @@ class CurvedBed:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
-    """coefficients (k,), their covariance over the variance of the points (k, k), sum of squares,
-    residuals (n,), likeness : by which points count less than once"""
+class _PolynomialFit:
+    """Least-squares fit: `shape` is the covariance divided by the variance, shape (k, k)."""
 
     coefficients: FloatArray
     shape: FloatArray
     squares: float
     residuals: FloatArray
-    likeness: float
+    variance_inflation: float
 
 
 def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike) -> CurvedBed:
     """Fit one surface to traces of one bed.
 
-    ids : (g,) of the traces; points : (n, 3) World, m, in their order along each trace; offsets :
-    (g + 1,), trace i is points[offsets[i]:offsets[i + 1]]
-    Raises GeometryError where the points determine no plane, or leave nothing to judge it by.
+    Parameters
+    ----------
+    ids : sequence of str
+        Ids of the g traces.
+    points : (n, 3) array_like
+        Points in their order along each trace. World frame, m.
+    offsets : (g + 1,) array_like of int
+        Trace i is ``points[offsets[i]:offsets[i + 1]]``.
+
+    Returns
+    -------
+    CurvedBed
+
+    Raises
+    ------
+    GeometryError
+        If the points do not determine a plane or leave no degrees of freedom.
     """
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
     cuts = np.asarray(offsets, np.int64)
@@ -94,17 +129,17 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     frame[1] = np.cross(frame[2], frame[0])
     u, v, w = ((xyz - middle) @ frame.T).T
     size = float(max(np.abs(u).max(), np.abs(v).max()))
-    fits = _fits(u / size, v / size, w, cuts)
+    fits = _fit_degrees(u / size, v / size, w, cuts)
     if not fits:
         raise GeometryError(Finding("beds.too-few-points"))
-    degree, p = _degree(fits, len(xyz))
+    degree, p = _select_degree(fits, len(xyz))
     fit = fits[degree - 1]
-    n_effective = len(xyz) / fit.likeness
+    n_effective = len(xyz) / fit.variance_inflation
     free = n_effective - len(fit.coefficients)
-    variance = fit.squares / max(len(xyz) - len(fit.coefficients), 1) * fit.likeness
-    slopes, errors = _slopes(fit, degree, u / size, v / size, size, variance, free)
+    variance = fit.squares / max(len(xyz) - len(fit.coefficients), 1) * fit.variance_inflation
+    slopes, errors = _fit_slopes(fit, degree, u / size, v / size, size, variance, free)
     for higher in range(degree + 1, min(degree + 2, len(fits)) + 1):
-        gradient = np.stack(_gradients(u / size, v / size, higher), axis=1) / size
+        gradient = np.stack(_design_gradients(u / size, v / size, higher), axis=1) / size
         turn = np.linalg.norm(gradient @ fits[higher - 1].coefficients - slopes, axis=1)
         errors = np.maximum(errors, np.degrees(np.arctan(turn)))
     normals = frame[2] - slopes[:, :1] * frame[0] - slopes[:, 1:] * frame[1]
@@ -124,60 +159,81 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), along)
 
 
-def _fits(u: FloatArray, v: FloatArray, w: FloatArray, cuts: IntArray) -> list[_Fit]:
-    """Of degree 1, 2 and so on, as far as the points determine them. What neighbours have in common
-    is told by the highest: a bend that a lower degree leaves is no noise."""
-    found: list[_Fit] = []
-    for degree in range(1, HIGHEST + 1):
-        columns = _columns(u, v, degree)
-        left, sizes, right = np.linalg.svd(columns, full_matrices=False)
-        if len(u) <= columns.shape[1] + _SPARE or sizes[-1] < _SURE * sizes[0]:
+def _fit_degrees(
+    u: FloatArray, v: FloatArray, w: FloatArray, cuts: IntArray
+) -> list[_PolynomialFit]:
+    """Fit polynomials of degree 1, 2 and so on, as far as the points determine them.
+
+    The residuals of the highest degree give the correlation of neighbours: a bend that a lower
+    degree does not fit is not noise.
+    """
+    fits: list[_PolynomialFit] = []
+    for degree in range(1, MAX_DEGREE + 1):
+        columns = _design_matrix(u, v, degree)
+        left_vectors, singular_values, right_vectors = np.linalg.svd(columns, full_matrices=False)
+        if (
+            len(u) <= columns.shape[1] + MIN_SPARE_POINTS
+            or singular_values[-1] < MIN_SINGULAR_RATIO * singular_values[0]
+        ):
             break
-        coefficients = right.T @ ((left.T @ w) / sizes)
+        coefficients = right_vectors.T @ ((left_vectors.T @ w) / singular_values)
         residuals = w - columns @ coefficients
-        shape = (right.T / sizes**2) @ right
-        squares = float(residuals @ residuals)
-        found.append(_Fit(coefficients, shape, squares, residuals, 1.0))
-    if not found:
+        unscaled_covariance = (right_vectors.T / singular_values**2) @ right_vectors
+        sum_of_squares = float(residuals @ residuals)
+        fits.append(
+            _PolynomialFit(coefficients, unscaled_covariance, sum_of_squares, residuals, 1.0)
+        )
+    if not fits:
         return []
-    likeness = _likeness(found[-1].residuals, cuts)
-    counted = len(u) / likeness
+    variance_inflation = _neighbour_inflation(fits[-1].residuals, cuts)
+    n_effective = len(u) / variance_inflation
     return [
-        replace(fit, likeness=likeness) for fit in found if counted > len(fit.coefficients) + _SPARE
+        replace(fit, variance_inflation=variance_inflation)
+        for fit in fits
+        if n_effective > len(fit.coefficients) + MIN_SPARE_POINTS
     ]
 
 
-def _degree(fits: list[_Fit], n: int) -> tuple[int, float | None]:
-    """The lowest beyond which nothing explains more, and the p of a plane against it. A degree is
-    passed over where the one after it explains more: a symmetric bend has no odd part."""
+def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | None]:
+    """Select the lowest degree that no higher one improves, with the p-value of a plane.
+
+    A degree is skipped if the one after it explains more: a symmetric bend has no odd part.
+    """
     from scipy.special import fdtrc
 
-    def p_of(low: int, high: int) -> float:
-        more = len(fits[high].coefficients) - len(fits[low].coefficients)
-        free = n / fits[high].likeness - len(fits[high].coefficients)
+    def p_value(low: int, high: int) -> float:
+        added = len(fits[high].coefficients) - len(fits[low].coefficients)
+        free = n / fits[high].variance_inflation - len(fits[high].coefficients)
         scatter = fits[high].squares / max(n - len(fits[high].coefficients), 1)
         if scatter <= 0.0:
             return 1.0 if fits[low].squares <= 0.0 else 0.0
-        gain = (fits[low].squares - fits[high].squares) / more / fits[high].likeness
-        return float(fdtrc(more, free, gain / scatter))
+        gain = (fits[low].squares - fits[high].squares) / added / fits[high].variance_inflation
+        return float(fdtrc(added, free, gain / scatter))
 
     degree = 0
     while True:
-        better = [
-            k for k in (degree + 1, degree + 2) if k < len(fits) and p_of(degree, k) < LEVEL / 2
+        better_degrees = [
+            k
+            for k in (degree + 1, degree + 2)
+            if k < len(fits) and p_value(degree, k) < SIGNIFICANCE / 2
         ]
-        if not better:
+        if not better_degrees:
             break
-        degree = better[0]
-    return degree + 1, None if degree == 0 else p_of(0, degree)
+        degree = better_degrees[0]
+    return degree + 1, None if degree == 0 else p_value(0, degree)
 
 
-def _slopes(
-    fit: _Fit, degree: int, u: FloatArray, v: FloatArray, size: float, variance: float, free: float
+def _fit_slopes(
+    fit: _PolynomialFit,
+    degree: int,
+    u: FloatArray,
+    v: FloatArray,
+    size: float,
+    variance: float,
+    free: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """(n, 2) slopes along the axes, and (n,) larger half-angle of their joint 95 % region,
-    degrees."""
-    gradient = np.stack(_gradients(u, v, degree), axis=1) / size
+    """Return slopes (n, 2) and the larger half-angle (n,) of their 95 % region, degrees."""
+    gradient = np.stack(_design_gradients(u, v, degree), axis=1) / size
     slopes = gradient @ fit.coefficients
     spread = variance * np.einsum("nak,kl,nbl->nab", gradient, fit.shape, gradient)
     limit = float(joint_quantile(np.array([free]))[0]) * free
@@ -185,31 +241,31 @@ def _slopes(
     return slopes, np.degrees(np.arctan(np.sqrt(np.maximum(largest, 0.0) * limit)))
 
 
-def _powers(degree: int) -> list[tuple[int, int]]:
+def _monomials(degree: int) -> list[tuple[int, int]]:
     return [(i - j, j) for i in range(degree + 1) for j in range(i + 1)]
 
 
-def _columns(u: FloatArray, v: FloatArray, degree: int) -> FloatArray:
-    return np.stack([u**i * v**j for i, j in _powers(degree)], axis=1)
+def _design_matrix(u: FloatArray, v: FloatArray, degree: int) -> FloatArray:
+    return np.stack([u**i * v**j for i, j in _monomials(degree)], axis=1)
 
 
-def _gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
-    """(n, k) along u and along v."""
-    powers = _powers(degree)
+def _design_gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
+    """Return the gradients (n, k) of the design matrix along u and v."""
+    powers = _monomials(degree)
     along = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
     across = [j * u**i * v ** max(j - 1, 0) for i, j in powers]
     return np.stack(along, axis=1), np.stack(across, axis=1)
 
 
-def _likeness(residuals: FloatArray, cuts: IntArray) -> float:
-    """(1 + r) / (1 - r) with the correlation r of neighbours on the traces, at least 1."""
+def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:
+    """Return (1 + r) / (1 - r), at least 1, for the correlation r of neighbours on traces."""
     last = np.zeros(len(residuals), np.bool_)
     ends = cuts[1:][cuts[1:] > 0] - 1
     last[ends] = True
     first = np.flatnonzero(~last[:-1])
-    whole = float(residuals @ residuals)
-    if whole <= 0.0 or not len(first):
+    total = float(residuals @ residuals)
+    if total <= 0.0 or not len(first):
         return 1.0
-    r = float(residuals[first] @ residuals[first + 1]) / len(first) / (whole / len(residuals))
-    # What the fit took from a few points makes neighbours look unlike each other.
+    r = float(residuals[first] @ residuals[first + 1]) / len(first) / (total / len(residuals))
+    # Few residual degrees of freedom make the correlation of neighbours negative.
     return max(1.0, (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)))

@@ -1,12 +1,12 @@
-"""A plane carried on beyond its points, with what its position is worth there.
+"""Extend a plane beyond its points, with the error of its position.
 
-The plane of a least-squares fit has at a place (u, v) along its axes, counted from the middle of
-its points, the variance s^2 (1/n + u^2 / sum u^2 + v^2 / sum v^2) across itself: the middle is
-known best, and the tilt opens the band with the distance (any textbook of regression; for planes on
-outcrops Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416, who draw it as
-the sheets of a hyperboloid). s and the number of points are those that the fit stands for once
-neighbours on a trace are allowed to be alike (`geometry.plane_errors`); the 95 % band at a place is
-Student's t times the root of the variance.
+At a position (u, v) along the axes of a least-squares plane, measured from the centroid of its
+points, the variance across the plane is s^2 (1/n + u^2 / sum u^2 + v^2 / sum v^2). It is smallest
+at the centroid, and the tilt widens the band with distance (any textbook of regression; for planes
+on outcrops Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416, who draw it
+as the sheets of a hyperboloid). s and n are the effective values that allow for correlation of
+neighbours on a trace (`geometry.plane_errors`). The 95 % band is Student's t times the standard
+deviation.
 """
 
 from __future__ import annotations
@@ -19,26 +19,35 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
+from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-MOST_BEDS = 2000
+MAX_BEDS = 2000
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneBelief:
-    """A plane and how well it is known. World, m.
+class PlaneEstimate:
+    """Plane with the covariance of its position and attitude. World frame.
 
-    middle : (3,) where it is known best; axes : (3, 3) rows: two directions in the plane and its
-    upward normal; of_middle : variance of the position there, m2; of_tilts : (2,) variance of the
-    slope along the two directions; free : degrees of freedom, infinite where variances are known
+    Attributes
+    ----------
+    middle : (3,) ndarray
+        Point at which the position is known best, m.
+    axes : (3, 3) ndarray
+        Rows: two directions in the plane and its upward normal.
+    centre_variance : float
+        Variance of the position at `middle` along the normal, m2.
+    tilt_variances : (2,) ndarray
+        Variances of the slopes along the two directions.
+    free : float
+        Degrees of freedom, infinite if the variances are known.
     """
 
     middle: FloatArray
     axes: FloatArray
-    of_middle: float
-    of_tilts: FloatArray
+    centre_variance: float
+    tilt_variances: FloatArray
     free: float
 
     @property
@@ -46,38 +55,46 @@ class PlaneBelief:
         return Plane.from_normal(self.axes[2])
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """(n,) of points (n, 3), positive above the plane."""
+        """Return the signed distances (n,) of points (n, 3), positive above the plane, m."""
         return np.asarray((points - self.middle) @ self.axes[2])
 
-    def sd(self, points: FloatArray) -> FloatArray:
-        """(n,) standard deviation of the plane's position beside points (n, 3), m."""
+    def position_sd(self, points: FloatArray) -> FloatArray:
+        """Return the standard deviation (n,) of the plane's position at points (n, 3), m."""
         flat = (points - self.middle) @ self.axes[:2].T
-        return np.asarray(np.sqrt(self.of_middle + (flat**2) @ self.of_tilts))
+        return np.asarray(np.sqrt(self.centre_variance + (flat**2) @ self.tilt_variances))
 
     @property
     def t95(self) -> float:
-        """Standard deviations either side that hold 95 % of one figure."""
+        """Two-sided 95 % quantile in standard deviations."""
         from scipy.special import ndtri, stdtrit
 
-        level = 1.0 - LEVEL / 2.0
+        level = 1.0 - SIGNIFICANCE / 2.0
         return float(ndtri(level) if np.isinf(self.free) else stdtrit(self.free, level))
 
 
 @dataclass(frozen=True, eq=False)
-class Repeats:
-    """A plane and others parallel to it at a thickness. numbers : (k,) steps upwards, 0 the plane
-    itself; thickness_m : between neighbours, None for the plane alone; of_thickness : its variance,
-    m2"""
+class PlaneSeries:
+    """Plane and its parallels at a constant thickness.
+
+    Attributes
+    ----------
+    numbers : (k,) ndarray of int
+        Numbers of the planes upwards; 0 is the plane itself.
+    thickness_m : float or None
+        Distance of neighbours, m; None for a single plane.
+    thickness_variance : float
+        Variance of the thickness, m2.
+    """
 
     numbers: IntArray
     thickness_m: float | None
-    of_thickness: float = 0.0
+    thickness_variance: float = 0.0
 
     def offset(self, number: int) -> float:
         return 0.0 if self.thickness_m is None else number * self.thickness_m
 
     def nearest(self, distances: FloatArray) -> IntArray:
-        """(n,) number of the plane that each distance from the first is nearest to."""
+        """Return the number (n,) of the plane nearest to each distance from plane 0, m."""
         if self.thickness_m is None:
             return np.zeros(len(distances), np.int64)
         steps = np.round(distances / self.thickness_m).astype(np.int64)
@@ -85,9 +102,20 @@ class Repeats:
 
 
 @dataclass(frozen=True, eq=False)
-class Bands:
-    """Of points (n,): bed, number of the nearest plane; distance_m from it, positive above;
-    error95_m of its position there; inside : within that of the plane"""
+class PlaneDistances:
+    """Distances of n points from the nearest plane of a series.
+
+    Attributes
+    ----------
+    bed : (n,) ndarray of int
+        Number of the nearest plane.
+    distance_m : (n,) ndarray
+        Signed distance from it, positive above, m.
+    error95_m : (n,) ndarray
+        95 % error of the plane's position, m.
+    inside : (n,) ndarray of bool
+        True if the distance is within that error.
+    """
 
     bed: IntArray
     distance_m: FloatArray
@@ -98,14 +126,19 @@ class Bands:
         return np.asarray(np.abs(self.distance_m) <= self.error95_m)
 
 
-def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
-    """Of a fitted plane. Raises GeometryError where its errors are not known, as for three points
-    or by regression."""
+def plane_estimate_from_fit(fit: PlaneFit) -> PlaneEstimate:
+    """Return a fitted plane with the covariance of its position and attitude.
+
+    Raises
+    ------
+    GeometryError
+        If its errors are unknown, as for three points or a regression.
+    """
     largest, smallest = fit.max_confidence95_deg, fit.min_confidence95_deg
     if fit.long_roughness:
         # The wider of the two figures counts, see geometry/planes.py.
-        largest = _wider(largest, fit.max_angular_error_deg)
-        smallest = _wider(smallest, fit.min_angular_error_deg)
+        largest = _largest_known(largest, fit.max_angular_error_deg)
+        smallest = _largest_known(smallest, fit.min_angular_error_deg)
     if largest is None or smallest is None or fit.rms is None or fit.n_effective is None:
         raise GeometryError(Finding("plane.no-band"))
     if fit.method != "pca":
@@ -115,27 +148,41 @@ def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
     free = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([free]))[0]) * free
     tilts = np.asarray(np.tan(np.radians([smallest, largest])) ** 2 / limit)
-    return PlaneBelief(
+    return PlaneEstimate(
         np.asarray(fit.centroid, np.float64),
-        _right_handed(np.asarray(fit.axes, np.float64)),
+        _right_handed_axes(np.asarray(fit.axes, np.float64)),
         fit.rms**2 / free,
         tilts,
         free,
     )
 
 
-def belief_of_attitude(
+def plane_estimate_from_attitude(
     plane: Plane, through: FloatArray, error95_deg: float, error95_m: float = 0.0
-) -> PlaneBelief:
-    """Of a plane by dip direction and dip through a point (3,); error95_deg : half-angle of the
-    joint 95 % region of its normal, alike to all sides; error95_m : of the point across it."""
+) -> PlaneEstimate:
+    """Return the plane of an attitude through a point, with its errors.
+
+    Parameters
+    ----------
+    plane : Plane
+    through : (3,) ndarray
+        Point on the plane. World frame, m.
+    error95_deg : float
+        Half-angle of the joint 95 % region of the normal, degrees, equal in all directions.
+    error95_m : float
+        95 % error of the point along the normal, m.
+
+    Returns
+    -------
+    PlaneEstimate
+    """
     from vomstudio.geometry.rotation_errors import Z95
 
     normal = plane.normal()
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u = np.asarray(side / np.linalg.norm(side))
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
-    return PlaneBelief(
+    return PlaneEstimate(
         np.asarray(through, np.float64),
         np.stack([u, np.cross(normal, u), normal]),
         (error95_m / Z95) ** 2,
@@ -144,50 +191,72 @@ def belief_of_attitude(
     )
 
 
-def repeated(
-    belief: PlaneBelief, points: FloatArray, thickness_m: float | None, error95_m: float = 0.0
-) -> Repeats:
-    """All planes at a thickness that reach between the points (n, 3) of a model; the plane alone
-    without one. error95_m : of the thickness. Raises GeometryError for a thickness that makes more
-    than MOST_BEDS."""
+def repeat_planes(
+    plane: PlaneEstimate, points: FloatArray, thickness_m: float | None, error95_m: float = 0.0
+) -> PlaneSeries:
+    """Return all parallels of a plane that pass between the points of a model.
+
+    Parameters
+    ----------
+    plane : PlaneEstimate
+    points : (n, 3) ndarray
+        Points of the model. World frame, m.
+    thickness_m : float or None
+        Distance of neighbours, m; None for the plane alone.
+    error95_m : float
+        95 % error of the thickness, m.
+
+    Returns
+    -------
+    PlaneSeries
+
+    Raises
+    ------
+    GeometryError
+        If the thickness results in more than `MAX_BEDS` planes.
+    """
     from vomstudio.geometry.rotation_errors import Z95
 
     if thickness_m is None:
-        return Repeats(np.zeros(1, np.int64), None)
-    away = belief.distances(points)
+        return PlaneSeries(np.zeros(1, np.int64), None)
+    distances = plane.distances(points)
     low, high = (
-        float(np.floor(away.min() / thickness_m)),
-        float(np.ceil(away.max() / thickness_m)),
+        float(np.floor(distances.min() / thickness_m)),
+        float(np.ceil(distances.max() / thickness_m)),
     )
-    if high - low > MOST_BEDS:
+    if high - low > MAX_BEDS:
         raise GeometryError(
-            Finding("beds.too-many", thickness_m=thickness_m, n=high - low + 1, maximum=MOST_BEDS),
+            Finding("beds.too-many", thickness_m=thickness_m, n=high - low + 1, maximum=MAX_BEDS),
             field="thickness",
         )
     numbers = np.arange(min(int(low), 0), max(int(high), 0) + 1)
-    return Repeats(numbers, thickness_m, (error95_m / Z95) ** 2)
+    return PlaneSeries(numbers, thickness_m, (error95_m / Z95) ** 2)
 
 
-def bands(belief: PlaneBelief, repeats: Repeats, points: FloatArray) -> Bands:
-    """How points (n, 3) lie to the nearest of the planes. The error of the k-th holds k times that
-    of the thickness."""
-    away = belief.distances(points)
-    bed = repeats.nearest(away)
-    offset: FloatArray = np.zeros(len(away))
+def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> PlaneDistances:
+    """Measure the distances of points (n, 3) from the nearest planes, with their errors.
+
+    The error of plane k contains k times the error of the thickness.
+    """
+    distances = plane.distances(points)
+    bed = repeats.nearest(distances)
+    offset: FloatArray = np.zeros(len(distances))
     if repeats.thickness_m is not None:
         offset = bed.astype(np.float64) * repeats.thickness_m
-    variance = belief.sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.of_thickness
-    return Bands(bed, away - offset, belief.t95 * np.sqrt(variance))
+    variance = (
+        plane.position_sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.thickness_variance
+    )
+    return PlaneDistances(bed, distances - offset, plane.t95 * np.sqrt(variance))
 
 
-def _wider(one: float | None, other: float | None) -> float | None:
+def _largest_known(one: float | None, other: float | None) -> float | None:
     known = [value for value in (one, other) if value is not None]
     return max(known) if known else None
 
 
-def _right_handed(axes: FloatArray) -> FloatArray:
-    made = axes.copy()
-    if made[2, 2] < 0.0:
-        made[2] = -made[2]
-    made[1] = np.cross(made[2], made[0])
-    return made
+def _right_handed_axes(axes: FloatArray) -> FloatArray:
+    frame = axes.copy()
+    if frame[2, 2] < 0.0:
+        frame[2] = -frame[2]
+    frame[1] = np.cross(frame[2], frame[0])
+    return frame

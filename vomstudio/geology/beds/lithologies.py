@@ -1,4 +1,4 @@
-"""Rocks in the words of StraboSpot's sedimentary forms (the lists of its form "Lithologies")."""
+"""Lithologies in the vocabulary of StraboSpot's sedimentary forms (form "Lithologies")."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ VOLCANICLASTIC = (
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
 COVERED = ("covered", "unexposed")
-WORDS = (
+LITHOLOGIES = (
     *SILICICLASTIC,
     *(word.replace("_", " ") for word in PRIMARY),
     "lime mudstone",
@@ -60,12 +60,12 @@ WORDS = (
     *EVAPORITE,
     "covered",
 )
-"""What a rock may be called, each once."""
+"""All accepted lithologies, each once."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
 
-def words() -> tuple[str, ...]:
-    """All that `in_strabospot` knows, to choose from: first the common rocks of the field."""
+def lithology_choices() -> tuple[str, ...]:
+    """Return all lithologies that `strabospot_fields` accepts, the common ones first."""
     primary = tuple(name.replace("_", " ") for name in PRIMARY)
     return (
         *SILICICLASTIC,
@@ -104,38 +104,46 @@ _COLORS = {
     "welded tuff": "#fff3c9",
     "ignimbrite": "#ffe5c3",
 }
-"""The colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
+"""Colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
 
 
 def color_of_rock(word: str) -> str:
-    """The colour of a rock on a map, "#rrggbb": its own, else that of its class; "" for what is
-    covered, and for words that StraboSpot's forms do not have."""
-    fields = in_strabospot(word) or {}
-    told = [value for value in fields.values() if value]
-    return next((_COLORS[value] for value in reversed(told) if value in _COLORS), "")
+    """Return the map colour of a lithology, "#rrggbb".
+
+    The colour of its class is used if it has none itself. Covered intervals and unknown lithologies
+    give "".
+    """
+    fields = strabospot_fields(word) or {}
+    values = [value for value in fields.values() if value]
+    return next((_COLORS[value] for value in reversed(values) if value in _COLORS), "")
 
 
-def in_strabospot(word: str) -> dict[str, str] | None:
-    """The fields of StraboSpot for a rock, case and separators forgiven: `primary_lithology` and
-    what it is called more closely; all empty for nothing and what is covered; None for a word that
-    its forms do not have."""
-    plain = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
-    found = dict.fromkeys(FIELDS, "")
-    if not plain or plain in COVERED:
-        return found
+def strabospot_fields(word: str) -> dict[str, str] | None:
+    """Return the StraboSpot fields of a lithology; case and separators are ignored.
+
+    Returns
+    -------
+    dict or None
+        `primary_lithology` and the subtype; all values are empty for "" and covered intervals;
+        None for a word outside StraboSpot's vocabulary.
+    """
+    normalized = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
+    fields = dict.fromkeys(FIELDS, "")
+    if not normalized or normalized in COVERED:
+        return fields
     for primary in PRIMARY:
-        if plain == primary.replace("_", " "):
-            return {**found, "primary_lithology": primary}
-    if plain in SILICICLASTIC:
-        return {**found, "primary_lithology": "siliciclastic", "siliciclastic_type": plain}
-    if plain in ("lime mudstone", *DUNHAM):
-        name = plain.removeprefix("lime ")
-        return {**found, "primary_lithology": "limestone", "dunham_classification": name}
+        if normalized == primary.replace("_", " "):
+            return {**fields, "primary_lithology": primary}
+    if normalized in SILICICLASTIC:
+        return {**fields, "primary_lithology": "siliciclastic", "siliciclastic_type": normalized}
+    if normalized in ("lime mudstone", *DUNHAM):
+        name = normalized.removeprefix("lime ")
+        return {**fields, "primary_lithology": "limestone", "dunham_classification": name}
     for primary, names in (
         ("volcaniclastic", VOLCANICLASTIC),
         ("organic_coal", ORGANIC),
         ("evaporite", EVAPORITE),
     ):
-        if plain in names:
-            return {**found, "primary_lithology": primary, "other_type": plain}
+        if normalized in names:
+            return {**fields, "primary_lithology": primary, "other_type": normalized}
     return None

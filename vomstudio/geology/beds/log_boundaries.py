@@ -1,4 +1,4 @@
-"""Boundaries of a log where the traces of beds cross its line."""
+"""Boundaries of a log where traces of beds cross its line."""
 
 from __future__ import annotations
 
@@ -14,8 +14,19 @@ from vomstudio.geometry.lines import nearest_approach
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """name : of the trace; place (3,) on it, where it comes nearest to the line; distance_m between
-    them there; along_m : the way along the line up to there"""
+    """Crossing of a trace and the line of a log.
+
+    Attributes
+    ----------
+    name : str
+        Name of the trace.
+    place : (3,) ndarray
+        Point of the trace nearest to the line. World frame, m.
+    distance_m : float
+        Distance of this point from the line, m.
+    along_m : float
+        Distance along the line, m.
+    """
 
     name: str
     place: FloatArray
@@ -26,17 +37,30 @@ class Crossing:
 def crossings(
     line: npt.ArrayLike, traces: Mapping[str, npt.ArrayLike], reach_m: float
 ) -> list[Crossing]:
-    """line (n, 3) and traces (m, 3) World, metres; in the order along the line, those that come
-    within reach_m of it. A trace that crosses the line more than once counts where it comes
-    nearest."""
-    walked = np.asarray(line, np.float64)
-    low, high = walked.min(axis=0) - reach_m, walked.max(axis=0) + reach_m
-    found = []
+    """Find the crossings of traces with the line of a log, in order along the line.
+
+    Parameters
+    ----------
+    line : (n, 3) array_like
+        Vertices of the line. World frame, m.
+    traces : mapping of str to (m, 3) array_like
+        Points of the traces by name. World frame, m.
+    reach_m : float
+        Maximum distance of a trace from the line, m.
+
+    Returns
+    -------
+    list of Crossing
+        The nearest approach of every trace within `reach_m`.
+    """
+    vertices = np.asarray(line, np.float64)
+    low, high = vertices.min(axis=0) - reach_m, vertices.max(axis=0) + reach_m
+    crossed = []
     for name, points in traces.items():
         trace = np.asarray(points, np.float64)
         if len(trace) < 2 or (trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any():
             continue
-        near = nearest_approach(walked, trace)
+        near = nearest_approach(vertices, trace)
         if near.distance <= reach_m:
-            found.append(Crossing(name, near.place, near.distance, near.along))
-    return sorted(found, key=lambda crossing: crossing.along_m)
+            crossed.append(Crossing(name, near.place, near.distance, near.along))
+    return sorted(crossed, key=lambda crossing: crossing.along_m)

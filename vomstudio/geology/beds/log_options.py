@@ -48,12 +48,12 @@ class LogOptions(Options):
 
 @dataclass(frozen=True)
 class LogLine(Options):
-    """Bedding and line of a log, for the command.
+    """Bedding and line of a log, as options of the command.
 
     Raises
     ------
     UsageError
-        For a distance outside its bounds, and for options of a line without one.
+        If a distance is outside its bounds or an option of a line is given without a line.
     """
 
     bed: str | None = option(

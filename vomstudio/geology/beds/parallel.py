@@ -1,14 +1,14 @@
-"""Parallel planes fitted together, and whether two traces are of one bed.
+"""Fit parallel planes together, and test whether two traces belong to one bed.
 
-Traces of beds that were deposited parallel to each other share one normal, though each has its own
-place: the normal is that of the scatter of all points about the middles of their own traces (the
-grouped planes of Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416). Short
-traces that each determine no plane determine one together.
+Traces of beds that were deposited parallel to each other share one normal, but each has its own
+position. The normal is that of the scatter of all points about the centroids of their own traces
+(the grouped planes of Quinn & Ehlmann 2019, Earth and Space Science 6, doi 10.1029/2018EA000416).
+Short traces that determine no plane alone determine one together.
 
-Errors are those of least squares with each trace's own noise, whose likeness along the trace is
-reckoned as for single planes (`geometry.plane_errors.quantiles`). A trace's distance along the
-normal carries the error of its own middle and, over the distance in the plane, that of the tilt; by
-it two traces are held against being of one plane (Student's t).
+Errors are those of least squares with separate noise for each trace, correlated along the trace as
+for single planes (`geometry.plane_errors.quantiles`). The distance of a trace along the normal has
+the error of its centroid and that of the tilt over the distance in the plane. Student's t test
+compares two traces by these distances.
 """
 
 from __future__ import annotations
@@ -26,25 +26,36 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
 
-FEWEST = 3
-"""Points of a trace whose scatter counts."""
-LEVEL = 0.05
-_THIN = 1e-6
-"""Relative spread across the traces under which all points lie on one line."""
-_SURE = 3.0
-"""Degrees of freedom of a trace's noise from which it can be held against others that have more."""
-_LEAST = 1e-15
-"""The least p that is told where several noises have a part."""
-_WIDE = 3.0
-"""Times its scatter about the common plane that a trace is wide to have a plane of its own."""
-_BENT = 0.05
-"""And times its length from which it is not straight."""
+MIN_TRACE_POINTS = 3
+"""Minimum number of points of a trace whose scatter is used."""
+SIGNIFICANCE = 0.05
+MIN_RELATIVE_SPREAD = 1e-6
+"""Relative spread across the traces below which all points lie on one line."""
+MIN_FREEDOM = 3.0
+"""Minimum degrees of freedom at which the noise of a trace can be compared with that of others."""
+MIN_P_VALUE = 1e-15
+"""Smallest p-value that is reported if several variances contribute."""
+MIN_WIDTH_RATIO = 3.0
+"""Minimum ratio of a trace's width to its scatter about the common plane for a plane of its own."""
+MIN_BEND_RATIO = 0.05
+"""Minimum ratio of a trace's width to its length at which it is not straight."""
 
 
 @dataclass(frozen=True)
 class Bed:
-    """One trace among parallel ones. distance_m : along the common upward normal from the middle of
-    all traces; error95_m : of that; rms_m : of its points about the common plane through it"""
+    """One of several parallel traces.
+
+    Attributes
+    ----------
+    n : int
+        Number of points.
+    distance_m : float
+        Distance along the common upward normal from the centroid of all traces, m.
+    error95_m : float or None
+        95 % error of the distance, m.
+    rms_m : float
+        Root mean square distance of its points from its plane, m.
+    """
 
     id: str
     n: int
@@ -55,8 +66,17 @@ class Bed:
 
 @dataclass(frozen=True)
 class SamePlane:
-    """Whether two traces lie in one plane of the common attitude. distance_m : along the normal,
-    second less first; error95_m : of that; p : of a distance as large, were they of one bed"""
+    """Test of whether two traces lie in one plane of the common attitude.
+
+    Attributes
+    ----------
+    distance_m : float
+        Distance of the second from the first along the normal, m.
+    error95_m : float
+        95 % error of the distance, m.
+    p : float
+        p-value of the hypothesis that both are of one bed.
+    """
 
     first: str
     second: str
@@ -67,11 +87,21 @@ class SamePlane:
 
 @dataclass(frozen=True)
 class ParallelBeds:
-    """dip_direction_deg, dip_deg, strike_rhr_deg, undefined : of the common plane
-    max/min_confidence95_deg : semi-axes of the joint 95 % region of its normal
-    p_parallel : of traces turned against each other as much as these, were their planes parallel;
-        None where no two of them determine a plane
-    beds : upwards along the normal; warnings : in words
+    """Parallel planes fitted to traces.
+
+    Attributes
+    ----------
+    dip_direction_deg, dip_deg, strike_rhr_deg, undefined
+        Attitude of the common plane, degrees.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of the joint 95 % region of its normal, degrees.
+    p_parallel : float or None
+        p-value of the hypothesis that the traces are parallel; None if fewer than two of them
+        determine a plane.
+    beds : tuple of Bed
+        Traces in order along the normal, upwards.
+    same : tuple of SamePlane
+        Tests of pairs of traces.
     """
 
     n: int
@@ -95,26 +125,37 @@ class ParallelBeds:
 
     @property
     def are_parallel(self) -> bool:
-        """Whether the traces are turned against each other no more than their scatter explains."""
-        return self.p_parallel is None or self.p_parallel >= LEVEL
+        """Whether the scatter of the traces explains the angles between them."""
+        return self.p_parallel is None or self.p_parallel >= SIGNIFICANCE
 
 
 @dataclass(frozen=True, eq=False)
 class _Traces:
     """G traces in the axes of the common plane.
 
-    tilts : (G, 2, 2) what the noise of each gives the covariance of the normal's tilts along them,
-        and of_tilts : (2, 2) of their sum; of_middle : (G,) variance of its place along the normal
-    axes : (G, 2, 2) of each in the plane, columns; sums, leans, spread : (G, 2) its scatter along
-        them, what it says of a tilt of its own, and the variance of that; judged : (G, 2) those
-        that say anything of a tilt
-    free : (G,) degrees of freedom of the noise of each, whose variances are inflated so that limits
-        by as many hold; independent : those that correlation leaves of them; free_tilts : of the
-        tilts, where these are known by how much traces are turned against each other
+    Attributes
+    ----------
+    tilts : (G, 2, 2) ndarray
+        Contribution of each trace to the covariance of the normal's tilts; `tilt_covariance` is
+        their sum.
+    centre_variances : (G,) ndarray
+        Variance of the position of each trace along the normal.
+    axes : (G, 2, 2) ndarray
+        Principal axes of each trace in the plane, as columns.
+    sums, leans, spread : (G, 2) ndarray
+        Sum of squares along these axes, product with the normal, and variance of the product.
+    judged : (G, 2) ndarray of bool
+        Axes along which a trace determines a tilt.
+    free : (G,) ndarray
+        Degrees of freedom of the noise; the variances are inflated to fit these.
+    independent : (G,) ndarray
+        Degrees of freedom that remain after correlation.
+    free_tilts : float or None
+        Degrees of freedom of the tilts if they follow from the misfit of the traces.
     """
 
     tilts: FloatArray
-    of_middle: FloatArray
+    centre_variances: FloatArray
     axes: FloatArray
     sums: FloatArray
     leans: FloatArray
@@ -125,7 +166,7 @@ class _Traces:
     free_tilts: float | None = None
 
     @property
-    def of_tilts(self) -> FloatArray:
+    def tilt_covariance(self) -> FloatArray:
         return np.asarray(self.tilts.sum(axis=0))
 
 
@@ -139,13 +180,29 @@ def parallel_beds(
 ) -> ParallelBeds:
     """Fit parallel planes to traces.
 
-    ids : (G,) of the traces; points : (n, 3) metres; offsets : (G + 1,), trace i is
-    points[offsets[i]:offsets[i + 1]]; ordered : along the traces, so that the noise of neighbours
-    may be alike
-    pairs : ids of traces that are held against being of one plane; none for each with the next one
-        upwards
-    Raises GeometryError for fewer than two traces, and where all of them together determine no
-    plane; `KeyError` for an id in `pairs` that is none of `ids`.
+    Parameters
+    ----------
+    ids : sequence of str
+        Ids of the G traces.
+    points : (n, 3) array_like
+        World frame, m.
+    offsets : (G + 1,) array_like of int
+        Trace i is ``points[offsets[i]:offsets[i + 1]]``.
+    ordered : bool
+        True if points are in order along the traces, so that neighbours may be correlated.
+    pairs : sequence of (str, str)
+        Ids of the traces to compare; by default each trace with the next one upwards.
+
+    Returns
+    -------
+    ParallelBeds
+
+    Raises
+    ------
+    GeometryError
+        If there are fewer than two traces or they determine no plane.
+    KeyError
+        If an id of `pairs` is not in `ids`.
     """
     points = np.asarray(points, np.float64).reshape(-1, 3)
     offsets = np.asarray(offsets, np.int64)
@@ -156,35 +213,37 @@ def parallel_beds(
         raise GeometryError(Finding("beds.empty-trace"))
     starts = offsets[:-1]
     middles = np.add.reduceat(points, starts, axis=0) / counts[:, None]
-    own = points - np.repeat(middles, counts, axis=0)
-    values, axes = np.linalg.eigh(own.T @ own / len(own))
-    if not values[1] > _THIN * values[2]:
+    centred = points - np.repeat(middles, counts, axis=0)
+    values, axes = np.linalg.eigh(centred.T @ centred / len(centred))
+    if not values[1] > MIN_RELATIVE_SPREAD * values[2]:
         raise GeometryError(Finding("beds.one-direction"))
     basis = axes[:, [2, 1, 0]]
     if basis[2, 2] < 0.0:
         basis = -basis
-    flat = own @ basis
-    traces, p_parallel = _widened(_errors(flat, counts, starts, ordered))
+    local = centred @ basis
+    traces, p_parallel = _widen_for_misfit(_trace_errors(local, counts, starts, ordered))
     normal = basis[:, 2]
     along = (middles - points.mean(axis=0)) @ normal
-    known = bool(np.isfinite(traces.of_tilts).all())
-    error = _errors_of_middles(traces)
+    has_errors = bool(np.isfinite(traces.tilt_covariance).all())
+    error = _distance_errors95(traces)
     beds = [
         Bed(
             ids[i],
             int(counts[i]),
             float(along[i]),
-            float(error[i]) if known else None,
-            float(np.sqrt((flat[starts[i] : offsets[i + 1], 2] ** 2).mean())),
+            float(error[i]) if has_errors else None,
+            float(np.sqrt((local[starts[i] : offsets[i + 1], 2] ** 2).mean())),
         )
         for i in np.argsort(along, kind="stable")
     ]
-    largest, smallest = _semi_axes(traces) if known else (None, None)
-    place = {id_: i for i, id_ in enumerate(ids)}
-    asked = list(pairs) or [(a.id, b.id) for a, b in pairwise(beds)]
+    largest, smallest = _semi_axes(traces) if has_errors else (None, None)
+    rows = {id_: i for i, id_ in enumerate(ids)}
+    selected_pairs = list(pairs) or [(a.id, b.id) for a, b in pairwise(beds)]
     same = [
-        _same(traces, (place[a], place[b]), (a, b), (middles[place[b]] - middles[place[a]]) @ basis)
-        for a, b in (asked if known else [])
+        _compare_pair(
+            traces, (rows[a], rows[b]), (a, b), (middles[rows[b]] - middles[rows[a]]) @ basis
+        )
+        for a, b in (selected_pairs if has_errors else [])
     ]
     plane = Plane.from_normal(normal)
     return ParallelBeds(
@@ -194,100 +253,118 @@ def parallel_beds(
         strike_rhr_deg=plane.strike_rhr_deg,
         undefined=plane.undefined,
         normal=(float(normal[0]), float(normal[1]), float(normal[2])),
-        rms_m=float(np.sqrt((flat[:, 2] ** 2).mean())),
+        rms_m=float(np.sqrt((local[:, 2] ** 2).mean())),
         max_confidence95_deg=largest,
         min_confidence95_deg=smallest,
         p_parallel=p_parallel,
         beds=tuple(beds),
         same=tuple(same),
-        warnings=tuple(_warnings(p_parallel, known)),
+        warnings=tuple(_warnings(p_parallel, has_errors)),
     )
 
 
-def _errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered: bool) -> _Traces:
-    """flat : (n, 3) points about their own middles, in the axes of the common plane"""
+def _trace_errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered: bool) -> _Traces:
+    """Compute the errors of traces from points (n, 3) about their centroids, in plane axes."""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
-    turned = np.empty_like(flat)
+    rotated = np.empty_like(flat)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
         part = flat[first : first + n]
         sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        turned[first : first + n, :2] = part[:, :2] @ axes[i]
-        turned[first : first + n, 2] = part[:, 2]
-        leans[i] = turned[first : first + n, :2].T @ part[:, 2]
-    judged = _with_width(turned, sums, leans, counts, starts)
-    best = np.zeros(groups)
+        rotated[first : first + n, :2] = part[:, :2] @ axes[i]
+        rotated[first : first + n, 2] = part[:, 2]
+        leans[i] = rotated[first : first + n, :2].T @ part[:, 2]
+    judged = _informative_axes(rotated, sums, leans, counts, starts)
+    squares = np.zeros(groups)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
-        # What a plane of its own would leave, or a line where its width says nothing.
-        part = turned[first : first + n]
-        told = judged[i] & (sums[i] > 0.0)
-        part[:, 2] -= part[:, :2][:, told] @ (leans[i] / np.where(told, sums[i], 1.0))[told]
-        best[i] = float(part[:, 2] @ part[:, 2])
-    free = np.where(counts > FEWEST, counts - 1.0 - judged.sum(axis=1), 0.0)
-    counted = free > 0.0
-    pooled = float(best[counted].sum() / free[counted].sum()) if counted.any() else np.nan
-    noise = np.where(counted, best / np.maximum(free, 1.0), pooled)
+        # Residuals from a plane through the trace, or from a line if it is too narrow.
+        part = rotated[first : first + n]
+        used = judged[i] & (sums[i] > 0.0)
+        part[:, 2] -= part[:, :2][:, used] @ (leans[i] / np.where(used, sums[i], 1.0))[used]
+        squares[i] = float(part[:, 2] @ part[:, 2])
+    free = np.where(counts > MIN_TRACE_POINTS, counts - 1.0 - judged.sum(axis=1), 0.0)
+    is_counted = free > 0.0
+    pooled = (
+        float(squares[is_counted].sum() / free[is_counted].sum()) if is_counted.any() else np.nan
+    )
+    noise = np.where(is_counted, squares / np.maximum(free, 1.0), pooled)
     inflation, effective = np.ones((groups, 2)), counts.astype(np.float64)
-    if counted.any():
-        rows = np.flatnonzero(counted)
+    if is_counted.any():
+        rows = np.flatnonzero(is_counted)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
         begin = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The larger of a trace's own axes comes second from eigh.
-        u, v, r = turned[index, 1], turned[index, 0], turned[index, 2]
+        u, v, r = rotated[index, 1], rotated[index, 0], rotated[index, 2]
         q1, q2, n_eff, _ = quantiles(u, v, r, begin, counts[rows], free[rows], ordered)
         white = joint_quantile(free[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
         effective[rows] = n_eff
-    # The mean is as slow as anything along a trace.
-    of_middle = noise * inflation.max(axis=1) / counts
+    # The mean is affected most by slow changes along a trace.
+    centre_variances = noise * inflation.max(axis=1) / counts
     spread = noise[:, None] * inflation * sums
-    whole = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
-    tilts = np.einsum("ij,gjk,gk,glk,lm->gim", whole, axes, spread, axes, whole)
-    # The noise of a trace that cannot tell its own is that of all others together.
-    left = np.where(counted, free, free.sum())
+    inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
+    tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
+    # A trace with too few points takes the pooled noise of all others.
+    freedom = np.where(is_counted, free, free.sum())
     independent = np.maximum(effective - (counts - free), 1.0)
     return _Traces(
-        tilts, of_middle, axes, sums, leans, spread, judged & counted[:, None], left, independent
+        tilts,
+        centre_variances,
+        axes,
+        sums,
+        leans,
+        spread,
+        judged & is_counted[:, None],
+        freedom,
+        independent,
     )
 
 
-def _with_width(
-    turned: FloatArray, sums: FloatArray, leans: FloatArray, counts: IntArray, starts: IntArray
+def _informative_axes(
+    rotated: FloatArray, sums: FloatArray, leans: FloatArray, counts: IntArray, starts: IntArray
 ) -> BoolArray:
-    """(G, 2) which of its own axes tell something of how a trace's plane is turned: of a straight
-    one that is no wider than it strays from the common plane, what it strays lies in the face that
-    it runs over, and its width would tell the attitude of that face.
+    """Select the axes (G, 2) along which a trace determines the tilt of its plane.
 
-    turned : (n, 3) along the narrow and the long axis of each trace, and the normal
+    A straight trace that is not wider than its deviation from the common plane follows the face
+    that it crosses, so its width would give the attitude of that face.
+
+    Parameters
+    ----------
+    rotated : (n, 3) ndarray
+        Coordinates along the narrow and the long axis of each trace, and the normal.
     """
     slope = leans[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
-    rest = turned[:, 2] - np.repeat(slope, counts) * turned[:, 1]
-    stray = np.add.reduceat(rest**2, starts)
-    wide = (sums[:, 0] > _WIDE**2 * stray) | (sums[:, 0] > _BENT**2 * sums[:, 1])
-    return np.stack([wide, sums[:, 1] > 0.0], axis=1)
+    residuals = rotated[:, 2] - np.repeat(slope, counts) * rotated[:, 1]
+    scatter = np.add.reduceat(residuals**2, starts)
+    is_wide = (sums[:, 0] > MIN_WIDTH_RATIO**2 * scatter) | (
+        sums[:, 0] > MIN_BEND_RATIO**2 * sums[:, 1]
+    )
+    return np.stack([is_wide, sums[:, 1] > 0.0], axis=1)
 
 
-def _errors_of_middles(traces: _Traces) -> list[float]:
-    """95 %, of the place of each along the normal."""
+def _distance_errors95(traces: _Traces) -> list[float]:
+    """Return the 95 % error of the position of each trace along the normal, m."""
     one = np.ones(1)
     return [
         _t95(one, np.array([free])) * float(np.sqrt(variance))
-        for variance, free in zip(traces.of_middle, traces.free, strict=True)
+        for variance, free in zip(traces.centre_variances, traces.free, strict=True)
     ]
 
 
 def _semi_axes(traces: _Traces) -> tuple[float, float]:
-    free = traces.free_tilts or _shared_free(traces)
-    # Twice Fisher's F of 2 and so many: joint_quantile is that over the degrees of freedom.
+    free = traces.free_tilts or _tilt_freedom(traces)
+    # `joint_quantile` is 2 F(2, free) divided by the degrees of freedom.
     limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(traces.of_tilts), 0.0) * limit)
+    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(traces.tilt_covariance), 0.0) * limit)
     return float(np.degrees(np.arctan(large))), float(np.degrees(np.arctan(small)))
 
 
-def _shared_free(traces: _Traces) -> float:
-    """Degrees of freedom of the tilts' covariance, of which each trace has its part
-    (Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161)."""
-    whole = traces.of_tilts
+def _tilt_freedom(traces: _Traces) -> float:
+    """Return the degrees of freedom of the tilt covariance, pooled over traces.
+
+    Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161.
+    """
+    whole = traces.tilt_covariance
     if not np.linalg.det(whole) > 0.0:
         return float(traces.free.sum())
     parts = traces.tilts @ np.linalg.inv(whole)
@@ -296,50 +373,59 @@ def _shared_free(traces: _Traces) -> float:
     return float(6.0 / (squares[used] / traces.free[used]).sum())
 
 
-def _same(
-    traces: _Traces, which: tuple[int, int], ids: tuple[str, str], apart: FloatArray
+def _compare_pair(
+    traces: _Traces, rows: tuple[int, int], ids: tuple[str, str], offset: FloatArray
 ) -> SamePlane:
-    """apart : (3,) from the middle of the first to that of the second, in the axes"""
-    of_tilts = np.einsum("i,gij,j->g", apart[:2], traces.tilts, apart[:2])
-    parts, free = of_tilts, traces.free
+    """Test whether two traces lie in one plane; `offset` (3,) from first to second, in the axes."""
+    shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
+    parts, free = shares_of_tilt, traces.free
     if traces.free_tilts is not None:
-        parts, free = np.append(0.0 * of_tilts, of_tilts.sum()), np.append(free, traces.free_tilts)
-    parts[list(which)] += traces.of_middle[list(which)]
-    variance, distance = float(parts.sum()), float(apart[2])
+        parts, free = (
+            np.append(0.0 * shares_of_tilt, shares_of_tilt.sum()),
+            np.append(free, traces.free_tilts),
+        )
+    parts[list(rows)] += traces.centre_variances[list(rows)]
+    variance, distance = float(parts.sum()), float(offset[2])
     if not variance > 0.0:
         return SamePlane(*ids, distance, 0.0, 0.0 if distance else 1.0)
-    shares, frees = _pooled(parts / variance, free)
+    shares, frees = _pool_variances(parts / variance, free)
     t = abs(distance) / np.sqrt(variance)
     return SamePlane(
-        *ids, distance, _t95(shares, frees) * float(np.sqrt(variance)), _tail(t, shares, frees)
+        *ids,
+        distance,
+        _t95(shares, frees) * float(np.sqrt(variance)),
+        _two_sided_p(t, shares, frees),
     )
 
 
-def _pooled(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shares of a variance and their degrees of freedom, those whose noise is known well enough as
-    one (Satterthwaite 1946, Biometrics Bulletin 2, 110)."""
+def _pool_variances(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pool the shares of a variance that are known well, with their degrees of freedom.
+
+    Satterthwaite 1946, Biometrics Bulletin 2, 110.
+    """
     used = shares > 0.0
-    sure = used & (free >= _SURE)
-    few = used & ~sure
-    if not sure.any():
-        return shares[few], free[few]
-    part = float(shares[sure].sum())
-    together = part**2 / float((shares[sure] ** 2 / free[sure]).sum())
-    return np.append(shares[few], part), np.append(free[few], together)
+    is_known = used & (free >= MIN_FREEDOM)
+    remaining = used & ~is_known
+    if not is_known.any():
+        return shares[remaining], free[remaining]
+    part = float(shares[is_known].sum())
+    free_pooled = part**2 / float((shares[is_known] ** 2 / free[is_known]).sum())
+    return np.append(shares[remaining], part), np.append(free[remaining], free_pooled)
 
 
 def _t95(shares: FloatArray, free: FloatArray) -> float:
-    """Of a figure whose variance has these shares, each known by so many degrees of freedom: the
-    mean of Student's quantiles by the shares (Cochran & Cox 1957, Experimental Designs, section
-    4.14). Where one is known by a single degree of freedom and happens to be small, degrees of
-    freedom that are averaged by the shares are too many."""
+    """Return the mean of Student's quantiles weighted by the shares of the variance.
+
+    Cochran & Cox 1957, Experimental Designs, section 4.14. Averaged degrees of freedom would be
+    too many if one share has a single degree of freedom and happens to be small.
+    """
     from scipy.special import stdtrit
 
-    return float(shares @ stdtrit(free, 1.0 - LEVEL / 2.0))
+    return float(shares @ stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
 
 
-def _tail(t: float, shares: FloatArray, free: FloatArray) -> float:
-    """The p at which that mean is t, two sided."""
+def _two_sided_p(t: float, shares: FloatArray, free: FloatArray) -> float:
+    """Return the two-sided p-value at which the weighted mean of Student's quantiles is t."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit
 
@@ -347,64 +433,65 @@ def _tail(t: float, shares: FloatArray, free: FloatArray) -> float:
         return 2.0 * float(stdtr(free[0], -t))
     if t <= 0.0:
         return 1.0
-    if not float(shares @ -stdtrit(free, _LEAST)) > t:
-        return 2.0 * _LEAST
-    # By its logarithm: p may be very small.
-    low, high = np.log(_LEAST), np.log(0.5)
+    if not float(shares @ -stdtrit(free, MIN_P_VALUE)) > t:
+        return 2.0 * MIN_P_VALUE
+    # Solve for the logarithm because p may be very small.
+    low, high = np.log(MIN_P_VALUE), np.log(0.5)
     return 2.0 * float(np.exp(brentq(lambda x: shares @ -stdtrit(free, np.exp(x)) - t, low, high)))
 
 
-def _widened(traces: _Traces) -> tuple[_Traces, float | None]:
-    """With the error of the tilt that traces show which are not quite parallel, widened by Birge's
-    ratio (Birge 1932, Physical Review 40, 207); and the chance that parallel ones are turned
-    against each other as far as these.
+def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
+    """Widen the tilt error by the misfit of traces that are not quite parallel.
 
-    Each trace is held against the plane that suits all best, each by its own noise: one that strays
-    tilts the common plane, which is no sign that the others are turned. How far what is known of
-    the noise lets the weights be off is allowed for (Johansen 1980, Biometrika 67, 85; here with
-    one variance to a trace, whose axes share it).
+    Birge's ratio (Birge 1932, Physical Review 40, 207). Returns the p-value of the hypothesis that
+    the traces are parallel as well. Each trace is compared with the best common plane, weighted by
+    its own noise: one outlier tilts the common plane without showing that the others are rotated.
+    The uncertainty of the weights is allowed for (Johansen 1980, Biometrika 67, 85; here with one
+    variance per trace, shared by its axes).
     """
     from scipy.special import fdtrc
 
     judged = traces.judged & (traces.spread > 0.0)
-    # Noise that one or two points more than unknowns tell is too small by chance so often that its
-    # trace would outweigh all others.
-    sure = judged & (traces.independent >= _SURE)[:, None]
-    judged = sure if sure.sum() > 2 else judged
+    # Noise from one or two degrees of freedom is so often too small by chance that its trace
+    # would outweigh all others.
+    reliable = judged & (traces.independent >= MIN_FREEDOM)[:, None]
+    judged = reliable if reliable.sum() > 2 else judged
     number = int(judged.sum())
     if number <= 2:
         return traces, None
     weight = np.where(judged, traces.sums**2 / np.where(judged, traces.spread, 1.0), 0.0)
-    own = np.where(judged, traces.leans / np.where(judged, traces.sums, 1.0), 0.0)
+    slopes = np.where(judged, traces.leans / np.where(judged, traces.sums, 1.0), 0.0)
     weights = np.einsum("gik,gk,gjk->gij", traces.axes, weight, traces.axes)
-    whole = weights.sum(axis=0)
-    if not np.linalg.det(whole) > (_THIN * np.trace(whole)) ** 2:
+    total_weight = weights.sum(axis=0)
+    if not np.linalg.det(total_weight) > (MIN_RELATIVE_SPREAD * np.trace(total_weight)) ** 2:
         return traces, None
-    best = np.linalg.solve(whole, np.einsum("gik,gk,gk->i", traces.axes, weight, own))
-    off = own - np.einsum("gik,i->gk", traces.axes, best)
-    statistic = float((weight * off**2).sum())
-    shares = np.linalg.solve(whole, weights)
+    common_slope = np.linalg.solve(
+        total_weight, np.einsum("gik,gk,gk->i", traces.axes, weight, slopes)
+    )
+    residuals = slopes - np.einsum("gik,i->gk", traces.axes, common_slope)
+    statistic = float((weight * residuals**2).sum())
+    shares = np.linalg.solve(total_weight, weights)
     rank = judged.sum(axis=1)
     once = rank - np.einsum("gii->g", shares)
     twice = rank - 2.0 * np.einsum("gii->g", shares) + np.einsum("gij,gji->g", shares, shares)
-    left = number - 2.0
-    some = rank > 0
-    a, b = ((each[some] / traces.independent[some]).sum() for each in (twice, once**2))
-    free = left * (left + 2.0) / float(2.0 * a + b)
-    expected = left + 2.0 * a - 2.0 * (2.0 * a + b) / (left + 2.0)
-    p = float(fdtrc(left, free, statistic / expected))
-    if p >= LEVEL:
+    unknowns = number - 2.0
+    has_slopes = rank > 0
+    a, b = ((each[has_slopes] / traces.independent[has_slopes]).sum() for each in (twice, once**2))
+    free = unknowns * (unknowns + 2.0) / float(2.0 * a + b)
+    expected = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
+    p = float(fdtrc(unknowns, free, statistic / expected))
+    if p >= SIGNIFICANCE:
         return traces, p
     wide = replace(
-        traces, tilts=traces.tilts * max(statistic / expected, 1.0), free_tilts=min(left, free)
+        traces, tilts=traces.tilts * max(statistic / expected, 1.0), free_tilts=min(unknowns, free)
     )
     return wide, p
 
 
-def _warnings(p_parallel: float | None, known: bool) -> list[Finding]:
+def _warnings(p_parallel: float | None, has_errors: bool) -> list[Finding]:
     warnings: list[Finding] = []
-    if not known:
+    if not has_errors:
         warnings.append(Finding("beds.no-errors"))
-    if p_parallel is not None and p_parallel < LEVEL:
+    if p_parallel is not None and p_parallel < SIGNIFICANCE:
         warnings.append(Finding("beds.not-parallel", p=p_parallel))
     return warnings

@@ -1,1 +1,1 @@
-"""What was looked at, and how well it is picked again."""
+"""Coverage of faces and repeatability of picks."""

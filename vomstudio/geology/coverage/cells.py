@@ -1,7 +1,7 @@
-"""A grid of square cells over the face of an outcrop, and what of the surface lies in each.
+"""Grid of square cells over the face of an outcrop, and the area of a surface in each.
 
-The grid lies in a plane of any attitude and is looked at against its normal. What it holds of a
-surface is found exactly: triangles are cut along the lines of the grid.
+The grid lies in a plane of any attitude, viewed against its normal. Areas are exact: triangles are
+cut along the lines of the grid.
 """
 
 from __future__ import annotations
@@ -18,15 +18,25 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
-MOST_CELLS = 40_000
-_BLOCK = 200_000
+MAX_CELLS = 40_000
+FACES_PER_BLOCK = 200_000
 
 
 @dataclass(frozen=True, eq=False)
 class CellGrid:
-    """origin : (3,) the lower left corner; right, up : (3,) unit vectors at right angles; cell :
-    side of a cell; columns to the right, rows upward. Cells are numbered row by row from 0 at the
-    origin. Any frame, any unit."""
+    """Grid of square cells, numbered row by row from 0 at the origin. Any frame, any unit.
+
+    Attributes
+    ----------
+    origin : (3,) ndarray
+        Lower left corner.
+    right, up : (3,) ndarray
+        Perpendicular unit vectors.
+    cell : float
+        Side of a cell.
+    columns, rows : int
+        Number of cells to the right and upwards.
+    """
 
     origin: FloatArray
     right: FloatArray
@@ -41,28 +51,30 @@ class CellGrid:
 
     @property
     def normal(self) -> FloatArray:
-        """(3,) toward the viewer."""
+        """Unit vector (3,) toward the viewer."""
         return np.cross(self.right, self.up)
 
     def local(self, points: FloatArray) -> FloatArray:
-        """(..., 3) to the right, up and toward the viewer of points, in sides of a cell."""
+        """Return coordinates (..., 3) to the right, up and toward the viewer, in sides of a
+        cell.
+        """
         axes = np.stack([self.right, self.up, self.normal], axis=-1)
         return np.asarray((points - self.origin) @ axes / self.cell)
 
     def at(self, points: FloatArray) -> IntArray:
-        """(n,) the cell of each point (n, 3) as it is seen; -1 outside."""
+        """Return the cell (n,) of each point (n, 3) in the view; -1 outside."""
         return self.numbers(np.floor(self.local(points)[:, :2]))
 
     def numbers(self, places: FloatArray) -> IntArray:
-        """(n,) of column and row (n, 2), whole numbers; -1 outside."""
+        """Return the cell (n,) of columns and rows (n, 2), whole numbers; -1 outside."""
         inside = ((places >= 0) & (places < [self.columns, self.rows])).all(axis=1)
-        found = np.full(len(places), -1, np.int64)
+        numbers = np.full(len(places), -1, np.int64)
         column, row = places[inside].astype(np.int64).T
-        found[inside] = row * self.columns + column
-        return found
+        numbers[inside] = row * self.columns + column
+        return numbers
 
     def corners(self, numbers: IntArray) -> FloatArray:
-        """(n, 4, 3) of cells in the grid's plane, around from the lower left."""
+        """Return the corners (n, 4, 3) of cells in the plane of the grid, from the lower left."""
         row, column = np.divmod(numbers, self.columns)
         steps = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float64)
         flat = (np.stack([column, row], axis=1)[:, None] + steps) * self.cell
@@ -72,13 +84,22 @@ class CellGrid:
 
 
 @dataclass(frozen=True, eq=False)
-class Exposed:
-    """What of a surface lies in each cell, in the square of the grid's unit.
+class ExposedArea:
+    """Area of a surface in each cell, in the square of the grid's unit.
 
-    surface : (cells,) area of what faces the viewer; covered : (cells,) of the cell, as it is seen
-    pieces : (k, 3, 3) the triangles, cut along the lines of the grid, cell : (k,) of each; lines :
-        (l, 2, 3) where these lines run on the surface. In the grid's local axes and unit (sides of
-        a cell); empty where nobody asked for them
+    Attributes
+    ----------
+    surface : (cells,) ndarray
+        Area that faces the viewer.
+    covered : (cells,) ndarray
+        Area of the cell that the surface covers in the view.
+    pieces : (k, 3, 3) ndarray
+        Triangles cut along the lines of the grid, in its local axes and sides of a cell; empty
+        unless requested.
+    cell : (k,) ndarray of int
+        Cell of each piece.
+    lines : (l, 2, 3) ndarray
+        Lines of the grid on the surface, in the same axes.
     """
 
     surface: FloatArray
@@ -88,78 +109,115 @@ class Exposed:
     lines: FloatArray
 
 
-def grid_around(
+def create_grid(
     points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
 ) -> CellGrid:
-    """Whole cells around points (n, 3), in the plane through the one nearest to the viewer.
+    """Create a grid of whole cells around points, in the plane through the one nearest to the
+    viewer.
 
-    Raises GeometryError where they are too many, or a cell has no size.
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+    right, up : (3,) ndarray
+        Perpendicular unit vectors.
+    cell : float
+        Side of a cell, in the unit of the points.
+    margin : float
+        Minimum distance of the points from the edge.
+
+    Returns
+    -------
+    CellGrid
+
+    Raises
+    ------
+    GeometryError
+        If there are too many cells or the side of a cell is not positive.
     """
     if not (math.isfinite(cell) and cell > 0.0):
         raise GeometryError(Finding("grid.cell-size"), field="cell")
     if not len(points):
         raise GeometryError(Finding("grid.no-points"))
     axes = np.stack([right, up, np.cross(right, up)], axis=-1)
-    seen = points @ axes
-    low, high = seen[:, :2].min(axis=0) - margin, seen[:, :2].max(axis=0) + margin
-    wanted = (high - low) / cell
-    if not wanted.max() < MOST_CELLS or math.prod(np.ceil(wanted).tolist()) > MOST_CELLS:
-        least = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MOST_CELLS)
+    projected = points @ axes
+    low, high = projected[:, :2].min(axis=0) - margin, projected[:, :2].max(axis=0) + margin
+    counts = (high - low) / cell
+    if not counts.max() < MAX_CELLS or math.prod(np.ceil(counts).tolist()) > MAX_CELLS:
+        min_cell = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MAX_CELLS)
         raise GeometryError(
-            Finding("grid.too-many-cells", maximum=MOST_CELLS, minimum=least),
+            Finding("grid.too-many-cells", maximum=MAX_CELLS, minimum=min_cell),
             field="cell",
         )
-    columns, rows = (max(1, math.ceil(w - 1e-9)) for w in wanted.tolist())
-    # What is left over stands out alike on both sides.
+    columns, rows = (max(1, math.ceil(w - 1e-9)) for w in counts.tolist())
+    # The excess is equal on both sides.
     corner = (low + high - cell * np.array([columns, rows])) / 2.0
-    origin = axes @ np.array([*corner, float(seen[:, 2].max())])
+    origin = axes @ np.array([*corner, float(projected[:, 2].max())])
     return CellGrid(origin, right, up, float(cell), columns, rows)
 
 
-def exposed_faces(
+def measure_faces(
     grid: CellGrid, points: FloatArray, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
-) -> Exposed:
-    """Of triangles, (m, 3) rows of points (n, 3). What faces away from the viewer is not
-    exposed; which way faces look is taken from most of their area, since files differ."""
-    front, back = _Sums(grid, pieces), _Sums(grid, pieces)
-    for start in range(0, len(faces), _BLOCK):
-        local = grid.local(points[faces[start : start + _BLOCK]])
+) -> ExposedArea:
+    """Measure the area of triangles in each cell.
+
+    Faces turned away from the viewer are not exposed. The orientation of faces is that of most of
+    their area, because files differ.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    points : (n, 3) ndarray
+    faces : (m, 3) ndarray of int
+    pieces : bool
+        True to return the cut triangles and lines too.
+
+    Returns
+    -------
+    ExposedArea
+    """
+    front, back = _AreaSums(grid, pieces), _AreaSums(grid, pieces)
+    for start in range(0, len(faces), FACES_PER_BLOCK):
+        local = grid.local(points[faces[start : start + FACES_PER_BLOCK]])
         local = local[np.isfinite(local).all(axis=(1, 2))]
         a, b = local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]
         toward = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
         front.add(local[toward > 0.0])
         back.add(local[toward < 0.0])
-    seen = front if front.covered.sum() >= back.covered.sum() else back
-    return seen.result()
+    visible = front if front.covered.sum() >= back.covered.sum() else back
+    return visible.result()
 
 
-def exposed_points(grid: CellGrid, points: FloatArray, spacing: float) -> Exposed:
-    """Of a cloud (n, 3), each point of which stands for a square as wide as the spacing."""
+def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> ExposedArea:
+    """Measure the area of a cloud (n, 3), whose points cover squares as wide as the spacing."""
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
-    none = np.zeros((0, 3, 3))
-    return Exposed(area, np.minimum(area, grid.cell**2), none, np.zeros(0, np.int64), none[:, :2])
+    no_pieces = np.zeros((0, 3, 3))
+    return ExposedArea(
+        area, np.minimum(area, grid.cell**2), no_pieces, np.zeros(0, np.int64), no_pieces[:, :2]
+    )
 
 
-class _Sums:
-    def __init__(self, grid: CellGrid, keep: bool) -> None:
-        self.grid, self._keep = grid, keep
+class _AreaSums:
+    def __init__(self, grid: CellGrid, keep_pieces: bool) -> None:
+        self.grid, self._keep = grid, keep_pieces
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
         self._pieces: list[FloatArray] = []
         self._cells: list[IntArray] = []
         self._lines: list[FloatArray] = []
 
     def add(self, local: FloatArray) -> None:
-        """Triangles (m, 3, 3) in the grid's local axes."""
+        """Add triangles (m, 3, 3) in the local axes of the grid."""
         cut = local
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
             lines: list[FloatArray] = []
-            cut = np.concatenate([np.zeros((0, 3, 3)), *_cut(cut, axis, count, lines)])
+            cut = np.concatenate([np.zeros((0, 3, 3)), *_cut_triangles(cut, axis, count, lines)])
             if self._keep:
-                # Cut along the first axis as yet, these may reach past the ends of the second.
+                # Lines of the first axis may extend past the ends of the second.
                 self._lines += (
-                    lines if axis else [_within(found, self.grid.rows) for found in lines]
+                    lines
+                    if axis
+                    else [_clip_to_rows(segments, self.grid.rows) for segments in lines]
                 )
         cells = self.grid.numbers(np.floor(cut.mean(axis=1)[:, :2]))
         cut, cells = cut[cells >= 0], cells[cells >= 0]
@@ -173,88 +231,91 @@ class _Sums:
             self._pieces.append(cut)
             self._cells.append(cells)
 
-    def result(self) -> Exposed:
+    def result(self) -> ExposedArea:
         unit = self.grid.cell**2
-        none = np.zeros((0, 3, 3))
-        return Exposed(
+        no_pieces = np.zeros((0, 3, 3))
+        return ExposedArea(
             self.surface * unit,
-            # What lies behind an overhang is seen once.
+            # Count the area behind an overhang once.
             np.minimum(self.covered, 1.0) * unit,
-            np.concatenate([none, *self._pieces]),
+            np.concatenate([no_pieces, *self._pieces]),
             np.concatenate([np.zeros(0, np.int64), *self._cells]),
-            np.concatenate([none[:, :2], *self._lines]),
+            np.concatenate([no_pieces[:, :2], *self._lines]),
         )
 
 
-def _cut(
+def _cut_triangles(
     triangles: FloatArray, axis: int, count: int, lines: list[FloatArray]
 ) -> Iterator[FloatArray]:
-    """Pieces that lie between two neighbouring lines of the grid, 0 to `count`, along an axis;
-    `lines` gets the cuts."""
-    left = triangles
-    while len(left):
-        order = np.argsort(left[:, :, axis], axis=1, kind="stable")
-        left = np.take_along_axis(left, order[..., None], axis=1)
-        low, high = left[:, 0, axis], left[:, 2, axis]
+    """Yield pieces between neighbouring lines 0 to `count` along an axis; append cuts to
+    `lines`.
+    """
+    remaining = triangles
+    while len(remaining):
+        order = np.argsort(remaining[:, :, axis], axis=1, kind="stable")
+        remaining = np.take_along_axis(remaining, order[..., None], axis=1)
+        low, high = remaining[:, 0, axis], remaining[:, 2, axis]
         inside = (high > 0.0) & (low < count)
-        left, low, high = left[inside], low[inside], high[inside]
+        remaining, low, high = remaining[inside], low[inside], high[inside]
         line = np.minimum(np.maximum(np.floor(low) + 1.0, 0.0), float(count))
         crossed = (low < line) & (line < high)
-        # A piece that ends on the last line is whole.
-        yield left[~crossed]
-        left, line = left[crossed], line[crossed]
-        if not len(left):
+        # A piece that ends on the last line needs no cut.
+        yield remaining[~crossed]
+        remaining, line = remaining[crossed], line[crossed]
+        if not len(remaining):
             return
-        below, above, cuts = _halves(left, line, axis)
+        below, above, cuts = _split_triangles(remaining, line, axis)
         lines.append(cuts)
         yield below[below[..., axis].max(axis=1) > 0.0]
-        left = above
+        remaining = above
 
 
-def _halves(
+def _split_triangles(
     sorted_: FloatArray, line: FloatArray, axis: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Triangles whose corners are in order along an axis, cut by a line each: what lies below and
-    above, and (m, 2, 3) the cuts."""
+    """Split triangles with corners sorted along an axis by a line each.
+
+    Returns the pieces below and above, and the cuts (m, 2, 3).
+    """
     a, b, c = sorted_[:, 0], sorted_[:, 1], sorted_[:, 2]
-    p = _between(a, c, line, axis)
+    p = _points_on_line(a, c, line, axis)
     low = line <= b[:, axis]
-    q = np.where(low[:, None], _between(a, b, line, axis), _between(b, c, line, axis))
-    one, two = low, ~low
+    q = np.where(low[:, None], _points_on_line(a, b, line, axis), _points_on_line(b, c, line, axis))
+    is_low, is_high = low, ~low
     below = [
-        _stack(a[one], q[one], p[one]),
-        _stack(a[two], b[two], q[two]),
-        _stack(a[two], q[two], p[two]),
+        _triangles(a[is_low], q[is_low], p[is_low]),
+        _triangles(a[is_high], b[is_high], q[is_high]),
+        _triangles(a[is_high], q[is_high], p[is_high]),
     ]
     above = [
-        _stack(q[one], b[one], c[one]),
-        _stack(q[one], c[one], p[one]),
-        _stack(q[two], c[two], p[two]),
+        _triangles(q[is_low], b[is_low], c[is_low]),
+        _triangles(q[is_low], c[is_low], p[is_low]),
+        _triangles(q[is_high], c[is_high], p[is_high]),
     ]
     return np.concatenate(below), np.concatenate(above), np.stack([q, p], axis=1)
 
 
-def _within(cuts: FloatArray, rows: int) -> FloatArray:
-    """What of lines (m, 2, 3) lies between the first and the last row."""
+def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
+    """Clip lines (m, 2, 3) to the first and last row."""
     first, last = cuts[:, 0, 1], cuts[:, 1, 1]
     cuts = cuts[(np.maximum(first, last) > 0.0) & (np.minimum(first, last) < rows)]
     up = cuts[:, 1] - cuts[:, 0]
     rise = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
     bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)
-    # A level line lies inside as a whole.
+    # A horizontal line is inside as a whole.
     bounds[up[:, 1] == 0.0] = 0.0, 1.0
     share = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
     return np.asarray(cuts[:, :1] + share[..., None] * up[:, None])
 
 
-def _between(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
-    """(m, 3) where the lines from a to b reach a height."""
+def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
+    """Return the points (m, 3) of the edges from a to b on a grid line."""
     rise = b[:, axis] - a[:, axis]
     share = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
-    found = a + np.clip(share, 0.0, 1.0)[:, None] * (b - a)
-    found[:, axis] = line
-    return np.asarray(found)
+    points = a + np.clip(share, 0.0, 1.0)[:, None] * (b - a)
+    points[:, axis] = line
+    return np.asarray(points)
 
 
-def _stack(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+def _triangles(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.stack([a, b, c], axis=1)

@@ -1,7 +1,7 @@
-"""How much of a face was looked at, and what was counted there.
+"""Coverage of a face, and counts of features on the inspected area.
 
-A figure per area is worth as much as the area that it is counted over: cells where somebody looked
-and found nothing belong to it, cells where nobody looked, or where nothing can be measured, do not.
+A density is only as good as the area that it refers to: inspected cells without features belong to
+this area, cells that are not inspected or not measurable do not.
 """
 
 from __future__ import annotations
@@ -19,21 +19,33 @@ from vomstudio.core.words import to_translate
 from vomstudio.geology.coverage.cells import CellGrid
 
 OPEN, DONE, EMPTY, UNMEASURABLE = "-", "d", "e", "u"
-"""What a cell may be: nobody has looked, features were picked, there are none, or none can be
-measured there (vegetation, debris, shadow, a hole in the model)."""
+"""States of a cell: not inspected, features picked, no features, or not measurable (vegetation,
+debris, shadow, hole in the model).
+"""
 TITLES = {
     OPEN: to_translate("not looked at"),
     DONE: to_translate("done"),
     EMPTY: to_translate("empty"),
     UNMEASURABLE: to_translate("unmeasurable"),
 }
-_THIN = 1e-6
+MIN_COVERED_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
-class Share:
-    """cells : of this kind that hold any of the surface; covered_m2 : of them, as they are seen;
-    surface_m2 : of the rock in them; share : of the covered area of all cells, None without any"""
+class CellShare:
+    """Cells of one state.
+
+    Attributes
+    ----------
+    cells : int
+        Number of cells that contain any surface.
+    covered_m2 : float
+        Area that they cover in the view, m2.
+    surface_m2 : float
+        Surface area in them, m2.
+    share : float or None
+        Share of the covered area of all cells; None without any.
+    """
 
     cells: int
     covered_m2: float
@@ -42,24 +54,33 @@ class Share:
 
 
 @dataclass(frozen=True, repr=False)
-class LookedAt(PrintableResult):
+class FaceCoverage(PrintableResult):
     """Coverage of a face: how much of it was inspected.
 
     Areas are in the square of the grid's unit, metres in a project.
 
-    not_looked_at, done, empty, unmeasurable : shares; looked_at_share : of the last three together
-    contradictions : cells marked as empty in which a feature begins or passes
-    features : that reach into cells done or empty; density_1_per_m2 : their middles there over the
-        covered area of these cells; P21_1_per_m : length of lines in them, as they are seen, over
-        the same. None where no cell is done or empty
+    Attributes
+    ----------
+    not_looked_at, done, empty, unmeasurable : CellShare
+        Cells by state.
+    looked_at_share : float or None
+        Share of the last three together.
+    contradictions : tuple of str
+        Cells marked as empty that contain a feature.
+    features : int
+        Number of features in cells that are done or empty.
+    density_1_per_m2 : float or None
+        Number of middles of features there per covered area; None without such cells.
+    P21_1_per_m : float or None
+        Length of features there per covered area, in the view; None without such cells.
     """
 
     cells: int
     cell_m: float
-    not_looked_at: Share
-    done: Share
-    empty: Share
-    unmeasurable: Share
+    not_looked_at: CellShare
+    done: CellShare
+    empty: CellShare
+    unmeasurable: CellShare
     looked_at_share: float | None
     contradictions: tuple[str, ...]
     features: int
@@ -70,79 +91,97 @@ class LookedAt(PrintableResult):
 
 
 def cell_name(grid: CellGrid, number: int) -> str:
-    """A1 is the upper left cell, as on a map; columns go on after Z with AA."""
+    """Return the name of a cell as on a map: A1 is the upper left; AA follows Z."""
     row, column = divmod(int(number), grid.columns)
     letters = ""
     column += 1
     while column:
-        column, rest = divmod(column - 1, 26)
-        letters = chr(65 + rest) + letters
+        column, digit = divmod(column - 1, 26)
+        letters = chr(65 + digit) + letters
     return f"{letters}{grid.rows - row}"
 
 
-def looked_at(
+def measure_coverage(
     grid: CellGrid,
     marks: str,
     surface: FloatArray,
     covered: FloatArray,
     lines: Sequence[FloatArray] = (),
-) -> LookedAt:
-    """marks : one of the letters above for each cell; surface, covered : (cells,) as of
-    `cells.Exposed`; lines : (k, 3) vertices of each feature, or the one place of it, in the grid's
-    frame."""
-    kind = np.array(list(marks.ljust(grid.count, OPEN)[: grid.count]))
-    there = covered > _THIN * grid.cell**2
-    total = float(covered[there].sum())
+) -> FaceCoverage:
+    """Measure how much of a face was inspected, and the density of features there.
 
-    def share(mark: str) -> Share:
-        own = there & (kind == mark)
-        area = float(covered[own].sum())
-        return Share(
-            int(own.sum()), area, float(surface[own].sum()), area / total if total > 0 else None
+    Parameters
+    ----------
+    grid : CellGrid
+    marks : str
+        State of each cell, one letter per cell.
+    surface, covered : (cells,) ndarray
+        Areas from `cells.ExposedArea`.
+    lines : sequence of (k, 3) ndarray
+        Vertices of each feature, or its only point, in the frame of the grid.
+
+    Returns
+    -------
+    FaceCoverage
+    """
+    kind = np.array(list(marks.ljust(grid.count, OPEN)[: grid.count]))
+    has_surface = covered > MIN_COVERED_SHARE * grid.cell**2
+    total = float(covered[has_surface].sum())
+
+    def cell_share(mark: str) -> CellShare:
+        selected = has_surface & (kind == mark)
+        area = float(covered[selected].sum())
+        return CellShare(
+            int(selected.sum()),
+            area,
+            float(surface[selected].sum()),
+            area / total if total > 0 else None,
         )
 
-    shares = {mark: share(mark) for mark in TITLES}
-    counted = there & ((kind == DONE) | (kind == EMPTY))
+    shares = {mark: cell_share(mark) for mark in TITLES}
+    counted = has_surface & ((kind == DONE) | (kind == EMPTY))
     area = float(covered[counted].sum())
     lengths = np.zeros(grid.count)
-    inside = middles = 0
-    denied: set[int] = set()
+    n_inside = n_middles = 0
+    contradictory: set[int] = set()
     for line in lines:
-        own = lengths_in_cells(grid, line)
+        lengths_by_cell = lengths_in_cells(grid, line)
         middle = int(grid.at(_middle(line)[None])[0])
-        reaches = {c for c, length in own.items() if counted[c] and length > 0.0}
+        reaches = {c for c, length in lengths_by_cell.items() if counted[c] and length > 0.0}
         if middle >= 0 and counted[middle]:
-            middles += 1
+            n_middles += 1
             reaches.add(middle)
-        inside += bool(reaches)
-        denied |= {
-            c for c in reaches if kind[c] == EMPTY and (c == middle or own[c] > 0.05 * grid.cell)
+        n_inside += bool(reaches)
+        contradictory |= {
+            c
+            for c in reaches
+            if kind[c] == EMPTY and (c == middle or lengths_by_cell[c] > 0.05 * grid.cell)
         }
-        for c, length in own.items():
+        for c, length in lengths_by_cell.items():
             lengths[c] += length
-    names = tuple(cell_name(grid, c) for c in sorted(denied))
-    looked = total - shares[OPEN].covered_m2
-    return LookedAt(
-        int(there.sum()),
+    names = tuple(cell_name(grid, c) for c in sorted(contradictory))
+    inspected = total - shares[OPEN].covered_m2
+    return FaceCoverage(
+        int(has_surface.sum()),
         grid.cell,
         shares[OPEN],
         shares[DONE],
         shares[EMPTY],
         shares[UNMEASURABLE],
-        looked / total if total > 0 else None,
+        inspected / total if total > 0 else None,
         names,
-        inside,
+        n_inside,
         area,
-        middles / area if area > 0 else None,
+        n_middles / area if area > 0 else None,
         float(lengths[counted].sum()) / area if area > 0 else None,
         tuple(_share_warnings(shares, names, area)),
     )
 
 
 def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
-    """What of a line (k, 3) lies in each cell, as it is seen, in the grid's unit."""
+    """Return the length of a line (k, 3) in each cell in the view, in the grid's unit."""
     flat = grid.local(line)[:, :2]
-    found: dict[int, float] = {}
+    lengths: dict[int, float] = {}
     for start, end in pairwise(flat):
         step = end - start
         length = float(np.hypot(*step))
@@ -151,7 +190,7 @@ def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
         cuts = [np.zeros(1), np.ones(1)]
         for axis, count in ((0, grid.columns), (1, grid.rows)):
             low, high = sorted((start[axis], end[axis]))
-            # Only lines of the grid: a line may begin far away from it.
+            # Only lines of the grid, because a line may begin far outside.
             crossed = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
             if step[axis] != 0.0:
                 cuts.append((crossed - start[axis]) / step[axis])
@@ -160,12 +199,12 @@ def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
         cells = grid.numbers(np.floor(middles))
         for cell, part in zip(cells.tolist(), np.diff(t).tolist(), strict=True):
             if cell >= 0:
-                found[cell] = found.get(cell, 0.0) + part * length * grid.cell
-    return found
+                lengths[cell] = lengths.get(cell, 0.0) + part * length * grid.cell
+    return lengths
 
 
 def _middle(line: FloatArray) -> FloatArray:
-    """(3,) half way along a line."""
+    """Return the point (3,) halfway along a line."""
     if len(line) == 1:
         return np.asarray(line[0])
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
@@ -174,21 +213,25 @@ def _middle(line: FloatArray) -> FloatArray:
 
 
 def _share_warnings(
-    shares: dict[str, Share], denied: tuple[str, ...], counted: float
+    shares: dict[str, CellShare], contradictory: tuple[str, ...], counted: float
 ) -> list[Finding]:
     warnings = []
-    if (out := shares[UNMEASURABLE]).cells:
+    if (unmeasurable := shares[UNMEASURABLE]).cells:
         warnings.append(
             Finding(
                 "grid.unmeasurable-cells",
-                count=out.cells,
-                share_percent=100.0 * (out.share or 0.0),
+                count=unmeasurable.cells,
+                share_percent=100.0 * (unmeasurable.share or 0.0),
             )
         )
-    if (left := shares[OPEN]).cells and counted > 0.0:
+    if (open_cells := shares[OPEN]).cells and counted > 0.0:
         warnings.append(
-            Finding("grid.open-cells", count=left.cells, share_percent=100.0 * (left.share or 0.0))
+            Finding(
+                "grid.open-cells",
+                count=open_cells.cells,
+                share_percent=100.0 * (open_cells.share or 0.0),
+            )
         )
-    if denied:
-        warnings.append(Finding("grid.empty-cells-with-features", cells=denied))
+    if contradictory:
+        warnings.append(Finding("grid.empty-cells-with-features", cells=contradictory))
     return warnings

@@ -1,4 +1,4 @@
-"""Which picks are offered for a second time."""
+"""Selection of the picks to repeat."""
 
 from __future__ import annotations
 
@@ -12,22 +12,36 @@ from vomstudio.core.findings import Finding
 SHARE = 0.1
 
 
-def select_for_repetition(
-    ids: Collection[str], share: float = SHARE, seed: str = ""
-) -> tuple[str, ...]:
-    """A random share of the picks, at least one, in random order.
+def select_repeats(ids: Collection[str], share: float = SHARE, seed: str = "") -> tuple[str, ...]:
+    """Select a random share of the picks in random order, at least one.
 
-    The same for the same ids and seed, in whatever order these come; further picks leave the order
-    of those that were there as it is. Raises UsageError for a share that is none.
+    The selection depends on ids and seed only, not on their order, and further picks do not change
+    the order of the previous ones.
+
+    Parameters
+    ----------
+    ids : collection of str
+    share : float
+        Share of the picks, above 0 and at most 1.
+    seed : str
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    UsageError
+        If the share is out of range.
     """
     if not 0.0 < share <= 1.0:
         raise UsageError(
             Finding("option.out-of-range", value=share, minimum=0, maximum=1), field="share"
         )
-    wanted = math.ceil(share * len(ids) - 1e-9)
-    return tuple(sorted(ids, key=lambda id_: (_draw(seed, id_), id_))[:wanted])
+    count = math.ceil(share * len(ids) - 1e-9)
+    return tuple(sorted(ids, key=lambda id_: (_draw(seed, id_), id_))[:count])
 
 
 def _draw(seed: str, id_: str) -> bytes:
-    """A number between 0 and 1, as it were, that only the two decide."""
+    """Return a pseudorandom key that depends on seed and id only."""
     return hashlib.sha256(f"{seed}\0{id_}".encode()).digest()

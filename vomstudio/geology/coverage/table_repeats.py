@@ -1,4 +1,4 @@
-"""The repeated picks of a table: what `vomstudio repeats` prints."""
+"""Repeated picks of a table, for `vomstudio repeats`."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.coverage.spread import (
-    Between,
-    HeldErrors,
-    Spread,
-    Structure,
-    apart,
-    by_interpreter,
-    held_errors,
-    spread_of,
-    structures,
+    InterpreterTest,
+    PickSpread,
+    RepeatedStructure,
+    StatedErrorTest,
+    check_stated_errors,
+    compare_interpreters,
+    group_structures,
+    measure_spread,
+    squared_difference,
 )
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.tilted_planes import axes_without_registration, cells_of
@@ -31,18 +31,29 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 Holds = Literal["yes", "no", "undetermined"]
 
 REPEAT_OF, INTERPRETER = "repeat_of", "interpreter"
-"""Columns of the program's own tables: the id of the pick that a row repeats, and by whom."""
-_SIGNIFICANT = 0.05
-_TOO_FEW = 2.0
-"""Errors that are too small by this would not be noticed often enough: nothing is said of them."""
+"""Columns of our own tables: id of the pick that a row repeats, and interpreter."""
+SIGNIFICANCE = 0.05
+MAX_NOTICEABLE_FACTOR = 2.0
+"""Factor of too small errors that the test must detect for a verdict."""
 
 
 @dataclass(frozen=True)
 class RepeatedPick:
-    """first, repeat : ids; by : the interpreters of both, empty where not known; angle_deg :
-    between the poles or lines, 0 to 90; stated95_deg : the errors of both, as the root of the sum
-    of squares; within95 : the angle is no larger than these allow in its direction. None where not
-    known"""
+    """Pair of picks of the same structure.
+
+    Attributes
+    ----------
+    first, repeat : str
+        Ids of the picks.
+    by : (str, str)
+        Interpreters of both; "" if unknown.
+    angle_deg : float
+        Angle between the poles or lines, 0 to 90 degrees.
+    stated95_deg : float or None
+        Root of the sum of squares of the stated errors, degrees.
+    within95 : bool or None
+        True if the stated errors explain the angle in its direction.
+    """
 
     first: str
     repeat: str
@@ -53,44 +64,55 @@ class RepeatedPick:
 
 
 @dataclass(frozen=True)
-class OwnSpread:
-    """Of what one interpreter picked more than once."""
+class InterpreterSpread:
+    """Scatter of the picks that one interpreter repeated."""
 
     name: str
-    spread: Spread
+    spread: PickSpread
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class ExcludedPick:
     id: str
     reason: Finding
 
 
 @dataclass(frozen=True, repr=False)
 class TableRepeats(PrintableResult):
-    """n : picks that are no repeats; structures : of them, those that were picked again; repeats :
-    how often altogether
+    """Repeated picks of a table.
 
-    spread : of a pick about its structure, None without repeats
-    stated95_deg : what the same picks state (root mean square of both semi-axes), None where one of
-        them states nothing
-    test : whether the stated errors hold; stated_errors_hold : what it says, with `reasons`
-    interpreters : each one's own; between : whether they differ by more than each one's own repeats
+    Attributes
+    ----------
+    n : int
+        Number of picks that are not repeats.
+    structures, repeats : int
+        Number of those that were picked again, and of all repeats.
+    spread : PickSpread or None
+        Scatter of picks about their structure; None without repeats.
+    stated95_deg : float or None
+        Root mean square of both semi-axes of the stated errors, degrees; None if one is not stated.
+    test : StatedErrorTest or None
+    stated_errors_hold : str
+        Verdict of the test, explained by `reasons`.
+    interpreters : tuple of InterpreterSpread
+        Scatter of each interpreter's own repeats.
+    between : InterpreterTest or None
+        Test of whether interpreters differ by more than their own repeats.
     """
 
     n: int
     structures: int
     repeats: int
-    spread: Spread | None
+    spread: PickSpread | None
     median_angle_deg: float | None
     stated95_deg: float | None
-    test: HeldErrors | None
+    test: StatedErrorTest | None
     stated_errors_hold: Holds
     reasons: tuple[Finding, ...]
-    interpreters: tuple[OwnSpread, ...]
-    between: Between | None
+    interpreters: tuple[InterpreterSpread, ...]
+    between: InterpreterTest | None
     pairs: tuple[RepeatedPick, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedPick, ...]
     convention: str
     warnings: tuple[Finding, ...]
 
@@ -98,35 +120,54 @@ class TableRepeats(PrintableResult):
 def table_repeats(
     table: OrientationRows, by: str | None = None, interpreter: str | None = None
 ) -> TableRepeats:
-    """by : column whose word is the same for picks of the same structure; None for the column
-    `repeat_of` with the id of the pick that a row repeats. interpreter : column of who picked, None
-    for `interpreter` where there is one. Raises UsageError for a column that is not there."""
-    left_out: list[LeftOut] = []
+    """Evaluate the repeated picks of a table.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    by : str, optional
+        Column with the same word for picks of the same structure; by default `repeat_of` with the
+        id of the pick that a row repeats.
+    interpreter : str, optional
+        Column of interpreters; by default `interpreter` if it exists.
+
+    Returns
+    -------
+    TableRepeats
+
+    Raises
+    ------
+    UsageError
+        If the table has no such column.
+    """
+    left_out: list[ExcludedPick] = []
     groups = _groups_by(table, by) if by is not None else _groups_of_repeats(table, left_out)
-    groups = [own for group in groups for own in _of_one_geometry(table, group, left_out)]
-    people = _people(table, interpreter)
+    groups = [spreads for group in groups for spreads in _same_geometry(table, group, left_out)]
+    interpreters = _interpreters(table, interpreter)
     vectors = table.vectors()
-    found = structures(vectors, _errors(table, vectors), groups)
-    repeated = [s for s in found if len(s.rows) > 1]
-    spread, test = spread_of(repeated), held_errors(repeated)
-    own, between = by_interpreter(repeated, people)
-    several = len(set(people)) > 1
+    structures = group_structures(vectors, _errors(table, vectors), groups)
+    repeated = [s for s in structures if len(s.rows) > 1]
+    spread, test = measure_spread(repeated), check_stated_errors(repeated)
+    spreads, between = compare_interpreters(repeated, interpreters)
+    has_several = len(set(interpreters)) > 1
     pairs = tuple(
-        _pair(table, vectors, s, k, people) for s in repeated for k in range(1, len(s.rows))
+        _pair(table, vectors, s, k, interpreters) for s in repeated for k in range(1, len(s.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
     holds, reasons = _assess_repeats(spread, test, between)
     return TableRepeats(
-        n=len(found),
+        n=len(structures),
         structures=len(repeated),
         repeats=sum(len(s.rows) - 1 for s in repeated),
         spread=spread,
         median_angle_deg=float(np.median(angles)) if angles else None,
-        stated95_deg=_stated(repeated),
+        stated95_deg=_stated_error95(repeated),
         test=test,
         stated_errors_hold=holds,
         reasons=tuple(reasons),
-        interpreters=tuple(OwnSpread(name, s) for name, s in own.items()) if several else (),
+        interpreters=tuple(InterpreterSpread(name, s) for name, s in spreads.items())
+        if has_several
+        else (),
         between=between,
         pairs=pairs,
         left_out=tuple(left_out),
@@ -139,12 +180,12 @@ def table_repeats(
 def _groups_by(table: OrientationRows, by: str) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
     for row, word in enumerate(table.column(by)):
-        # A row without a word is a structure of its own.
+        # A row without a word is a separate structure.
         groups.setdefault(word.strip() or f"\0{row}", []).append(row)
     return list(groups.values())
 
 
-def _groups_of_repeats(table: OrientationRows, left_out: list[LeftOut]) -> list[list[int]]:
+def _groups_of_repeats(table: OrientationRows, left_out: list[ExcludedPick]) -> list[list[int]]:
     try:
         named = [word.strip() for word in table.column(REPEAT_OF)]
     except UsageError as error:
@@ -154,43 +195,45 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[LeftOut]) -> list[
             field="--by",
         ) from error
     rows = {id_: row for row, id_ in enumerate(table.ids)}
-    groups: dict[int, list[int]] = {row: [row] for row, of in enumerate(named) if not of}
-    for row, of in enumerate(named):
-        if not of:
+    groups: dict[int, list[int]] = {
+        row: [row] for row, first_id in enumerate(named) if not first_id
+    }
+    for row, first_id in enumerate(named):
+        if not first_id:
             continue
-        first = _first(row, named, rows)
+        first = _first_pick(row, named, rows)
         if first is None:
-            reason = Finding("repeats.first-missing", first=of)
-            left_out.append(LeftOut(table.ids[row], reason))
+            reason = Finding("repeats.first-missing", first=first_id)
+            left_out.append(ExcludedPick(table.ids[row], reason))
         else:
             groups[first].append(row)
     return list(groups.values())
 
 
-def _first(row: int, named: Sequence[str], rows: dict[str, int]) -> int | None:
-    """The pick at the end of the chain; None where it is missing, or the chain is a ring."""
-    seen = set()
+def _first_pick(row: int, named: Sequence[str], rows: dict[str, int]) -> int | None:
+    """Return the pick at the end of the chain; None if it is missing or the chain is a cycle."""
+    visited = set()
     while named[row]:
-        if row in seen or named[row] not in rows:
+        if row in visited or named[row] not in rows:
             return None
-        seen.add(row)
+        visited.add(row)
         row = rows[named[row]]
     return row
 
 
-def _of_one_geometry(
-    table: OrientationRows, rows: list[int], left_out: list[LeftOut]
+def _same_geometry(
+    table: OrientationRows, rows: list[int], left_out: list[ExcludedPick]
 ) -> list[list[int]]:
-    """A plane and a line of the same structure have no angle between them that means anything."""
+    """Exclude rows of the other geometry: a plane and a line have no meaningful angle."""
     plane = bool(table.is_plane[rows[0]])
-    kept = [row for row in rows if bool(table.is_plane[row]) == plane]
-    for row in set(rows) - set(kept):
+    matching = [row for row in rows if bool(table.is_plane[row]) == plane]
+    for row in set(rows) - set(matching):
         reason = Finding("repeats.line-of-plane" if plane else "repeats.plane-of-line")
-        left_out.append(LeftOut(table.ids[row], reason))
-    return [kept]
+        left_out.append(ExcludedPick(table.ids[row], reason))
+    return [matching]
 
 
-def _people(table: OrientationRows, column: str | None) -> list[str]:
+def _interpreters(table: OrientationRows, column: str | None) -> list[str]:
     try:
         return [word.strip() for word in table.column(column or INTERPRETER)]
     except UsageError:
@@ -199,10 +242,12 @@ def _people(table: OrientationRows, column: str | None) -> list[str]:
         return [""] * len(table)
 
 
-# --- what they state -----------------------------------------------------------------------------
+# --- stated errors -------------------------------------------------------------------------------
 def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
-    """(n, 2, 3) tangent vectors one standard deviation long, radians; of a line its larger error in
-    all directions."""
+    """Return tangent vectors (n, 2, 3) of one standard deviation, radians.
+
+    Lines have their larger error in all directions.
+    """
     axes = np.zeros((len(table), 2, 3))
     planes, lines = np.flatnonzero(table.is_plane), np.flatnonzero(~table.is_plane)
     if len(planes):
@@ -211,45 +256,51 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
         largest = cells_of(table, lines, "max_confidence95_deg")
         total = cells_of(table, lines, "total95_deg")
         registration = np.nan_to_num(cells_of(table, lines, "registration_error_deg"))
-        own = np.sqrt(np.maximum(total**2 - registration**2, 0.0))
-        wide = np.nan_to_num(np.where(np.isfinite(own), own, largest))
-        sigma = np.radians(wide) / math.sqrt(CHI2_TWO)
+        picking_errors = np.sqrt(np.maximum(total**2 - registration**2, 0.0))
+        largest_known = np.nan_to_num(
+            np.where(np.isfinite(picking_errors), picking_errors, largest)
+        )
+        sigma = np.radians(largest_known) / math.sqrt(CHI2_TWO)
         for row, size, line in zip(lines, sigma, vectors[lines], strict=True):
             axes[row] = size * np.linalg.svd(line[None])[2][1:]
     return axes
 
 
-def _stated(found: Sequence[Structure]) -> float | None:
-    if not found or not all(s.stated for s in found):
+def _stated_error95(structures: Sequence[RepeatedStructure]) -> float | None:
+    if not structures or not all(s.stated for s in structures):
         return None
-    traces = np.concatenate([np.trace(s.covariances, axis1=1, axis2=2) for s in found])
+    traces = np.concatenate([np.trace(s.covariances, axis1=1, axis2=2) for s in structures])
     return min(float(np.degrees(np.sqrt(CHI2_TWO * traces.mean() / 2.0))), 90.0)
 
 
 def _pair(
-    table: OrientationRows, vectors: FloatArray, one: Structure, k: int, people: Sequence[str]
+    table: OrientationRows,
+    vectors: FloatArray,
+    structure: RepeatedStructure,
+    k: int,
+    interpreters: Sequence[str],
 ) -> RepeatedPick:
-    first, again = int(one.rows[0]), int(one.rows[k])
+    first, again = int(structure.rows[0]), int(structure.rows[k])
     across = float(np.linalg.norm(np.cross(vectors[first], vectors[again])))
     angle = math.degrees(math.atan2(across, abs(float(vectors[first] @ vectors[again]))))
     stated = within = None
-    if one.stated:
-        largest = np.linalg.eigvalsh(one.covariances)[[0, k], -1]
+    if structure.stated:
+        largest = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
         stated = min(float(np.degrees(np.sqrt(CHI2_TWO * largest.sum()))), 90.0)
-        within = apart(one, 0, k) <= CHI2_TWO
+        within = squared_difference(structure, 0, k) <= CHI2_TWO
     return RepeatedPick(
         table.ids[first],
         table.ids[again],
-        (people[first], people[again]),
+        (interpreters[first], interpreters[again]),
         angle,
         stated,
         within,
     )
 
 
-# --- what follows --------------------------------------------------------------------------------
+# --- verdict -------------------------------------------------------------------------------------
 def _assess_repeats(
-    spread: Spread | None, test: HeldErrors | None, between: Between | None
+    spread: PickSpread | None, test: StatedErrorTest | None, between: InterpreterTest | None
 ) -> tuple[Holds, list[Finding]]:
     if spread is None:
         return "undetermined", [Finding("repeats.none")]
@@ -269,22 +320,22 @@ def _assess_repeats(
         holds, finding = _check_stated_errors(test)
         findings.append(finding)
     if between is not None:
-        differ = between.p < _SIGNIFICANT
+        differ = between.p < SIGNIFICANCE
         code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
         findings.append(Finding(code, ratio=between.ratio, p=between.p))
     findings.append(Finding("repeats.only-picking"))
     return holds, findings
 
 
-def _check_stated_errors(test: HeldErrors) -> tuple[Holds, Finding]:
-    if test.p < _SIGNIFICANT:
+def _check_stated_errors(test: StatedErrorTest) -> tuple[Holds, Finding]:
+    if test.p < SIGNIFICANCE:
         return "no", Finding(
             "repeats.errors-too-small",
             factor=test.factor,
             low=test.factor_low,
             high=test.factor_high,
         )
-    if test.noticeable_factor > _TOO_FEW:
+    if test.noticeable_factor > MAX_NOTICEABLE_FACTOR:
         return "undetermined", Finding("repeats.too-few", count=test.n)
     return "yes", Finding(
         "repeats.errors-hold", factor=test.factor, noticeable=test.noticeable_factor

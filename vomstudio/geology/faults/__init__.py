@@ -1,1 +1,1 @@
-"""Slip on faults: its kinematics, and displacements measured."""
+"""Kinematics of faults and measured displacements."""

@@ -1,4 +1,4 @@
-"""Cut-offs of a bed on both sides of a fault: which is on the hanging wall, and where they end."""
+"""Cutoffs of a bed on both sides of a fault: hanging wall, footwall and their ends."""
 
 from __future__ import annotations
 
@@ -14,21 +14,47 @@ from vomstudio.geology.orientation import Plane
 
 
 @dataclass(frozen=True, eq=False)
-class CutOffs:
-    """hanging_wall, footwall : (3,) World, the points of both traces next to the fault; swapped :
-    the second trace is the one on the hanging wall"""
+class Cutoffs:
+    """Cutoffs of a bed at a fault.
+
+    Attributes
+    ----------
+    hanging_wall, footwall : (3,) ndarray
+        Point of each trace nearest to the fault. World frame, m.
+    swapped : bool
+        True if the second trace is on the hanging wall.
+    """
 
     hanging_wall: FloatArray
     footwall: FloatArray
     swapped: bool
 
 
-def cut_offs(
+def find_cutoffs(
     one: npt.ArrayLike, other: npt.ArrayLike, fault: Plane, through: npt.ArrayLike
-) -> CutOffs:
-    """Of traces (n, 3) of one bed. through : (3,) a point on the fault. The hanging wall is on the
-    side of the fault's upward normal; of a vertical fault that is the side toward which its dip
-    direction points. Raises GeometryError where both traces are on one side."""
+) -> Cutoffs:
+    """Find the cutoffs of two traces of one bed at a fault.
+
+    The hanging wall is on the side of the fault's upward normal; at a vertical fault it is the side
+    toward which its dip direction points.
+
+    Parameters
+    ----------
+    one, other : (n, 3) array_like
+        Traces. World frame, m.
+    fault : Plane
+    through : (3,) array_like
+        Point on the fault. World frame, m.
+
+    Returns
+    -------
+    Cutoffs
+
+    Raises
+    ------
+    GeometryError
+        If both traces are on one side.
+    """
     normal, centre = fault.normal(), np.asarray(through, np.float64)
     traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (one, other)]
     heights = [(trace - centre) @ normal for trace in traces]
@@ -40,4 +66,4 @@ def cut_offs(
     ]
     swapped = second > 0
     hanging, foot = points[::-1] if swapped else points
-    return CutOffs(hanging, foot, swapped)
+    return Cutoffs(hanging, foot, swapped)

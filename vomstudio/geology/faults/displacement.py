@@ -1,9 +1,9 @@
-"""Displacement on a fault: what pairs of points on both sides of it tell, and how well.
+"""Displacement on a fault from pairs of points on both sides, with errors.
 
-Two points that were one (piercing points) give the net slip. Two points of one bed on both sides
-give only what the bed allows: along a slip direction that is known, the net slip; else separations,
-which are no slip (Hill 1959, Journal of Geology 67, 641-653; Yamada & Sakaguchi 1995). Errors are
-propagated to first order from those of the points, the fault, the bed and the slip direction.
+Two points that were one (piercing points) determine the net slip. Two points of one bed on both
+sides determine the net slip along a known slip direction; otherwise they determine separations,
+which are not slip (Hill 1959, Journal of Geology 67, 641-653; Yamada & Sakaguchi 1995). Errors of
+the points, the fault, the bed and the slip direction are propagated to first order.
 """
 
 from __future__ import annotations
@@ -27,14 +27,23 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geometry.rotation_errors import Z95
 
-_STEP = 1e-6
-_PARALLEL_DEG = 5.0
+DIFFERENTIATION_STEP = 1e-6
+MIN_ANGLE_DEG = 5.0
 
 
 @dataclass(frozen=True)
-class Errors:
-    """sigma_m : standard deviation of each coordinate of a point; fault95_deg, bed95_deg : half-
-    angles of the 95 % cones of their normals; rake95_deg : 95 % of the slip's rake"""
+class DisplacementErrors:
+    """Errors of the inputs of a displacement.
+
+    Attributes
+    ----------
+    sigma_m : float
+        Standard deviation of each coordinate of a point, m.
+    fault95_deg, bed95_deg : float
+        Half-angles of the 95 % cones of their normals, degrees.
+    rake95_deg : float
+        95 % error of the slip's rake, degrees.
+    """
 
     sigma_m: float = 0.0
     fault95_deg: float = 0.0
@@ -46,19 +55,33 @@ class Errors:
         return any((self.sigma_m, self.fault95_deg, self.bed95_deg, self.rake95_deg))
 
 
-NO_ERRORS = Errors()
-"""Nothing is known of them."""
+NO_ERRORS = DisplacementErrors()
 
 
 @dataclass(frozen=True)
 class Displacement:
-    """How the hanging wall moved against the footwall, metres.
+    """Movement of the hanging wall relative to the footwall.
 
-    what : net slip, or separation where the slip is unknown; net_m : its length; throw_m : down
-    positive; heave_m : horizontal, across the strike, positive where the walls moved apart;
-    strike_slip_m : along the right-hand-rule strike, positive sinistral; dip_slip_m : up the dip,
-    positive reverse; slip_rake_deg : -180 to 180, positive with a reverse part; direction : trend
-    and plunge of the motion; off_fault_m : how far the vector leaves the fault plane
+    Attributes
+    ----------
+    what : str
+        "net slip", or "separation" if the slip is unknown.
+    net_m : Measured
+        Length, m.
+    throw_m : Measured
+        Down is positive, m.
+    heave_m : Measured
+        Horizontal, perpendicular to the strike, positive if the walls moved apart, m.
+    strike_slip_m : Measured
+        Along the right-hand-rule strike, sinistral is positive, m.
+    dip_slip_m : Measured
+        Up the dip, reverse is positive, m.
+    slip_rake_deg : float or None
+        -180 to 180 degrees, positive with a reverse component.
+    trend_deg, plunge_deg : float or None
+        Direction of the movement, degrees.
+    off_fault_m : float
+        Component normal to the fault plane, m.
     """
 
     what: str
@@ -75,9 +98,17 @@ class Displacement:
 
 @dataclass(frozen=True)
 class Separations:
-    """Of one bed across a fault whose slip is unknown, metres: stratigraphic, across the bed; dip
-    separation, along the fault's dip, with its throw and heave; strike separation, along its
-    strike, positive sinistral. None where the bed runs along that direction."""
+    """Separations of one bed across a fault whose slip is unknown, m.
+
+    Attributes
+    ----------
+    stratigraphic_m : Measured
+        Distance across the bed.
+    dip : Displacement or None
+        Separation along the dip of the fault; None if the bed runs along this direction.
+    strike_m : Measured or None
+        Separation along the strike, sinistral is positive; None if the bed runs along it.
+    """
 
     stratigraphic_m: Measured
     dip: Displacement | None
@@ -85,16 +116,35 @@ class Separations:
 
 
 def net_slip_of_piercing_points(
-    hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike, fault: Plane, errors: Errors = NO_ERRORS
+    hanging_wall: npt.ArrayLike,
+    footwall: npt.ArrayLike,
+    fault: Plane,
+    errors: DisplacementErrors = NO_ERRORS,
 ) -> Displacement:
-    """From two places (3,) in World that were one. Raises GeometryError for places that are not
-    finite."""
-    points = _points(hanging_wall, footwall)
+    """Compute the net slip of two points that were one.
+
+    Parameters
+    ----------
+    hanging_wall, footwall : (3,) array_like
+        World frame, m.
+    fault : Plane
+    errors : DisplacementErrors
+
+    Returns
+    -------
+    Displacement
+
+    Raises
+    ------
+    GeometryError
+        If the points are not finite.
+    """
+    points = _relative_points(hanging_wall, footwall)
 
     def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return p[:3] - p[3:6], _tilted(fault, p[6:8])
+        return p[:3] - p[3:6], _tilted_normal(fault, p[6:8])
 
-    spread = _spread(errors, fault95=errors.fault95_deg)
+    spread = _parameter_sigmas(errors, fault95=errors.fault95_deg)
     return _displacement(
         "net slip", fault, vector, np.concatenate([points, np.zeros(2)]), spread, errors
     )
@@ -106,32 +156,52 @@ def net_slip_of_cutoffs(
     fault: Plane,
     bed: Plane,
     rake_deg: float,
-    errors: Errors = NO_ERRORS,
+    errors: DisplacementErrors = NO_ERRORS,
     *,
     what: str = "net slip",
 ) -> Displacement:
-    """From one point (3,) of the same bed on each side and the slip lineation: which way the slip
-    went follows. bed : its attitude, the same on both sides; rake_deg : of the lineation, as
-    `orientation.rake_of` counts it (90 is down dip).
+    """Compute the net slip of the cutoffs of a bed along a slip lineation.
 
-    The hanging wall is moved back along the slip until its point lies in the footwall's bed. Raises
-    GeometryError where the slip is within 5 degrees of the bed, which then says nothing of it.
+    The point of the hanging wall is moved back along the lineation to the bed of the footwall,
+    which
+    gives the sense of slip.
+
+    Parameters
+    ----------
+    hanging_wall, footwall : (3,) array_like
+        Points of the same bed. World frame, m.
+    fault, bed : Plane
+        Attitudes; that of the bed is the same on both sides.
+    rake_deg : float
+        Rake of the lineation as in `orientation.rake_of` (90 is down dip), degrees.
+    errors : DisplacementErrors
+    what : str
+        Name of the result.
+
+    Returns
+    -------
+    Displacement
+
+    Raises
+    ------
+    GeometryError
+        If the slip is within 5 degrees of the bed and thus undetermined.
     """
-    points = _points(hanging_wall, footwall)
+    points = _relative_points(hanging_wall, footwall)
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
     if abs(line_from_rake(fault, rake_deg).vector() @ bed_normal) < math.sin(
-        math.radians(_PARALLEL_DEG)
+        math.radians(MIN_ANGLE_DEG)
     ):
-        raise GeometryError(Finding("displacement.slip-along-bed", limit_deg=_PARALLEL_DEG))
+        raise GeometryError(Finding("displacement.slip-along-bed", limit_deg=MIN_ANGLE_DEG))
 
     def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        normal, across = _tilted(fault, p[6:8]), _tilted(bed, p[8:10])
-        strike, up_dip = _in_plane(normal, fault)
+        normal, bed_normal_tilted = _tilted_normal(fault, p[6:8]), _tilted_normal(bed, p[8:10])
+        strike, up_dip = _axes_in_plane(normal, fault)
         rake_rad = math.radians(rake_deg) + p[10]
         along = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
-        return (p[:3] - p[3:6]) @ across / (along @ across) * along, normal
+        return (p[:3] - p[3:6]) @ bed_normal_tilted / (along @ bed_normal_tilted) * along, normal
 
-    spread = _spread(
+    spread = _parameter_sigmas(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
     )
     return _displacement(what, fault, vector, np.concatenate([points, np.zeros(5)]), spread, errors)
@@ -142,41 +212,57 @@ def separations(
     footwall: npt.ArrayLike,
     fault: Plane,
     bed: Plane,
-    errors: Errors = NO_ERRORS,
+    errors: DisplacementErrors = NO_ERRORS,
 ) -> Separations:
-    """What can be said where the slip is unknown. Raises GeometryError for a bed parallel to the
-    fault."""
-    points = _points(hanging_wall, footwall)
+    """Compute the separations of a bed if the slip is unknown.
+
+    Parameters
+    ----------
+    hanging_wall, footwall : (3,) array_like
+        Points of the same bed. World frame, m.
+    fault, bed : Plane
+    errors : DisplacementErrors
+
+    Returns
+    -------
+    Separations
+
+    Raises
+    ------
+    GeometryError
+        If the bed is parallel to the fault.
+    """
+    points = _relative_points(hanging_wall, footwall)
     fault_normal = planes_to_normals(fault.dip_direction_deg, fault.dip_deg).ravel()
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
-    if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(_PARALLEL_DEG)):
-        raise GeometryError(Finding("displacement.bed-along-fault", limit_deg=_PARALLEL_DEG))
+    if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(MIN_ANGLE_DEG)):
+        raise GeometryError(Finding("displacement.bed-along-fault", limit_deg=MIN_ANGLE_DEG))
 
-    def across(p: FloatArray) -> FloatArray:
-        return np.array([(p[:3] - p[3:6]) @ _tilted(bed, p[6:8])])
+    def thickness(p: FloatArray) -> FloatArray:
+        return np.array([(p[:3] - p[3:6]) @ _tilted_normal(bed, p[6:8])])
 
     at = np.concatenate([points, np.zeros(2)])
-    value, error = _propagated(across, at, _spread(errors, bed95=errors.bed95_deg))
-    found: dict[float, Displacement | None] = {}
-    known = Errors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
+    values, sigmas = _propagate(thickness, at, _parameter_sigmas(errors, bed95=errors.bed95_deg))
+    slips: dict[float, Displacement | None] = {}
+    errors_without_rake = DisplacementErrors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
     for rake in (90.0, 0.0):
         try:
-            found[rake] = net_slip_of_cutoffs(
-                hanging_wall, footwall, fault, bed, rake, known, what="separation"
+            slips[rake] = net_slip_of_cutoffs(
+                hanging_wall, footwall, fault, bed, rake, errors_without_rake, what="separation"
             )
         except GeometryError:
-            found[rake] = None
-    strike = found[0.0]
+            slips[rake] = None
+    strike = slips[0.0]
     return Separations(
-        _measured(abs(float(value[0])), float(error[0]), errors),
-        found[90.0],
+        _measured(abs(float(values[0])), float(sigmas[0]), errors),
+        slips[90.0],
         None if strike is None else strike.strike_slip_m,
     )
 
 
 # --- vectors --------------------------------------------------------------------------------------
-def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
-    """(6,) both, around the footwall's: a northing would cost the steps their digits."""
+def _relative_points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
+    """Return both points (6,) relative to the footwall's, to retain the digits of a northing."""
     h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
     if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
         raise GeometryError(Finding("points.invalid"))
@@ -184,32 +270,34 @@ def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
 
 
 def _axes(plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Upward normal, down the dip, along the right-hand-rule strike."""
+    """Return the upward normal, the dip vector and the right-hand-rule strike."""
     normal = planes_to_normals(plane.dip_direction_deg, plane.dip_deg).ravel()
     return normal, plane.dip_vector(), plane.strike_vector()
 
 
-def _tilted(plane: Plane, tilt_rad: FloatArray) -> FloatArray:
-    """The upward normal, turned by small angles down the dip and along the strike."""
+def _tilted_normal(plane: Plane, tilt_rad: FloatArray) -> FloatArray:
+    """Return the upward normal, rotated by small angles down the dip and along the strike."""
     up, down, strike = _axes(plane)
     n = up + math.tan(tilt_rad[0]) * down + math.tan(tilt_rad[1]) * strike
     return np.asarray(n / np.linalg.norm(n))
 
 
-def _in_plane(normal: FloatArray, fault: Plane) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors along the strike and up the dip of a fault that was tilted to this normal; its
-    strike is the one that rakes are counted from."""
-    known = fault.strike_vector()
+def _axes_in_plane(normal: FloatArray, fault: Plane) -> tuple[FloatArray, FloatArray]:
+    """Return unit vectors along the strike and up the dip of a fault with this normal.
+
+    The strike is the one from which rakes are counted.
+    """
+    reference = fault.strike_vector()
     size = math.hypot(normal[0], normal[1])
-    strike = np.array([-normal[1], normal[0], 0.0]) / size if size > 1e-12 else known
-    strike = strike if strike @ known >= 0 else -strike
+    strike = np.array([-normal[1], normal[0], 0.0]) / size if size > 1e-12 else reference
+    strike = strike if strike @ reference >= 0 else -strike
     up_dip = np.cross(normal, strike)
     return strike, up_dip if up_dip[2] >= 0 else -up_dip
 
 
 # --- errors ---------------------------------------------------------------------------------------
-def _spread(errors: Errors, **cones: float) -> FloatArray:
-    """Standard deviations of the parameters: six coordinates, then tilts and the rake."""
+def _parameter_sigmas(errors: DisplacementErrors, **cones: float) -> FloatArray:
+    """Return standard deviations of six coordinates, the tilts and the rake."""
     parts = [np.full(6, errors.sigma_m)]
     for name, value in cones.items():
         one = math.radians(value)
@@ -217,25 +305,25 @@ def _spread(errors: Errors, **cones: float) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _slopes(
-    f: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = _STEP
+def _derivatives(
+    f: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = DIFFERENTIATION_STEP
 ) -> FloatArray:
     steps = step * np.eye(len(at))
     return np.array([(f(at + s) - f(at - s)) / (2 * step) for s in steps]).T
 
 
-def _propagated(
+def _propagate(
     f: Callable[[FloatArray], FloatArray], at: FloatArray, spread: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Values and their standard deviations."""
+    """Return values and their standard deviations."""
     values = f(at)
     if not spread.any():
         return values, np.zeros(len(values))
-    slope = _slopes(f, at) * spread
+    slope = _derivatives(f, at) * spread
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
-def _measured(value: float, sigma: float, errors: Errors) -> Measured:
+def _measured(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
     return Measured(value, Z95 * sigma if errors.known else None)
 
 
@@ -245,23 +333,23 @@ def _displacement(
     vector: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     at: FloatArray,
     spread: FloatArray,
-    errors: Errors,
+    errors: DisplacementErrors,
 ) -> Displacement:
     def figures(p: FloatArray) -> FloatArray:
         d, normal = vector(p)
-        strike, up_dip = _in_plane(normal, fault)
+        strike, up_dip = _axes_in_plane(normal, fault)
         size = math.hypot(normal[0], normal[1])
         outward = normal * [1, 1, 0] / size if size > 1e-9 else -up_dip
         return np.array([np.linalg.norm(d), -d[2], d @ outward, d @ strike, d @ up_dip])
 
-    values, sigmas = _propagated(figures, at, spread)
+    values, sigmas = _propagate(figures, at, spread)
     net, throw, heave, strike, dip = (
         _measured(float(v), float(s), errors) for v, s in zip(values, sigmas, strict=True)
     )
     d, normal = vector(at)
-    moved = float(np.linalg.norm(d)) > 1e-9
-    line = Line.from_vector(d, directed=True) if moved else None
-    rake = math.degrees(math.atan2(dip.value, strike.value)) if moved else None
+    has_moved = float(np.linalg.norm(d)) > 1e-9
+    line = Line.from_vector(d, directed=True) if has_moved else None
+    rake = math.degrees(math.atan2(dip.value, strike.value)) if has_moved else None
     return Displacement(
         what,
         net,

@@ -13,12 +13,12 @@ MAX_ERROR_DEG = 90.0
 
 @dataclass(frozen=True)
 class ThreePointOptions(Options):
-    """Error of the points.
+    """Error of the points of a three-point problem.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds.
+        If a value is outside its bounds.
     """
 
     sigma_m: float = option(

@@ -1,4 +1,4 @@
-"""Displacements of many pairs on one fault: what `vomstudio displacement` prints."""
+"""Displacements of many pairs on one fault, for `vomstudio displacement`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.faults.displacement import (
     Displacement,
-    Errors,
+    DisplacementErrors,
     Separations,
     net_slip_of_cutoffs,
     net_slip_of_piercing_points,
@@ -25,14 +25,14 @@ from vomstudio.geology.notation import line_option, plane_option
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geometry.rotation_errors import Z95
 
-OFF_PLANE_DEG = 10.0
-"""Slips that leave their fault by more are doubtful."""
+MAX_OFF_PLANE_DEG = 10.0
+"""Maximum angle between a slip and its fault without a warning."""
 _NAMED = 8
 
 
 @dataclass(frozen=True)
 class Pair:
-    """One of the two is None."""
+    """Displacement of one pair of points, or its separations; the other is None."""
 
     name: str
     displacement: Displacement | None
@@ -41,10 +41,21 @@ class Pair:
 
 @dataclass(frozen=True, repr=False)
 class Displacements(PrintableResult):
-    """what : net slip, or separation where the slip is unknown; mean_net_m, mean_throw_m,
-    mean_heave_m with the standard deviation of the pairs, None of one pair; of separations the dip
-    separation. skipped : pairs without a result, with the reason; warnings : on slips and motions
-    that leave the fault"""
+    """Displacements of pairs on one fault.
+
+    Attributes
+    ----------
+    what : str
+        "net slip", or "separation" if the slip is unknown.
+    mean_net_m, mean_throw_m, mean_heave_m : float
+        Means over the pairs, of dip separations if the slip is unknown, m.
+    std_net_m, std_throw_m, std_heave_m : float or None
+        Standard deviations over the pairs, m; None for one pair.
+    skipped : tuple of dict
+        Pairs without a result, with the reason.
+    warnings : tuple of Finding
+        Slips and motions that leave the fault.
+    """
 
     what: str
     n: int
@@ -89,7 +100,7 @@ def displacements(
     bed = None if options.bed is None else plane_option(options.bed, "--bed")
     slip = None if options.slip is None else line_option(options.slip, "--slip")
     rake_deg = options.rake_deg
-    errors = Errors(
+    errors = DisplacementErrors(
         options.sigma_m or 0.0,
         options.fault_error_deg,
         options.bed_error_deg,
@@ -131,10 +142,10 @@ def displacements(
 
 
 def _slip_warnings(slip: Line, fault: Plane) -> list[Finding]:
-    away = angle_line_plane(slip, fault)
-    if not away > OFF_PLANE_DEG:
+    angle = angle_line_plane(slip, fault)
+    if not angle > MAX_OFF_PLANE_DEG:
         return []
-    return [Finding("displacement.slip-off-fault", angle_deg=away, limit_deg=OFF_PLANE_DEG)]
+    return [Finding("displacement.slip-off-fault", angle_deg=angle, limit_deg=MAX_OFF_PLANE_DEG)]
 
 
 def _rake_warnings(fault: Plane) -> list[Finding]:
@@ -152,34 +163,34 @@ def _rake_warnings(fault: Plane) -> list[Finding]:
     ]
 
 
-def _motion_warnings(pairs: Sequence[Pair], errors: Errors) -> list[Finding]:
+def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[Finding]:
     """Warn of piercing points whose motion leaves the fault by more than their errors explain."""
     off: dict[str, tuple[float, float]] = {}
     for pair in pairs:
-        moved = pair.displacement
-        if moved is None or not moved.net_m.value > 0:
+        motion = pair.displacement
+        if motion is None or not motion.net_m.value > 0:
             continue
-        out = min(1.0, abs(moved.off_fault_m) / moved.net_m.value)
-        away = float(np.degrees(np.arcsin(out)))
-        by_points = Z95 * np.sqrt(2.0) * errors.sigma_m
-        if away > max(OFF_PLANE_DEG, errors.fault95_deg) and abs(moved.off_fault_m) > by_points:
-            off[pair.name] = (away, abs(moved.off_fault_m))
+        sine = min(1.0, abs(motion.off_fault_m) / motion.net_m.value)
+        angle = float(np.degrees(np.arcsin(sine)))
+        error_m = Z95 * np.sqrt(2.0) * errors.sigma_m
+        if angle > max(MAX_OFF_PLANE_DEG, errors.fault95_deg) and abs(motion.off_fault_m) > error_m:
+            off[pair.name] = (angle, abs(motion.off_fault_m))
     if not off:
         return []
     return [
         Finding(
             "displacement.motion-off-fault",
             count=len(off),
-            limit_deg=OFF_PLANE_DEG,
+            limit_deg=MAX_OFF_PLANE_DEG,
             pairs=list(off),
             angle_deg=[angle for angle, _ in off.values()],
-            distance_m=[away for _, away in off.values()],
+            distance_m=[angle for _, angle in off.values()],
         )
     ]
 
 
 def _vector(pair: Pair) -> Displacement | None:
-    """The slip, or the dip separation where that is all there is."""
+    """Return the slip, or the dip separation if the slip is unknown."""
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 
@@ -190,7 +201,7 @@ def _pair(
     fault: Plane,
     bed: Plane | None,
     rake: float | None,
-    errors: Errors,
+    errors: DisplacementErrors,
 ) -> Pair:
     if bed is None:
         return Pair(name, net_slip_of_piercing_points(h, f, fault, errors), None)

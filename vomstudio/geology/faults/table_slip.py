@@ -1,4 +1,4 @@
-"""The faults of a table together: what `vomstudio slip` prints."""
+"""Kinematics of the faults of a table, for `vomstudio slip`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.faults.kinematics import (
+    fault_movements,
     kinematic_axes,
-    movements,
     p_axes,
     right_dihedra,
     t_axes,
@@ -20,7 +20,7 @@ from vomstudio.geology.orientation import vectors_to_lines
 
 
 class SlipRows(Protocol):
-    """n faults with the directed rake of their slip, wherever they were read."""
+    """Table of n faults with the directed rake of their slip."""
 
     @property
     def path(self) -> Path: ...
@@ -48,8 +48,10 @@ class Axis:
 
 @dataclass(frozen=True)
 class FaultSlip:
-    """A fault with the trend and plunge (negative: up) of its hanging wall's movement, and its axes
-    of shortening (P) and extension (T)."""
+    """Fault with its movement and its P and T axes.
+
+    `slip` is the trend and plunge of the hanging wall's movement; a negative plunge points up.
+    """
 
     id: str
     dip_direction_deg: float
@@ -62,16 +64,23 @@ class FaultSlip:
 
 @dataclass(frozen=True)
 class KinematicAxis(Axis):
-    """value : of the tensor, from -1 to 1. confidence95_deg : the cone that holds 95 % of
-    resamples, None of fewer than five faults"""
+    """Kinematic axis.
+
+    Attributes
+    ----------
+    value : float
+        Eigenvalue of the tensor, -1 to 1.
+    confidence95_deg : float or None
+        Cone that contains 95 % of resamples, degrees; None for fewer than five faults.
+    """
 
     value: float
     confidence95_deg: float | None
 
 
 @dataclass(frozen=True)
-class KinematicAxesFound:
-    """Of all faults together (linked Bingham)."""
+class TableKinematicAxes:
+    """Kinematic axes of all faults (linked Bingham)."""
 
     shortening: KinematicAxis
     intermediate: KinematicAxis
@@ -80,14 +89,14 @@ class KinematicAxesFound:
 
 @dataclass(frozen=True)
 class DihedraAxis(Axis):
-    """share : of the faults whose dihedra hold it"""
+    """Axis of the right dihedra, with the share of the faults whose dihedra contain it."""
 
     share: float
 
 
 @dataclass(frozen=True)
-class DihedraFound:
-    """The middles of where most dihedra of one kind overlap."""
+class TableDihedra:
+    """Middles of the maximum overlap of the dihedra of each kind."""
 
     compression: DihedraAxis
     extension: DihedraAxis
@@ -95,19 +104,19 @@ class DihedraFound:
 
 @dataclass(frozen=True, repr=False)
 class TableSlip(PrintableResult):
-    """n : faults. dropped_lines, warnings : of the table as it was read"""
+    """Kinematics of n faults; `dropped_lines` and `warnings` are those of the table."""
 
     n: int
-    kinematic_axes: KinematicAxesFound
-    right_dihedra: DihedraFound
+    kinematic_axes: TableKinematicAxes
+    right_dihedra: TableDihedra
     faults: tuple[FaultSlip, ...]
     dropped_lines: tuple[int, ...]
     warnings: tuple[Finding, ...]
 
 
 def table_slip(table: SlipRows) -> TableSlip:
-    """P and T axes of each fault, and what all say together."""
-    normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
+    """Compute P and T axes of each fault, and the kinematic axes of all."""
+    normals, slips = fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
     axes = kinematic_axes(normals, slips)
     cones = [None] * 3 if axes.confidence95_deg is None else axes.confidence95_deg.tolist()
     lines = _axes(axes.axes)
@@ -132,8 +141,8 @@ def table_slip(table: SlipRows) -> TableSlip:
     )
     return TableSlip(
         n=len(table.ids),
-        kinematic_axes=KinematicAxesFound(shortening, intermediate, extension),
-        right_dihedra=DihedraFound(compressed, extended),
+        kinematic_axes=TableKinematicAxes(shortening, intermediate, extension),
+        right_dihedra=TableDihedra(compressed, extended),
         faults=tuple(
             FaultSlip(id_, azimuth, dip, rake, Axis(*slip), Axis(*p), Axis(*t))
             for id_, azimuth, dip, rake, slip, p, t in rows

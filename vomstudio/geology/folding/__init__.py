@@ -1,1 +1,1 @@
-"""What folds are: the shapes of their poles, and the verdict on a view along their axis."""
+"""Shapes of folds by their poles, and the verdict on a view along their axis."""

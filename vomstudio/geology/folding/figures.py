@@ -1,4 +1,4 @@
-"""The figures of a fold axis, as plain numbers."""
+"""Figures of a fold axis as plain numbers."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from vomstudio.geology.populations.distributions import LineFigures
 
 @dataclass(frozen=True)
 class BetaFigures:
-    """A fold axis with the semi-axes of its joint 95 % region, degrees; as in `FoldAxis`. total95:
-    with the registration."""
+    """Fold axis with the semi-axes of its joint 95 % region, degrees, as in `FoldAxis`.
+
+    The figures of `total95` include the registration.
+    """
 
     trend_deg: float
     plunge_deg: float
@@ -27,7 +29,7 @@ class BetaFigures:
 
 @dataclass(frozen=True)
 class PlaneFigures:
-    """A plane by dip direction and dip, and by its right-hand-rule strike, degrees."""
+    """Plane by dip direction and dip, and by its right-hand-rule strike, degrees."""
 
     dip_direction_deg: float
     dip_deg: float
@@ -36,9 +38,21 @@ class PlaneFigures:
 
 @dataclass(frozen=True)
 class LimbFigures:
-    """Two limbs: their mean planes, how many planes each has, the angle between them on the side of
-    the hinge with its 95 % error, and the plane that halves it with the larger half-angle of its
-    joint 95 % region. overturned: whether each limb is; without flags neither is taken as such."""
+    """Limbs of a fold.
+
+    Attributes
+    ----------
+    planes : (PlaneFigures, PlaneFigures)
+        Mean planes.
+    n : (int, int)
+        Number of planes.
+    interlimb_angle_deg, interlimb_error95_deg : float
+        Angle between them on the side of the hinge, with its 95 % error, degrees.
+    axial_plane, axial_plane_error95_deg
+        Bisecting plane with the larger half-angle of its joint 95 % region, degrees.
+    overturned : (bool, bool)
+        Whether each limb is overturned; False without flags.
+    """
 
     planes: tuple[PlaneFigures, PlaneFigures]
     n: tuple[int, int]
@@ -51,8 +65,16 @@ class LimbFigures:
 
 @dataclass(frozen=True)
 class LeaveOneOut:
-    """The plane without which beta would turn most: its place among those used (from 0), its id
-    where it has one, by how much beta turns, and where to."""
+    """Plane whose omission rotates beta most.
+
+    Attributes
+    ----------
+    index : int
+        Its position among the planes used, from 0.
+    id : str or None
+    turn_deg, trend_deg, plunge_deg : float
+        Rotation of beta, and beta without this plane, degrees.
+    """
 
     index: int
     id: str | None
@@ -63,8 +85,7 @@ class LeaveOneOut:
 
 @dataclass(frozen=True)
 class Stray:
-    """A plane that the verdict is not about: its place among those used (from 0), and its id where
-    it has one."""
+    """Outlying plane that the verdict excludes: position among the planes used, from 0, and id."""
 
     index: int
     id: str | None = None
@@ -72,7 +93,7 @@ class Stray:
 
 @dataclass(frozen=True)
 class SmallCircleFigures:
-    """A small circle: its axis, the angle between axis and poles, and the RMS."""
+    """Small circle: axis, angle between axis and poles, and RMS, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -82,10 +103,19 @@ class SmallCircleFigures:
 
 @dataclass(frozen=True)
 class ConeFigures:
-    """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
-    half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
-    the cylinder's where that is true. by_nearer_ends: the closer circle that is found if each pole
-    may be used by either end, None if no circle is closer."""
+    """Best cone of the poles.
+
+    Attributes
+    ----------
+    half_angle_deg : float
+        Angle between axis and poles, degrees; 90 is a cylinder.
+    half_width95_deg : float or None
+        95 % half-width of this angle, degrees; None if the poles do not determine it.
+    p : float
+        p-value of the cylinder against the cone.
+    by_nearer_ends : SmallCircleFigures or None
+        Closer circle if poles may be used by either end; None if no circle is closer.
+    """
 
     trend_deg: float
     plunge_deg: float
@@ -98,8 +128,15 @@ class ConeFigures:
 
 @dataclass(frozen=True)
 class PairFigures:
-    """Where the mean planes of two sets meet, the angle between them, and the semi-axes of the
-    joint 95 % region of the line, None where a set has one plane."""
+    """Intersection of the mean planes of two sets.
+
+    Attributes
+    ----------
+    angle_deg : float
+        Angle between the planes, degrees.
+    max_confidence95_deg, min_confidence95_deg : float or None
+        Semi-axes of the joint 95 % region of the line, degrees; None if a set has one plane.
+    """
 
     sets: tuple[str, str]
     trend_deg: float
@@ -111,8 +148,10 @@ class PairFigures:
 
 @dataclass(frozen=True)
 class AxisFigures:
-    """What is said of a fold axis, as in `FoldAxis`. within90_deg: nine tenths of the poles lie
-    closer to the great circle"""
+    """Figures of a fold axis, as in `FoldAxis`.
+
+    90 % of the poles lie within `within90_deg` of the great circle.
+    """
 
     beta: BetaFigures
     pi_plane: PlaneFigures

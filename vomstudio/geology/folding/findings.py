@@ -1,4 +1,4 @@
-"""Findings on a fold beside its verdict: its numbers, and what they do not show."""
+"""Findings on a fold besides its verdict: its numbers and their limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict
 
 
 def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
-    """Report that a bowed model looks like an open fold with limbs that differ by no more."""
+    """Report that bowing of the model may cause an open fold of this size."""
     if bowed_deg is None or arc_deg >= bowed_deg:
         return []
     return [Finding("fold.bowed", bowed_deg=bowed_deg, arc_deg=arc_deg)]

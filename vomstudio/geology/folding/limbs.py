@@ -1,4 +1,4 @@
-"""Two limbs among the poles of a fold, and whether they are two limbs at all."""
+"""Limbs of a fold among its poles, and whether they are limbs at all."""
 
 from __future__ import annotations
 
@@ -8,58 +8,85 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.geology.folding.arcs import one_sided, rms
+from vomstudio.geology.folding.arcs import flip_into_arc, rms
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
-NO_SCATTER_DEG = 1e-3
-"""Poles that lie on the curve to this are taken as exact: there is nothing to test."""
+MIN_SCATTER_DEG = 1e-3
+"""Poles that lie on the curve within this angle are exact and cannot be tested."""
 
-FLAT_LIMBS, FLAT_DEG = 2.5, 1.5
-"""A limb has one dip where its poles stray along the great circle by no more times what they stray
-across it, or by no more degrees: traces on one face are all known least in the same direction, and
-so little of an arc tells no curve of natural beds."""
+MAX_FLAT_RATIO, MAX_FLAT_DEG = 2.5, 1.5
+"""A limb has one dip if the scatter of its poles along the great circle is below this multiple of
+the
+scatter across it, or below this angle: traces on one face are all least accurate in the same
+direction, and such a short arc of natural beds does not show a curve.
+"""
 
-LIMBS_APART = 6.0
-"""Two limbs: their poles lie apart by so many times their scatter along the great circle (those of
-an evenly bent arc, cut in the middle, by 3.5)."""
+MIN_SEPARATION = 6.0
+"""Minimum separation of the poles of two limbs in units of their scatter along the great circle;
+that
+of an evenly bent arc, cut in the middle, is 3.5.
+"""
 
-UNEVEN_LIMBS = 2.0
-"""A group that strays along the great circle by so many times the other, and is not `LIMBS_APART`
-by its own scatter, is an arc rather than a limb: its mean is no plane of the fold."""
+MAX_SCATTER_RATIO = 2.0
+"""A group whose scatter along the great circle exceeds that of the other by this factor, and that
+is
+not separated by its own scatter, is an arc rather than a limb: its mean is not a plane of the fold.
+"""
 
-ACROSS_HINGE_DEG = 25.0
-"""Both limbs of a tight fold have poles within this of the plane at right angles to that of the
-hinge, and fall together, since poles have no ends."""
+MAX_HINGE_OFFSET_DEG = 25.0
+"""The poles of both limbs of a tight fold are within this angle of the plane perpendicular to that
+of
+the hinge, and coincide because poles are axial.
+"""
 
-ISOCLINAL_DEG, HINGE_SHARE = 10.0, 0.35
-"""So near to that plane the poles of both limbs are one group that shows no two; a hinge has no
-larger share of the planes."""
+MAX_ISOCLINAL_DEG, MAX_HINGE_SHARE = 10.0, 0.35
+"""Within this angle of that plane, the poles of both limbs form one group; a hinge has at most this
+share of the planes.
+"""
 
-HINGE_ARC_DEG, NARROW_P = 20.0, 0.02
-"""The planes of a hinge turn by so much at least: a group is a limb where so little scatter along
-the great circle as its own would have a smaller chance in a hinge."""
+MIN_HINGE_ARC_DEG, NARROW_SIGNIFICANCE = 20.0, 0.02
+"""Minimum arc of the planes of a hinge. A group is a limb if the p-value of its scatter in a hinge
+is
+below this level.
+"""
 
-UNLIKE_P = 0.05
-"""Scatter of two limbs that differs by chance as seldom as this is not taken as one."""
+VARIANCE_SIGNIFICANCE = 0.05
+"""Significance level of different scatter of two limbs."""
 
-MIXED = 0.2
-"""A limb is overturned, or not, where no larger share of its planes says otherwise."""
+MAX_MIXED_SHARE = 0.2
+"""Maximum share of planes that contradict the others of a limb on being overturned."""
 
-BENT_P, BENT_FEW_P, BENT_FEW = 0.01, 0.05, 8
-"""A group is bent where its scatter along the great circle has a smaller chance, by that across it;
-the second of groups of fewer planes."""
+BENT_SIGNIFICANCE, BENT_SIGNIFICANCE_FEW, MAX_FEW = 0.01, 0.05, 8
+"""Significance levels of a bent group (scatter along the great circle against that across it), the
+second for groups of few planes.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Limbs:
-    """Two limbs by their mean poles (2, 3) and numbers of planes; by how much they lie apart along
-    the great circle, and how far (RMS) the poles stray along and across it from their means.
-    variances: of the planes of each along the great circle, radians squared.
-    doubt: why they may be no limbs of one fold: "hinge" where one group may be both limbs of a
-    tight fold and the other its hinge, "arc" where one is rather an arc, "mixed" where some planes
-    of one limb are overturned and some are not; "" without."""
+    """Two limbs of a fold.
+
+    Attributes
+    ----------
+    poles : ((3,) ndarray, (3,) ndarray)
+        Mean poles.
+    counts : (int, int)
+        Number of planes.
+    apart_deg : float
+        Angle between them along the great circle, degrees.
+    along_deg, across_deg : float
+        RMS angle of the poles from their means along and across the great circle, degrees.
+    variances : (float, float)
+        Variance of the planes of each along the great circle, radians squared.
+    overturned : (bool, bool)
+    doubt : str
+        Reason to doubt that they are limbs of one fold: "hinge" if one group may be both limbs of a
+        tight fold and the other its hinge, "arc" if one is rather an arc, "mixed" if only some
+        planes
+        of a limb are overturned; "" without doubt.
+    """
 
     poles: tuple[FloatArray, FloatArray]
     counts: tuple[int, int]
@@ -72,14 +99,15 @@ class Limbs:
 
     @property
     def flat(self) -> bool:
-        """Whether each limb has one dip: its poles stray along the great circle hardly more than
-        across it, or hardly at all, and so do not tell which way the curve that they lie on goes
-        on."""
-        return self.along_deg <= max(FLAT_LIMBS * self.across_deg, FLAT_DEG)
+        """Whether each limb has one dip.
+
+        Its poles then do not show the direction in which their curve continues.
+        """
+        return self.along_deg <= max(MAX_FLAT_RATIO * self.across_deg, MAX_FLAT_DEG)
 
     @property
     def up(self) -> tuple[FloatArray, FloatArray]:
-        """Unit normals of both toward younger beds, which is upward unless a limb is overturned."""
+        """Unit normals toward younger beds; they point up unless a limb is overturned."""
         first, second = (
             pole if (pole[2] > 0) != turned else -pole
             for pole, turned in zip(self.poles, self.overturned, strict=True)
@@ -87,24 +115,42 @@ class Limbs:
         return first, second
 
     def errors95_deg(self, axis: FloatArray) -> tuple[float, float]:
-        """Of the angle between both, and the larger half-angle of the joint region of the plane
-        that halves it, about the fold axis (3,). Of Student and Fisher, with the degrees of freedom
-        by Welch (1947) for the angle: whether both limbs stray alike is not asked first, since few
-        planes do not tell (Zimmerman 2004, British Journal of Mathematical and Statistical
-        Psychology 57, 173-181); where they may, the scatter of each is at least that of both."""
+        """Return the errors of the interlimb angle and of the axial plane.
+
+        Quantiles of Student and Fisher, with degrees of freedom by Welch (1947) for the angle.
+        Equal scatter
+        of both limbs is not tested first, because few planes do not show it (Zimmerman 2004,
+        British Journal
+        of Mathematical and Statistical Psychology 57, 173-181). If it may be equal, the scatter of
+        each is
+        at least the pooled one.
+
+        Parameters
+        ----------
+        axis : (3,) ndarray
+            Fold axis.
+
+        Returns
+        -------
+        angle, axial_plane : float
+            95 % error of the interlimb angle and larger half-angle of the joint 95 % region of the
+            bisecting plane, degrees.
+        """
         counts = np.array(self.counts, np.float64)
-        own = np.array(self.variances)
+        variances = np.array(self.variances)
         free = float(counts.sum() - 2.0)
-        low, high = (0, 1) if own[0] <= own[1] else (1, 0)
-        ratio = own[high] / max(own[low], math.radians(NO_SCATTER_DEG) ** 2)
-        alike = f_tail(counts[high] - 1.0, counts[low] - 1.0, ratio) > UNLIKE_P / 2.0
-        if alike:
-            # Few planes do not show that they stray more: theirs is at least what they show.
-            own = np.maximum(own, float(own @ (counts - 1.0)) / free)
-        along = own / counts
+        low, high = (0, 1) if variances[0] <= variances[1] else (1, 0)
+        ratio = variances[high] / max(variances[low], math.radians(MIN_SCATTER_DEG) ** 2)
+        are_equal = (
+            f_tail(counts[high] - 1.0, counts[low] - 1.0, ratio) > VARIANCE_SIGNIFICANCE / 2.0
+        )
+        if are_equal:
+            # The scatter of few planes may be too small by chance.
+            variances = np.maximum(variances, float(variances @ (counts - 1.0)) / free)
+        along = variances / counts
         welch = float(along.sum() ** 2 / max(np.sum(along**2 / (counts - 1.0)), 1e-300))
         welch = min(max(welch, 1.0), free)
-        if not alike:
+        if not are_equal:
             free = welch
         n = float(counts.sum())
         across = math.radians(self.across_deg) ** 2 * n / max(n - 2.0, 1.0) / counts
@@ -114,117 +160,146 @@ class Limbs:
         halving /= length
         spread = np.zeros((3, 3))
         for normal, on, off in zip((first, second), along, across, strict=True):
-            beside = np.cross(axis, normal)
-            spread += on * np.outer(beside, beside) + off * np.outer(axis, axis)
+            sideways = np.cross(axis, normal)
+            spread += on * np.outer(sideways, sideways) + off * np.outer(axis, axis)
         flat = np.eye(3) - np.outer(halving, halving)
         widest = float(np.linalg.eigvalsh(flat @ spread @ flat)[-1]) / length**2
-        # Limbs are told by how little they scatter, which of few planes is often by chance.
+        # Limbs are recognised by small scatter, which is often due to chance for few planes.
         wider = 1.0 + 1.0 / max(n - 2.0, 1.0)
         angle = wider * t95(welch) * math.sqrt(float(along.sum()))
         region = math.atan(wider * math.sqrt(widest * 2.0 * f95(free)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 
-def limbs_of(
+def find_limbs(
     poles: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> Limbs | None:
-    """Two limbs, where the poles are two groups along the great circle; else None. overturned :
-    (n,), None where nothing is known."""
+    """Find two limbs among the poles of a fold.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+        Unit poles.
+    axes : (3, 3) ndarray
+        Principal axes of their orientation tensor.
+    overturned : (n,) ndarray of bool or None
+        None if unknown.
+
+    Returns
+    -------
+    Limbs or None
+        None if the poles are not two groups along the great circle.
+    """
     if len(poles) < 4:
         return None
-    ends = one_sided(poles, axes)
+    ends = flip_into_arc(poles, axes)
     middle = ends.sum(axis=0)
     middle -= axes[2] * (middle @ axes[2])
     middle /= np.linalg.norm(middle)
     along = np.arctan2(ends @ np.cross(axes[2], middle), ends @ middle)
     order = np.argsort(along)
-    t = along[order]
-    # The cut that leaves the least scatter within both groups.
-    n = np.arange(1, len(t))
-    left = np.cumsum(t)[:-1]
-    right, total = t.sum() - left, float(np.sum(t**2))
-    within = total - left**2 / n - right**2 / (len(t) - n)
-    cut = int(np.argmin(within[1:-1])) + 2 if len(t) > 4 else int(np.argmin(within)) + 1
+    angles = along[order]
+    # Cut with the least scatter within both groups.
+    n = np.arange(1, len(angles))
+    left_sums = np.cumsum(angles)[:-1]
+    right_sums, total = angles.sum() - left_sums, float(np.sum(angles**2))
+    within = total - left_sums**2 / n - right_sums**2 / (len(angles) - n)
+    cut = int(np.argmin(within[1:-1])) + 2 if len(angles) > 4 else int(np.argmin(within)) + 1
     groups = order[:cut], order[cut:]
     if min(map(len, groups)) < 2:
         return None
-    apart = float(along[groups[1]].mean() - along[groups[0]].mean())
-    scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(t) - 2))
-    if apart < math.radians(20.0) or apart < LIMBS_APART * scatter:
+    separation = float(along[groups[1]].mean() - along[groups[0]].mean())
+    scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(angles) - 2))
+    if separation < math.radians(20.0) or separation < MIN_SEPARATION * scatter:
         return None
     means = [orientation_tensor(poles[group])[1][0] for group in groups]
-    off = ends @ axes[2]
-    across = rms(np.concatenate([off[group] - off[group].mean() for group in groups]))
-    turned, doubt = (False, False), _doubt_of([along[group] for group in groups], apart, across)
+    heights = ends @ axes[2]
+    across = rms(np.concatenate([heights[group] - heights[group].mean() for group in groups]))
+    is_overturned, doubt = (
+        (False, False),
+        _find_doubt([along[group] for group in groups], separation, across),
+    )
     if overturned is not None:
         shares = [float(np.mean(overturned[group])) for group in groups]
-        turned = shares[0] > 0.5, shares[1] > 0.5
-        if any(MIXED < share < 1.0 - MIXED for share in shares):
+        is_overturned = shares[0] > 0.5, shares[1] > 0.5
+        if any(MAX_MIXED_SHARE < share < 1.0 - MAX_MIXED_SHARE for share in shares):
             doubt = "mixed"
     first, second = (float(np.var(along[group], ddof=1)) for group in groups)
     return Limbs(
         (means[0], means[1]),
         (len(groups[0]), len(groups[1])),
-        math.degrees(apart),
+        math.degrees(separation),
         math.degrees(scatter),
         math.degrees(across),
         (first, second),
-        turned,
+        is_overturned,
         doubt,
     )
 
 
-def lone_limb(poles: FloatArray) -> int | None:
-    """The place of the one plane that is a limb by itself: all others have one dip, as a limb of
-    `limbs_of` has, and lie far from it. None where there is none."""
+def find_lone_limb(poles: FloatArray) -> int | None:
+    """Find the only plane of a limb: all others have one dip and are far from it.
+
+    Returns
+    -------
+    int or None
+        Row of the plane; None without such a plane.
+    """
     if len(poles) < 4:
         return None
     _, axes = orientation_tensor(poles)
     row = int(np.argmax(np.abs(poles @ axes[1])))
-    rest = np.delete(poles, row, axis=0)
-    mean = orientation_tensor(rest)[1][0]
-    toward = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
-    apart = math.acos(min(max(float(toward @ mean), -1.0), 1.0))
-    toward = toward - mean * float(toward @ mean)
-    length = float(np.linalg.norm(toward))
-    if apart < math.radians(20.0) or length == 0.0:
+    others = np.delete(poles, row, axis=0)
+    mean = orientation_tensor(others)[1][0]
+    direction = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
+    separation = math.acos(min(max(float(direction @ mean), -1.0), 1.0))
+    direction = direction - mean * float(direction @ mean)
+    length = float(np.linalg.norm(direction))
+    if separation < math.radians(20.0) or length == 0.0:
         return None
-    along = np.arcsin(np.clip(flip_to(rest, mean) @ toward / length, -1.0, 1.0))
-    return row if apart >= LIMBS_APART * rms(along) else None
+    along = np.arcsin(np.clip(flip_to(others, mean) @ direction / length, -1.0, 1.0))
+    return row if separation >= MIN_SEPARATION * rms(along) else None
 
 
-def _doubt_of(groups: list[FloatArray], apart: float, across: float) -> str:
-    """Of two groups of angles along the great circle, so far apart, with their scatter across it
-    (radians): as `Limbs.doubt`."""
+def _find_doubt(groups: list[FloatArray], separation: float, across: float) -> str:
+    """Return the doubt of two groups of angles along the great circle, as in `Limbs.doubt`.
+
+    `separation` and the scatter `across` are in radians.
+    """
     free = sum(map(len, groups)) - 2
-    # By all that scatter of the planes themselves, rather than a bend, could be.
-    variance = max(across**2 * (free + 2) / free, math.radians(NO_SCATTER_DEG) ** 2)
-    own = [float(np.var(group, ddof=1)) for group in groups]
-    bent = [
+    # Largest variance that scatter of the planes can cause without a bend.
+    variance = max(across**2 * (free + 2) / free, math.radians(MIN_SCATTER_DEG) ** 2)
+    variances = [float(np.var(group, ddof=1)) for group in groups]
+    is_bent = [
         f_tail(len(group) - 1, free, value / variance)
-        < (BENT_FEW_P if len(group) < BENT_FEW else BENT_P)
-        for group, value in zip(groups, own, strict=True)
+        < (BENT_SIGNIFICANCE_FEW if len(group) < MAX_FEW else BENT_SIGNIFICANCE)
+        for group, value in zip(groups, variances, strict=True)
     ]
-    off = abs(math.degrees(apart) - 90.0)
-    less = 0 if len(groups[0]) <= len(groups[1]) else 1
-    if off <= ACROSS_HINGE_DEG and any(bent):
+    off_right_angle_deg = abs(math.degrees(separation) - 90.0)
+    smaller = 0 if len(groups[0]) <= len(groups[1]) else 1
+    if off_right_angle_deg <= MAX_HINGE_OFFSET_DEG and any(is_bent):
         return "hinge"
     if (
-        off <= ISOCLINAL_DEG
-        and len(groups[less]) <= HINGE_SHARE * (free + 2)
-        and not _narrow(own[less], len(groups[less]), variance)
+        off_right_angle_deg <= MAX_ISOCLINAL_DEG
+        and len(groups[smaller]) <= MAX_HINGE_SHARE * (free + 2)
+        and not _is_narrow(variances[smaller], len(groups[smaller]), variance)
     ):
         return "hinge"
-    wide = math.sqrt(max(own))
-    if wide > UNEVEN_LIMBS * math.sqrt(min(own)) and apart < LIMBS_APART * wide:
+    max_scatter = math.sqrt(max(variances))
+    if (
+        max_scatter > MAX_SCATTER_RATIO * math.sqrt(min(variances))
+        and separation < MIN_SEPARATION * max_scatter
+    ):
         return "arc"
     return ""
 
 
-def _narrow(own: float, n: int, variance: float) -> bool:
-    """Whether n angles stray less from their mean (by their variance) than the planes of a hinge
-    would, which also stray by themselves; radians squared."""
+def _is_narrow(own_variance: float, n: int, variance: float) -> bool:
+    """Return whether n angles scatter less than the planes of a hinge would.
+
+    Variances are in radians squared; that of the planes themselves is `variance`.
+    """
     if n < 3:
         return False
-    hinge = math.radians(HINGE_ARC_DEG) ** 2 / 12.0 + variance
-    return 1.0 - chi2_tail(n - 1, (n - 1) * own / hinge) < NARROW_P
+    hinge = math.radians(MIN_HINGE_ARC_DEG) ** 2 / 12.0 + variance
+    return 1.0 - chi2_tail(n - 1, (n - 1) * own_variance / hinge) < NARROW_SIGNIFICANCE

@@ -1,10 +1,10 @@
-"""What a set of poles could be: on a great circle, a small circle, two great circles, in a cluster.
+"""Shapes of a set of poles: great circle, small circle, two great circles or cluster.
 
-Residuals are angles from the curve. The great circle is that of the orientation tensor; the small
-one (of a conical fold) is fitted by least squares of the angles (Gray, Geiser & Geiser 1980,
-Mathematical Geology 12, 173-184), axially: a pole may stand for its opposite. That the small circle
-is better is tested by F with 1 and n - 3 degrees of freedom, as there. Two great circles are a
-mixture (expectation and maximisation), compared by Schwarz's (1978) criterion.
+Residuals are angles from the curve. The great circle is that of the orientation tensor. The small
+circle (of a conical fold) is fitted by least squares of the angles (Gray, Geiser & Geiser 1980,
+Mathematical Geology 12, 173-184), axially: a pole may represent its opposite. An F test with 1 and
+n - 3 degrees of freedom compares both, as there. Two great circles are a mixture (expectation and
+maximisation), compared by Schwarz's (1978) criterion.
 """
 
 from __future__ import annotations
@@ -16,32 +16,36 @@ from functools import cached_property
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
-from vomstudio.geology.folding.arcs import arc_deg, one_sided, rms
-from vomstudio.geology.folding.limbs import NO_SCATTER_DEG, Limbs, limbs_of
+from vomstudio.geology.folding.arcs import arc_deg, flip_into_arc, rms
+from vomstudio.geology.folding.limbs import MIN_SCATTER_DEG, Limbs, find_limbs
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
-MIN_AROUND, MIN_GAIN = 10, 5.0
-"""Number of poles, and gain in log likelihood, from which a circle by the nearer ends is used. At
-this gain simulated cylinders are called cones as often as without it."""
+MIN_POLES_AROUND, MIN_LIKELIHOOD_GAIN = 10, 5.0
+"""Minimum number of poles and gain in log likelihood for a circle by the nearer ends. At this gain,
+simulated cylinders are classified as cones as often as without it.
+"""
 MAX_SECOND_GAP_DEG = 60.0
-"""Poles with two wider gaps around the axis are two groups, whose ends are not those of one cone:
-those of two folds lie so."""
-CONE_APART = 8.0
-"""A wide cone shows at a glance if it is so many times its scatter away from the great circle: two
-folds whose axes are 30 degrees apart lie near a cone too, at five times."""
+"""Poles with two wider gaps around the axis are two groups, as those of two folds, whose ends are
+not
+those of one cone.
+"""
+MIN_CONE_SEPARATION = 8.0
+"""Minimum distance of an obvious wide cone from the great circle, in units of its scatter. Two
+folds
+whose axes are 30 degrees apart are also near a cone, at five times.
+"""
 
-MAX_SEARCHED, MAX_SWAPS = 500, 20
+MAX_SEARCHED_POLES, MAX_ITERATIONS = 500, 20
 
-STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
-"""Of planes that do not belong to a fold which the others show."""
+MIN_OUTLIER_RATIO, MIN_OUTLIER_DEG, MIN_POLES_PER_OUTLIER = 4.0, 15.0, 7
+"""Limits for planes that do not belong to the fold of the others."""
 
 
 @dataclass(frozen=True)
 class SmallCircle:
-    """A small circle: axis, angle between axis and poles (90 is a great circle), and RMS of the
-    angles from it."""
+    """Small circle: axis, angle between axis and poles (90 is a great circle), and RMS angle."""
 
     axis: Line
     half_angle_deg: float
@@ -50,13 +54,22 @@ class SmallCircle:
 
 @dataclass(frozen=True)
 class Cone:
-    """The best small circle of poles.
+    """Best small circle of poles.
 
-    p : chance of so much better a fit than the great circle's where that is true
-    half_width_deg : 95 % of the angle, infinite if the poles do not tell a cone from a cylinder
-    log_likelihood : as `_log_likelihood`, of a mixture if the ends of the poles are not known
-    by_nearer_ends : the circle of the least squares if each pole may be used by either end, where
-        it is another one and closer to the poles, but not more likely
+    Attributes
+    ----------
+    p : float
+        p-value of the great circle against the small one.
+    half_width_deg : float
+        95 % half-width of the half-angle, degrees; infinite if the poles do not distinguish a
+        cone from
+        a cylinder.
+    log_likelihood : float
+        As `_log_likelihood`; of a mixture if the ends of the poles are unknown.
+    by_nearer_ends : SmallCircle or None
+        Least-squares circle if poles may be used by either end, if it is another one and closer
+        to the
+        poles, but not more likely.
     """
 
     axis: Line
@@ -69,24 +82,41 @@ class Cone:
 
     @property
     def off_deg(self) -> float:
-        """By how much it is no great circle."""
+        """Difference of the half-angle from a great circle, degrees."""
         return abs(90.0 - self.half_angle_deg)
 
-    def of_more(self, n: int, more: int) -> Cone:
-        """With the width that it would have, did so many planes show it instead of n."""
+    def with_count(self, n: int, n_assumed: int) -> Cone:
+        """Return the cone with the width that it would have for another number of planes."""
         if not math.isfinite(self.half_width_deg):
             return self
-        wide = t95(n - 3) / math.sqrt(n - 3)
+        width = t95(n - 3) / math.sqrt(n - 3)
         return replace(
-            self, half_width_deg=self.half_width_deg * t95(more - 3) / math.sqrt(more - 3) / wide
+            self,
+            half_width_deg=self.half_width_deg
+            * t95(n_assumed - 3)
+            / math.sqrt(n_assumed - 3)
+            / width,
         )
 
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Two great circles: their axes, how many poles are nearer to each, RMS of the angles from the
-    nearer one; gain: by how much Schwarz's criterion prefers them to one curve (over 10 is very
-    strong, Kass & Raftery 1995)."""
+    """Two great circles.
+
+    Attributes
+    ----------
+    first, second : Line
+        Their axes.
+    counts : (int, int)
+        Number of poles nearer to each.
+    angle_deg : float
+        Angle between the axes, degrees.
+    rms_deg : float
+        RMS angle of the poles from the nearer one, degrees.
+    gain : float
+        Preference over one curve by Schwarz's criterion; over 10 is very strong (Kass & Raftery
+        1995).
+    """
 
     first: Line
     second: Line
@@ -99,11 +129,18 @@ class TwoCircles:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What the poles (n, 3) look like, with the axes of their tensor.
+    """Shape of poles (n, 3), with the axes of their orientation tensor.
 
-    within90_deg: nine tenths of the poles lie closer to the great circle. spread_deg: RMS angle
-    from their axial mean. cluster: Vollmer's P is the largest of his three indexes. cone,
-    two_circles, limbs: None where there are too few, or none.
+    Attributes
+    ----------
+    within90_deg : float
+        90 % of the poles lie within this angle of the great circle.
+    spread_deg : float
+        RMS angle from their axial mean, degrees.
+    cluster : bool
+        True if Vollmer's P is the largest of his three indexes.
+    cone, two_circles, limbs
+        None if there are too few poles, or none were found.
     """
 
     poles: FloatArray
@@ -122,7 +159,7 @@ class Shape:
 
     @cached_property
     def two_circles(self) -> TwoCircles | None:
-        """Looked for only where it is asked for: it takes the longest."""
+        """Two great circles of the poles; computed on first use because it takes longest."""
         return two_great_circles(self.poles, self.axes, self.cone)
 
     @property
@@ -130,47 +167,60 @@ class Shape:
         return self.indexes[0] >= max(self.indexes[1:])
 
 
-def shape_of(
+def describe_shape(
     poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> Shape:
-    """Of unit poles (n, 3) with their tensor; overturned : (n,), None where nothing is known."""
-    off = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
+    """Describe the shape of unit poles (n, 3) with the eigenvalues and axes of their tensor.
+
+    `overturned` (n,) is None if unknown.
+    """
+    off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
     return Shape(
         poles,
         axes,
-        rms(off),
-        float(np.quantile(off, 0.9)),
+        rms(off_deg),
+        float(np.quantile(off_deg, 0.9)),
         rms(spread),
         arc_deg(poles, axes),
         vollmer(values),
         small_circle(poles, axes),
-        limbs_of(poles, axes, overturned),
+        find_limbs(poles, axes, overturned),
     )
 
 
-def strays_of(poles: FloatArray, axes: FloatArray) -> BoolArray:
-    """(n,) which few poles lie far from the great circle on which the others lie: over `STRAY`
-    times the others' scatter (by the median), and `STRAY_LEAST_DEG`. None where they are more than
-    one in `STRAYS_ONE_IN`, or leave fewer than eight."""
-    n, few = len(poles), poles
+def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
+    """Find the few poles that are far from the great circle of the others.
+
+    Returns
+    -------
+    (n,) ndarray of bool
+        Poles beyond `MIN_OUTLIER_RATIO` times the median scatter of the others and
+        `MIN_OUTLIER_DEG`.
+        All False if there are more than one in `MIN_POLES_PER_OUTLIER`, or fewer than eight others.
+    """
+    n, sample = len(poles), poles
     rng = np.random.default_rng(2)
     if n > 500:
-        few = poles[rng.choice(n, 500, replace=False)]
-    pairs = rng.integers(0, len(few), (500, 2))
-    normals = np.vstack([np.cross(few[pairs[:, 0]], few[pairs[:, 1]]), axes[2]])
+        sample = poles[rng.choice(n, 500, replace=False)]
+    pairs = rng.integers(0, len(sample), (500, 2))
+    normals = np.vstack([np.cross(sample[pairs[:, 0]], sample[pairs[:, 1]]), axes[2]])
     length = np.linalg.norm(normals, axis=1)
     normals = normals[length > 0.1] / length[length > 0.1, None]
-    # Least absolute distances do not follow the strays; the tensor of the rest is exact.
-    best = normals[int(np.argmin(np.abs(np.arcsin(np.clip(few @ normals.T, -1, 1))).sum(axis=0)))]
-    stray = np.zeros(n, dtype=bool)
+    # Least absolute distances are robust to outliers; the tensor of the others is exact.
+    normal = normals[
+        int(np.argmin(np.abs(np.arcsin(np.clip(sample @ normals.T, -1, 1))).sum(axis=0)))
+    ]
+    is_outlier = np.zeros(n, dtype=bool)
     for _ in range(3):
-        off = np.degrees(np.abs(np.arcsin(np.clip(poles @ best, -1.0, 1.0))))
-        stray = off > max(STRAY * 1.4826 * float(np.median(off)), STRAY_LEAST_DEG)
-        if n - int(stray.sum()) < 8 or int(stray.sum()) * STRAYS_ONE_IN > n:
+        off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ normal, -1.0, 1.0))))
+        is_outlier = off_deg > max(
+            MIN_OUTLIER_RATIO * 1.4826 * float(np.median(off_deg)), MIN_OUTLIER_DEG
+        )
+        if n - int(is_outlier.sum()) < 8 or int(is_outlier.sum()) * MIN_POLES_PER_OUTLIER > n:
             return np.zeros(n, dtype=bool)
-        best = orientation_tensor(poles[~stray])[1][2]
-    return stray
+        normal = orientation_tensor(poles[~is_outlier])[1][2]
+    return is_outlier
 
 
 # A small circle ---------------------------------------------------------------------------------
@@ -188,15 +238,15 @@ def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     n = len(poles)
     if n < 4:
         return None
-    axis, half_angle, residuals = _fitted_circle(one_sided(poles, axes))
-    p, width = _cone_test(poles, axes, residuals)
-    around = _fit_around_axis(poles, axes) if n >= MIN_AROUND else None
+    axis, half_angle, residuals = _fit_circle(flip_into_arc(poles, axes))
+    p, width = _test_cone(poles, axes, residuals)
+    around = _fit_around_axis(poles, axes) if n >= MIN_POLES_AROUND else None
     likelihood = _log_likelihood(n, rms(residuals))
     nearer = None
-    if around is not None and around.log_likelihood > likelihood + MIN_GAIN:
+    if around is not None and around.log_likelihood > likelihood + MIN_LIKELIHOOD_GAIN:
         likelihood = around.log_likelihood
         axis, half_angle, residuals = around.axis, around.half_angle, around.residuals
-        p, width = _mixture_test(poles, axes, around)
+        p, width = _test_mixture(poles, axes, around)
     elif around is not None and rms(around.residuals) < rms(residuals) - 1e-6:
         nearer = _circle(around.axis, around.half_angle, around.residuals)
     circle = _circle(axis, half_angle, residuals)
@@ -208,15 +258,15 @@ def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> Small
     return SmallCircle(Line.from_vector(axis), min(half, 180.0 - half), rms(np.degrees(residuals)))
 
 
-def _fitted_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Axis (3,), half-angle and residuals (n,), radians, of directions (n, 3)."""
+def _fit_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    """Return the axis (3,), half-angle and residuals (n,) of directions (n, 3), radians."""
     mean = x.mean(axis=0)
     axis = np.linalg.svd(x - mean, full_matrices=False)[2][2]
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
         design, across = _design(x, axis)
-        # Of many poles the normal equations take a fraction of what lstsq does; its rcond squared.
+        # For many poles the normal equations are much faster than lstsq (rcond is squared).
         step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
         longest = float(np.abs(step).max())
         step *= min(1.0, 0.3 / max(longest, 1e-300))
@@ -229,11 +279,19 @@ def _fitted_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Around:
+class _CircleAround:
     """Small circle of poles by their nearer ends.
 
-    axis : (3,); half_angle : rad; residuals : (n,) rad; offset, sigma : distance of the circle from
-    the plane across the axis and scatter about it, rad, by maximum likelihood with unknown ends
+    Attributes
+    ----------
+    axis : (3,) ndarray
+    half_angle : float
+        Radians.
+    residuals : (n,) ndarray
+        Radians.
+    offset, sigma : float
+        Distance of the circle from the plane normal to the axis and scatter about it, radians, by
+        maximum likelihood with unknown ends.
     """
 
     axis: FloatArray
@@ -245,35 +303,35 @@ class _Around:
     log_likelihood: float
 
 
-def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _Around | None:
+def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | None:
     """Fit the small circle with the least squares among those by the nearer ends of the poles.
 
     Each start alternates between choosing ends and fitting a plane to them; angles are fitted for
     the best of them.
     """
-    few = poles[:: max(1, len(poles) // MAX_SEARCHED)]
-    tried = np.concatenate([_STARTS_ON_HEMISPHERE, axes])
-    for _ in range(MAX_SWAPS):
-        ends = few * np.where(tried @ few.T < 0.0, -1.0, 1.0)[..., None]
-        off = ends - ends.mean(axis=1, keepdims=True)
-        changed = np.linalg.eigh(off.transpose(0, 2, 1) @ off)[1][..., 0]
-        kept = np.abs(np.sum(changed * tried, axis=1)) > 1.0 - 1e-12
-        tried = changed
-        if kept.all():
+    sample = poles[:: max(1, len(poles) // MAX_SEARCHED_POLES)]
+    candidates = np.concatenate([START_DIRECTIONS, axes])
+    for _ in range(MAX_ITERATIONS):
+        ends = sample * np.where(candidates @ sample.T < 0.0, -1.0, 1.0)[..., None]
+        centred = ends - ends.mean(axis=1, keepdims=True)
+        updated = np.linalg.eigh(centred.transpose(0, 2, 1) @ centred)[1][..., 0]
+        has_converged = np.abs(np.sum(updated * candidates, axis=1)) > 1.0 - 1e-12
+        candidates = updated
+        if has_converged.all():
             break
-    angles = np.arccos(np.abs(np.clip(tried @ few.T, -1.0, 1.0)))
-    best = tried[np.argmin(np.var(angles, axis=1))]
-    for _ in range(MAX_SWAPS):
-        ends = flip_to(poles, best)
-        axis, half_angle, residuals = _fitted_circle(ends)
-        if bool(((ends @ axis > 0) == (ends @ best > 0)).all()):
+    angles = np.arccos(np.abs(np.clip(candidates @ sample.T, -1.0, 1.0)))
+    axis_estimate = candidates[np.argmin(np.var(angles, axis=1))]
+    for _ in range(MAX_ITERATIONS):
+        ends = flip_to(poles, axis_estimate)
+        axis, half_angle, residuals = _fit_circle(ends)
+        if bool(((ends @ axis > 0) == (ends @ axis_estimate > 0)).all()):
             break
-        best = axis
-    is_close = CONE_APART * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
+        axis_estimate = axis
+    is_close = MIN_CONE_SEPARATION * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
     if not is_close and _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
         return None
-    offset, sigma, likelihood = _unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
-    return _Around(axis, half_angle, residuals, ends, offset, sigma, likelihood)
+    offset, sigma, likelihood = _fit_unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
+    return _CircleAround(axis, half_angle, residuals, ends, offset, sigma, likelihood)
 
 
 def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
@@ -294,22 +352,22 @@ def _hemisphere(n: int) -> FloatArray:
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
 
 
-_STARTS_ON_HEMISPHERE = _hemisphere(24)
+START_DIRECTIONS = _hemisphere(24)
 
 
-def _unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
+def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
     """Fit a normal mixture with the means +offset and -offset to elevations (n,), rad.
 
     Returns offset, standard deviation and log likelihood (expectation and maximisation).
     """
-    floor = math.radians(NO_SCATTER_DEG)
+    min_sigma = math.radians(MIN_SCATTER_DEG)
     square = float(np.mean(elevations**2))
     offset = float(np.mean(np.abs(elevations)))
-    sigma = max(math.sqrt(max(square - offset**2, 0.0)), floor)
+    sigma = max(math.sqrt(max(square - offset**2, 0.0)), min_sigma)
     for _ in range(200):
         balance = np.tanh(elevations * offset / sigma**2)
         changed = float(np.mean(balance * elevations))
-        sigma = max(math.sqrt(max(square - changed**2, 0.0)), floor)
+        sigma = max(math.sqrt(max(square - changed**2, 0.0)), min_sigma)
         if abs(changed - offset) < 1e-9:
             break
         offset = changed
@@ -321,17 +379,19 @@ def _unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
 
 def _log_likelihood(n: int, sigma: float) -> float:
     """Return that of n normal residuals, as `_unknown_ends`, less what is common to both."""
-    return -n * math.log(max(sigma, math.radians(NO_SCATTER_DEG))) - 0.5 * n
+    return -n * math.log(max(sigma, math.radians(MIN_SCATTER_DEG))) - 0.5 * n
 
 
-def _mixture_test(poles: FloatArray, axes: FloatArray, around: _Around) -> tuple[float, float]:
+def _test_mixture(
+    poles: FloatArray, axes: FloatArray, around: _CircleAround
+) -> tuple[float, float]:
     """Return p of the great circle against the small circle with unknown ends, and the 95 %
     half-width of its half-angle."""
     n = len(poles)
-    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    gain = around.log_likelihood - _log_likelihood(n, rms(on_great))
+    great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
     free = n - 3
-    # Of normal residuals with known ends this is the ratio of the sums of squares.
+    # For normal residuals with known ends this is the ratio of the sums of squares.
     p = f_tail(1, free, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * free)
     design, _ = _design(around.poles, around.axis)
     singular = np.linalg.svd(design, compute_uv=False)
@@ -342,99 +402,114 @@ def _mixture_test(poles: FloatArray, axes: FloatArray, around: _Around) -> tuple
 
 
 def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """By how much the angles grow with the half-angle and with tilts of the axis: (n, 3), and the
-    directions (2, 3) of the tilts."""
+    """Return derivatives (n, 3) of the angles by half-angle and tilts of the axis.
+
+    The directions (2, 3) of the tilts are returned too.
+    """
     across = np.linalg.svd(axis[None])[2][1:]
     flat = x @ across.T
     length = np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     return np.column_stack([np.ones(len(x)), flat / length]), across
 
 
-def _cone_test(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
-    """p of the great circle against the small one, and the 95 % half-width of the half-angle; by
-    where the poles lie along the great circle, as its error would be if that were the truth."""
+def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
+    """Return p of the great circle against the small one, and the 95 % half-width of the half-
+    angle.
+
+    The error assumes that the poles are on the great circle.
+    """
     n = len(poles)
-    design, _ = _design(one_sided(poles, axes), axes[2])
+    design, _ = _design(flip_into_arc(poles, axes), axes[2])
     singular = np.linalg.svd(design, compute_uv=False)
-    told = bool(singular[-1] > 1e-6 * singular[0])
-    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    better, worse = float(np.sum(residuals**2)), float(np.sum(on_great**2))
-    exact = math.degrees(math.sqrt(worse / n)) < NO_SCATTER_DEG
-    if exact or not told:
-        return 1.0, 0.0 if exact and told else math.inf
+    is_determined = bool(singular[-1] > 1e-6 * singular[0])
+    great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    cone_squares, cylinder_squares = (
+        float(np.sum(residuals**2)),
+        float(np.sum(great_circle_angles**2)),
+    )
+    is_exact = math.degrees(math.sqrt(cylinder_squares / n)) < MIN_SCATTER_DEG
+    if is_exact or not is_determined:
+        return 1.0, 0.0 if is_exact and is_determined else math.inf
     free = n - 3
-    variance = better / free
-    if math.degrees(math.sqrt(variance)) < NO_SCATTER_DEG:
+    variance = cone_squares / free
+    if math.degrees(math.sqrt(variance)) < MIN_SCATTER_DEG:
         return 0.0, 0.0
-    p = f_tail(1, free, max(worse - better, 0.0) / variance)
+    p = f_tail(1, free, max(cylinder_squares - cone_squares, 0.0) / variance)
     spread = float(np.linalg.inv(design.T @ design)[0, 0])
     return p, math.degrees(t95(free) * math.sqrt(variance * spread))
 
 
 # Two great circles ------------------------------------------------------------------------------
 
-_STARTS = 40
-_FEWEST_FOR_TWO = 12
+N_STARTS = 40
+MIN_POLES_FOR_TWO = 12
 
 
 def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) -> TwoCircles | None:
-    """The best two great circles, compared with the best one and with the cone; None of fewer than
-    twelve poles, and where no two are much nearer to the poles than the best one."""
+    """Fit two great circles and compare them with the best single one and with the cone.
+
+    Returns
+    -------
+    TwoCircles or None
+        None for fewer than twelve poles, or if no two circles are much closer to the poles.
+    """
     n = len(poles)
     single = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    if n < _FEWEST_FOR_TWO or math.degrees(rms(single)) < NO_SCATTER_DEG:
+    if n < MIN_POLES_FOR_TWO or math.degrees(rms(single)) < MIN_SCATTER_DEG:
         return None
     rng = np.random.default_rng(1)
-    # More poles than these do not change where the circles are sought.
-    few = poles if n <= 500 else poles[rng.choice(n, 500, replace=False)]
-    pairs = rng.integers(0, len(few), (_STARTS, 2))
-    normals = np.cross(few[pairs[:, 0]], few[pairs[:, 1]])
+    # More poles do not improve the starting values.
+    sample = poles if n <= 500 else poles[rng.choice(n, 500, replace=False)]
+    pairs = rng.integers(0, len(sample), (N_STARTS, 2))
+    normals = np.cross(sample[pairs[:, 0]], sample[pairs[:, 1]])
     length = np.linalg.norm(normals, axis=1)
     normals = normals[length > 1e-3] / length[length > 1e-3, None]
     if len(normals) < 2:
         return None
-    off = np.abs(np.arcsin(np.clip(few @ normals.T, -1.0, 1.0)))
+    angles = np.abs(np.arcsin(np.clip(sample @ normals.T, -1.0, 1.0)))
     first, second = np.triu_indices(len(normals), 1)
-    # Least of absolute distances: poles of the other circle pull less.
+    # Absolute distances reduce the influence of poles of the other circle.
     cost = np.concatenate(
         [
-            np.minimum(off[:, first[k : k + 100]], off[:, second[k : k + 100]]).sum(axis=0)
+            np.minimum(angles[:, first[k : k + 100]], angles[:, second[k : k + 100]]).sum(axis=0)
             for k in range(0, len(first), 100)
         ]
     )
-    found = []
-    best_of_one = float(np.sum(np.abs(np.arcsin(np.clip(few @ axes[2], -1.0, 1.0)))))
-    if float(cost.min()) > 0.8 * best_of_one:
+    mixtures = []
+    single_cost = float(np.sum(np.abs(np.arcsin(np.clip(sample @ axes[2], -1.0, 1.0)))))
+    if float(cost.min()) > 0.8 * single_cost:
         return None
     for best in np.argsort(cost)[:3]:
         start = np.array([normals[first[best]], normals[second[best]]])
-        found.append(_mixture(few, start, rms(single)))
-    normals, logs = max(found, key=lambda each: each[1])
-    if len(few) < n:
-        normals, logs = _mixture(poles, normals, rms(single))
+        mixtures.append(_fit_mixture(sample, start, rms(single)))
+    normals, logs = max(mixtures, key=lambda mixture: mixture[1])
+    if len(sample) < n:
+        normals, logs = _fit_mixture(poles, normals, rms(single))
     return _two_circles(poles, cone, normals, logs, single)
 
 
-def _mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
-    """Normals (2, 3) and log likelihood."""
+def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
+    """Return normals (2, 3) and log likelihood."""
     n, share = len(poles), 0.5
     likelihood = -math.inf
     for _ in range(100):
-        off = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
-        logs = -0.5 * (off / sigma) ** 2 - math.log(sigma) + np.log([share, 1.0 - share])
+        angles = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
+        logs = -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([share, 1.0 - share])
         top = logs.max(axis=1, keepdims=True)
-        belong = np.exp(logs - top)
-        total = belong.sum(axis=1, keepdims=True)
-        new = float(np.sum(top[:, 0] + np.log(total[:, 0])))
-        belong /= total
-        if new - likelihood < 1e-5 * n:
+        membership = np.exp(logs - top)
+        total = membership.sum(axis=1, keepdims=True)
+        updated = float(np.sum(top[:, 0] + np.log(total[:, 0])))
+        membership /= total
+        if updated - likelihood < 1e-5 * n:
             break
-        likelihood = new
-        share = float(np.clip(belong[:, 0].mean(), 1e-3, 1.0 - 1e-3))
-        tensors = np.stack([(poles * belong[:, [k]]).T @ poles for k in (0, 1)])
+        likelihood = updated
+        share = float(np.clip(membership[:, 0].mean(), 1e-3, 1.0 - 1e-3))
+        tensors = np.stack([(poles * membership[:, [k]]).T @ poles for k in (0, 1)])
         normals = np.linalg.eigh(tensors)[1][:, :, 0]
-        off = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
-        sigma = max(math.sqrt(float(np.sum(belong * off**2)) / n), math.radians(NO_SCATTER_DEG))
+        angles = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
+        sigma = max(
+            math.sqrt(float(np.sum(membership * angles**2)) / n), math.radians(MIN_SCATTER_DEG)
+        )
     return normals, likelihood
 
 
@@ -442,25 +517,25 @@ def _two_circles(
     poles: FloatArray, cone: Cone | None, normals: FloatArray, likelihood: float, single: FloatArray
 ) -> TwoCircles:
     n = len(poles)
-    off = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
-    nearer = np.argmin(off, axis=1)
+    angles = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
+    nearer = np.argmin(angles, axis=1)
     counts = (int((nearer == 0).sum()), int((nearer == 1).sum()))
     arcs = []
     for k in (0, 1):
         members = poles[nearer == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
-    one = _criterion(n, _log_likelihood(n, rms(single)), 2)
+    single_criterion = _criterion(n, _log_likelihood(n, rms(single)), 2)
     if cone is not None:
-        one = min(one, _criterion(n, cone.log_likelihood, 3))
-    two = -2.0 * likelihood + 5.0 * math.log(n)
+        single_criterion = min(single_criterion, _criterion(n, cone.log_likelihood, 3))
+    two_criterion = -2.0 * likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
         Line.from_vector(normals[0]),
         Line.from_vector(normals[1]),
         counts,
         angle,
-        math.degrees(rms(off.min(axis=1))),
-        one - two,
+        math.degrees(rms(angles.min(axis=1))),
+        single_criterion - two_criterion,
         (arcs[0], arcs[1]),
     )
 

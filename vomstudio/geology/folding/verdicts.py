@@ -1,10 +1,11 @@
-"""Whether planes of one kind have one axis to look along, with the numbers behind it.
+"""Verdicts on whether planes of one kind have a common axis, with the supporting numbers.
 
-The names are those of the textbook's section 4.2 and figure 31, and of what else folds are:
-cylindrical, conical, homoclinal, two axes, scattered; or undetermined, where the planes do not
-tell. A cone, or two axes, are believed where they fit better than the great circle significantly
-and by some degrees; else the simplest is. How often each verdict is right is counted in
-`tests/geology/test_fold_verdicts.py`.
+The names are those of the textbook's section 4.2 and figure 31, and of other folds: cylindrical,
+conical, homoclinal, two axes, scattered; or undetermined if the planes are not sufficient. A cone
+or
+two axes are reported if they fit significantly better than the great circle and by some degrees;
+otherwise the simplest shape is. `tests/geology/test_fold_verdicts.py` counts how often each verdict
+is right.
 """
 
 from __future__ import annotations
@@ -12,51 +13,65 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.findings import Finding
-from vomstudio.geology.folding.shapes import CONE_APART, Cone, Shape, TwoCircles
+from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, Shape, TwoCircles
 
-CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
-"""Nine tenths of the poles are no farther from the great circle (Ramsay & Huber 1987)."""
+MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
+"""Angle from the great circle that contains 90 % of the poles (Ramsay & Huber 1987)."""
 
 KNOWN_AXIS_DEG = 10.0
-"""A 95 % error of beta up to this costs 1.5 % of length at most."""
+"""A 95 % error of beta up to this angle changes lengths by 1.5 % or less."""
 
 WEAK_AXIS_DEG = 20.0
-"""A semi-axis over this: beta is not known well enough to project anything along it, and its
-region, which is drawn for small angles, is too narrow."""
+"""Semi-axis above which beta is too uncertain for projections, and its region, which is drawn for
+small
+angles, too narrow.
+"""
 
-SHORT_ARC_DEG = 30.0
-"""Poles within an arc shorter than this say little of the great circle they lie on."""
+MIN_ARC_DEG = 30.0
+"""Poles within a shorter arc do not determine their great circle well."""
 
-FEW_PLANES = 5
-"""Under this many planes neither the scatter nor its shape can be told (an axis can)."""
+MIN_PLANES = 5
+"""Fewer planes do not determine the scatter or its shape, only an axis."""
 
 MIN_PLANES_FOR_YES = 8
-"""Regions of axes that are valid hold in 93 % from so many planes on (docs/folds.md)."""
+"""Regions of valid axes contain the axis in 93 % of cases from this number on (docs/folds.md)."""
 
-ONE_DIP_DEG = 20.0
-"""Poles of one dip stray by no more than this (RMS) from their mean."""
+MAX_ONE_DIP_DEG = 20.0
+"""Maximum RMS angle of poles of one dip from their mean."""
 
-CONE_P, CONE_OFF_DEG, CONE_LEAST_DEG = 0.01, 5.0, 15.0
-"""A cone is believed below this chance, from so many degrees off a great circle on, and from so
-large a half-angle on."""
+CONE_SIGNIFICANCE, MIN_CONE_OFFSET_DEG, MIN_CONE_ANGLE_DEG = 0.01, 5.0, 15.0
+"""A cone is reported below this p-value, from this difference to a great circle and from this
+half-angle on.
+"""
 
-CONE_RING, CONE_EVEN_RING = 0.25, 0.2
-"""Poles stray from it by no more than this share of its half-angle (the poles of a cluster by half
-of it). By the second it is no accident of a uniform scatter, nor of one dip."""
+MAX_CONE_SCATTER, MAX_RING_SCATTER = 0.25, 0.2
+"""Maximum scatter of poles about a cone relative to its half-angle (the poles of a cluster have
+half
+of
+it). The second limit excludes uniform scatter and one dip.
+"""
 
-CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
-"""A cone that differs by so much from the cylinder would fit as well: over the first the verdict
-holds under conditions, over the second the poles do not tell a cone from a cylinder."""
+MAX_CONE_WIDTH_DEG, MAX_UNTESTED_WIDTH_DEG = 25.0, 60.0
+"""Uncertainty of the half-angle above which the verdict is conditional, and above which the poles
+do
+not distinguish a cone from a cylinder.
+"""
 
-CONE_LEFT_DEG = 30.0
-"""Nor does it hold without conditions where the 95 % interval of the cone's angle reaches farther
-from the cylinder: of a dozen planes on a cone of 60 degrees one in seven was called a cylinder."""
+MAX_CONE_DIFFERENCE_DEG = 30.0
+"""The verdict is also conditional if the 95 % interval of the cone's angle extends farther from the
+cylinder: of a dozen planes on a cone of 60 degrees, one in seven was classified as a cylinder.
+"""
 
-TWO_GAIN, TWO_ANGLE_DEG, TWO_ARC_DEG, TWO_SHARE, TWO_BETTER_DEG = 10.0, 15.0, 20.0, 0.2, 2.0
-"""Two great circles are believed with such a gain, so far apart, each with such an arc and share
-of the poles, and where the fit is better by so many degrees RMS."""
+MIN_TWO_GAIN, MIN_TWO_ANGLE_DEG, MIN_TWO_ARC_DEG, MIN_TWO_SHARE, MIN_TWO_GAIN_DEG = (
+    10.0,
+    15.0,
+    20.0,
+    0.2,
+    2.0,
+)
+"""Minimum gain, angle, arcs, share of the poles and decrease of the RMS for two great circles."""
 
-UNIFORM_P = 0.01
+UNIFORM_SIGNIFICANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -80,85 +95,105 @@ class Verdict:
     untested: bool = False
 
 
-def verdict_of(
+def assess_fold(
     shape: Shape,
     error95_deg: float | None,
     uniform_p: float | None,
     waviness_deg: float | None,
-    fewest: int = FEW_PLANES,
+    min_planes: int = MIN_PLANES,
     *,
     two: bool = True,
 ) -> Verdict:
-    """Of poles of one kind: what they look like, the 95 % error of beta, the chance of a uniform
-    scatter that is as uneven, the natural waviness (standard deviation of a pole about the curve)
-    where it is known, under how many planes nothing can be told, and whether two axes, which take
-    the longest, are looked for."""
+    """Assess the shape of poles of one kind.
+
+    Parameters
+    ----------
+    shape : Shape
+    error95_deg : float or None
+        95 % error of beta, degrees.
+    uniform_p : float or None
+        p-value of a uniform distribution of the poles.
+    waviness_deg : float or None
+        Natural waviness: standard deviation of a pole about the curve, degrees.
+    min_planes : int
+        Number of planes below which the shape is undetermined.
+    two : bool
+        True to search for two axes, which takes longest.
+
+    Returns
+    -------
+    Verdict
+    """
     near, far = _limits(waviness_deg)
     cone = shape.cone
-    if cone is not None and _conical(cone, far) and _ring(shape, cone, far):
+    if cone is not None and _is_conical(cone, far) and _is_obvious_cone(shape, cone, far):
         return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
-    if _one_dip(shape, error95_deg):
+    if _has_one_dip(shape, error95_deg):
         return Verdict(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
-    even = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_P
-    if even and shape.within90_deg > near and not shape.cluster:
+    is_uniform = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_SIGNIFICANCE
+    if is_uniform and shape.within90_deg > near and not shape.cluster:
         return Verdict("scattered", "no", (Finding("fold.uniform", p=uniform_p),))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
-        return _cylinder(shape, error95_deg, near, far, fewest)
-    if two and _two(shape):
+        return _assess_cylinder(shape, error95_deg, near, far, min_planes)
+    if two and _has_two_axes(shape):
         assert shape.two_circles is not None
         return Verdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
-    if cone is not None and _conical(cone, far):
+    if cone is not None and _is_conical(cone, far):
         return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if shape.within90_deg > far:
         scattered = Finding("fold.scattered", within_deg=shape.within90_deg, limit_deg=far)
         return Verdict("scattered", "no", (scattered,))
-    return _cylinder(shape, error95_deg, near, far, fewest)
+    return _assess_cylinder(shape, error95_deg, near, far, min_planes)
 
 
-def _cylinder(
-    shape: Shape, error95_deg: float | None, near: float, far: float, fewest: int
+def _assess_cylinder(
+    shape: Shape, error95_deg: float | None, near: float, far: float, min_planes: int
 ) -> Verdict:
-    """Nothing speaks against a cylinder: does enough speak for it?"""
-    doubts: list[Finding] = []
-    known = True
-    if error95_deg is None or shape.n < fewest:
-        known = False
-        doubts.append(Finding("fold.shape-unknown", n=shape.n, minimum=fewest))
+    """Assess a shape that does not contradict a cylinder."""
+    conditions: list[Finding] = []
+    is_untested = True
+    if error95_deg is None or shape.n < min_planes:
+        is_untested = False
+        conditions.append(Finding("fold.shape-unknown", n=shape.n, minimum=min_planes))
     elif error95_deg > WEAK_AXIS_DEG:
         return Verdict("undetermined", "no", (too_uncertain(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
-    if shape.limbs is not None and (shape.limbs.flat or width > CONE_OPEN_DEG):
-        doubts.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
-    elif width > CONE_UNTOLD_DEG and not doubts:
-        doubts.append(Finding("fold.cone-or-cylinder"))
-    if shape.arc_deg < SHORT_ARC_DEG:
-        known = False
-        doubts.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=SHORT_ARC_DEG))
-    if doubts:
-        return Verdict("undetermined", "conditional", tuple(doubts), known)
-    return _believed(shape, error95_deg or 0.0, width, near, far)
+    if shape.limbs is not None and (shape.limbs.flat or width > MAX_CONE_WIDTH_DEG):
+        conditions.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
+    elif width > MAX_UNTESTED_WIDTH_DEG and not conditions:
+        conditions.append(Finding("fold.cone-or-cylinder"))
+    if shape.arc_deg < MIN_ARC_DEG:
+        is_untested = False
+        conditions.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=MIN_ARC_DEG))
+    if conditions:
+        return Verdict("undetermined", "conditional", tuple(conditions), is_untested)
+    return _cylindrical_verdict(shape, error95_deg or 0.0, width, near, far)
 
 
-def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: float) -> Verdict:
+def _cylindrical_verdict(
+    shape: Shape, error95_deg: float, width: float, near: float, far: float
+) -> Verdict:
     reasons: list[Finding] = []
     conditions: list[Finding] = []
-    nearly = shape.within90_deg > near
-    (conditions if nearly else reasons).append(
+    is_nearly = shape.within90_deg > near
+    (conditions if is_nearly else reasons).append(
         Finding(
-            "fold.nearly-cylindrical" if nearly else "fold.cylindrical",
+            "fold.nearly-cylindrical" if is_nearly else "fold.cylindrical",
             within_deg=shape.within90_deg,
             limit_deg=near,
         )
     )
     cone = shape.cone
     assert cone is not None
-    possible = width > CONE_OPEN_DEG or 90.0 - cone.half_angle_deg + width > CONE_LEFT_DEG
-    (conditions if possible else reasons).append(
+    is_cone_possible = (
+        width > MAX_CONE_WIDTH_DEG or 90.0 - cone.half_angle_deg + width > MAX_CONE_DIFFERENCE_DEG
+    )
+    (conditions if is_cone_possible else reasons).append(
         Finding(
-            "fold.cone-possible" if possible else "fold.no-cone",
+            "fold.cone-possible" if is_cone_possible else "fold.no-cone",
             angle_deg=cone.half_angle_deg,
             width_deg=width,
             p=cone.p,
@@ -182,53 +217,57 @@ def too_uncertain(error95_deg: float) -> Finding:
 
 
 def _limits(waviness_deg: float | None) -> tuple[float, float]:
-    """Of the distance that holds nine tenths of the poles: of normal scatter that is 1.645
-    standard deviations."""
+    """Return the limits of the angle that contains 90 % of the poles, degrees.
+
+    It is 1.645 standard deviations of normal scatter.
+    """
     if waviness_deg is None:
-        return CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG
+        return MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG
     return 1.645 * 1.2 * waviness_deg, 2.0 * 1.645 * 1.2 * waviness_deg
 
 
-def _one_dip(shape: Shape, error95_deg: float | None) -> bool:
-    if not shape.cluster or shape.spread_deg > ONE_DIP_DEG or shape.n < 3:
+def _has_one_dip(shape: Shape, error95_deg: float | None) -> bool:
+    if not shape.cluster or shape.spread_deg > MAX_ONE_DIP_DEG or shape.n < 3:
         return False
     if shape.spread_deg <= 5.0:
         return True
     return shape.limbs is None and (error95_deg is None or error95_deg > KNOWN_AXIS_DEG)
 
 
-def _conical(cone: Cone, far: float) -> bool:
+def _is_conical(cone: Cone, far: float) -> bool:
     return (
-        cone.p < CONE_P
-        and cone.off_deg >= CONE_OFF_DEG
-        and cone.half_angle_deg >= CONE_LEAST_DEG
+        cone.p < CONE_SIGNIFICANCE
+        and cone.off_deg >= MIN_CONE_OFFSET_DEG
+        and cone.half_angle_deg >= MIN_CONE_ANGLE_DEG
         and cone.off_deg > cone.half_width_deg
-        and cone.rms_deg <= CONE_RING * cone.half_angle_deg
+        and cone.rms_deg <= MAX_CONE_SCATTER * cone.half_angle_deg
         and 1.645 * cone.rms_deg <= far
     )
 
 
-def _ring(shape: Shape, cone: Cone, far: float) -> bool:
-    """Whether a cone shows at a glance: many poles, close to it. Two limbs of one dip each, near a
-    great circle, lie on many cones."""
+def _is_obvious_cone(shape: Shape, cone: Cone, far: float) -> bool:
+    """Return whether many poles are close to a cone.
+
+    Two limbs of one dip each, near a great circle, lie on many cones.
+    """
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return False
-    close = cone.rms_deg <= CONE_EVEN_RING * min(cone.half_angle_deg, 50.0)
-    apart = cone.half_angle_deg <= 60.0 or CONE_APART * cone.rms_deg <= cone.off_deg
-    return shape.n >= 10 and apart and close
+    is_close = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
+    is_separate = cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.off_deg
+    return shape.n >= 10 and is_separate and is_close
 
 
-def _two(shape: Shape) -> bool:
-    if shape.rms_deg < TWO_BETTER_DEG:
+def _has_two_axes(shape: Shape) -> bool:
+    if shape.rms_deg < MIN_TWO_GAIN_DEG:
         return False
     two = shape.two_circles
     return (
         two is not None
-        and two.gain > TWO_GAIN
-        and two.angle_deg >= TWO_ANGLE_DEG
-        and min(two.arcs_deg) >= TWO_ARC_DEG
-        and min(two.counts) >= TWO_SHARE * shape.n
-        and shape.rms_deg - two.rms_deg >= TWO_BETTER_DEG
+        and two.gain > MIN_TWO_GAIN
+        and two.angle_deg >= MIN_TWO_ANGLE_DEG
+        and min(two.arcs_deg) >= MIN_TWO_ARC_DEG
+        and min(two.counts) >= MIN_TWO_SHARE * shape.n
+        and shape.rms_deg - two.rms_deg >= MIN_TWO_GAIN_DEG
         and two.rms_deg < 0.6 * shape.rms_deg
     )
 

@@ -1,1 +1,1 @@
-"""Maps of fracture traces: how many, how long, how connected, how far apart."""
+"""Maps of fracture traces: number, length, connectivity and spacing."""

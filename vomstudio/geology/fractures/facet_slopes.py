@@ -1,6 +1,8 @@
-"""The kinematic analysis of a slope at each of its facets: the facet's own dip direction and dip
-are those of the face, as Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic
-analysis, ROKA, Applied Sciences 11, 1698) take them place by place."""
+"""Kinematic analysis of a slope at each of its facets, with the facet's attitude as the face.
+
+Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic analysis, ROKA, Applied
+Sciences 11, 1698) use local faces in the same way.
+"""
 
 from __future__ import annotations
 
@@ -24,24 +26,34 @@ from vomstudio.geology.slopes import (
     SlopeFace,
     critical_lines,
     flexural_toppling,
-    in_face_frame,
     intersections,
     pairs_of_sets,
     planar_sliding,
+    to_face_frame,
 )
 from vomstudio.geology.table_slopes import Face, set_numbers
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
-_SAME = 1e-6
-"""Sine of the angle between a face and a plane that is the same."""
-VERTICAL_DEG = 85.0
-"""A plane as steep as this may as well be that of a face which overhangs."""
+MAX_PARALLEL_SINE = 1e-6
+"""Sine of the angle below which a plane is the face itself."""
+MIN_VERTICAL_DEG = 85.0
+"""A plane at least this steep may belong to an overhanging face."""
 
 
 @dataclass(frozen=True)
 class FacetFace:
-    """A facet as a slope. plane : its own; overhangs : the rock is above it, so that it faces the
-    other way than its plane dips; None where that is not known; area_m2 : None where not known"""
+    """Facet as a slope.
+
+    Attributes
+    ----------
+    plane : Plane
+        Plane of the facet.
+    area_m2 : float or None
+        Area, m2; None if unknown.
+    overhangs : bool or None
+        True if the rock is above the facet, which then faces opposite to its dip direction; None if
+        unknown.
+    """
 
     id: str
     plane: Plane
@@ -50,8 +62,8 @@ class FacetFace:
 
 
 @dataclass(frozen=True)
-class Share:
-    """critical of all `of` planes, or intersections; share : None of nothing"""
+class CriticalShare:
+    """Number of critical planes or intersections among `of`; `share` is None if there are none."""
 
     critical: int
     of: int
@@ -60,23 +72,37 @@ class Share:
 
 @dataclass(frozen=True)
 class FacetSlope:
-    """face : as it was taken: that of the facet, or a vertical one that faces the same way where
-    the facet overhangs"""
+    """Kinematic analysis of one facet.
+
+    `face` is the plane of the facet, or a vertical one with the same direction if the facet
+    overhangs.
+    """
 
     id: str
     face: Face
     overhangs: bool | None
     area_m2: float | None
-    planar: Share
-    wedge: Share
-    flexural_toppling: Share
-    direct_toppling: Share
+    planar: CriticalShare
+    wedge: CriticalShare
+    flexural_toppling: CriticalShare
+    direct_toppling: CriticalShare
 
 
 @dataclass(frozen=True, repr=False)
 class FacetSlopes(PrintableResult):
-    """n : planes. left_out : lines of their table; skipped : facets that are no slope, each `id`
-    and `reason`; convention, dropped_lines : of the planes' table as it was read"""
+    """Kinematic analysis of facets.
+
+    Attributes
+    ----------
+    n : int
+        Number of planes.
+    left_out : int
+        Number of lines in their table.
+    skipped : tuple of dict
+        `id` and `reason` of facets that are not a slope.
+    convention, dropped_lines
+        Of the table of the planes.
+    """
 
     n: int
     left_out: int
@@ -90,9 +116,9 @@ class FacetSlopes(PrintableResult):
     warnings: tuple[Finding, ...]
 
     def shares(self, mode: str) -> FloatArray:
-        """(facets,) shares of one of MODES, NaN of nothing."""
-        found = [getattr(facet, mode).share for facet in self.facets]
-        return np.array([np.nan if share is None else share for share in found], np.float64)
+        """Return the critical shares (facets,) of one of MODES, NaN without planes."""
+        shares = [getattr(facet, mode).share for facet in self.facets]
+        return np.array([np.nan if share is None else share for share in shares], np.float64)
 
 
 def facet_slopes(
@@ -101,10 +127,28 @@ def facet_slopes(
     options: SlopeOptions,
     progress: Progress | None = None,
 ) -> FacetSlopes:
-    """Shares of planes, and of intersections of all pairs of them, that are critical at each facet,
-    as `table_slope` has them for its attitude; but of planes that are the facets themselves, each
-    facet's own is none. A facet without a dip direction is skipped. Raises
-    GeometryError for a table without planes and where no facet is a slope."""
+    """Compute the shares of planes and of their intersections that are critical at each facet.
+
+    The analysis is that of `table_slope`. If the planes are the facets themselves, the own plane of
+    a
+    facet does not count. Facets without a dip direction are skipped.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    faces : sequence of FacetFace
+    options : SlopeOptions
+    progress : Progress, optional
+
+    Returns
+    -------
+    FacetSlopes
+
+    Raises
+    ------
+    GeometryError
+        If the table has no planes or no facet is a slope.
+    """
     report = progress or Silent()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
@@ -117,7 +161,7 @@ def facet_slopes(
     skipped: list[dict[str, Any]] = []
     for facet in faces:
         try:
-            plane = _faced(facet)
+            plane = _slope_plane(facet)
             slopes.append((facet, SlopeFace(plane, options)))
         except UsageError as error:
             skipped.append({"id": facet.id, "reason": cause_of(error)})
@@ -125,14 +169,16 @@ def facet_slopes(
         raise GeometryError(Finding("slope.no-facet"))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     sets = set_numbers(table)
-    plane_counts, pair_counts = _counts([slope for _, slope in slopes], normals, sets, report)
-    place = {table.ids[row]: i for i, row in enumerate(rows)}
+    plane_counts, pair_counts = _count_critical(
+        [slope for _, slope in slopes], normals, sets, report
+    )
+    rows_by_id = {table.ids[row]: i for i, row in enumerate(rows)}
     facets = []
     for k, (facet, slope) in enumerate(slopes):
-        own = place.get(facet.id)
+        own_row = rows_by_id.get(facet.id)
         of = len(rows)
-        if own is not None and _is_face(slope, normals[own]):
-            _take_out(own, slope, normals, sets, plane_counts[k], pair_counts[k])
+        if own_row is not None and _is_face(slope, normals[own_row]):
+            _exclude_own_plane(own_row, slope, normals, sets, plane_counts[k], pair_counts[k])
             of -= 1
         planar, flexural = (_share(int(count), of) for count in plane_counts[k])
         pairs = int(pair_counts[k, 0])
@@ -154,93 +200,98 @@ def facet_slopes(
         skipped=tuple(skipped),
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=(*table.warnings, *_noticed([facet for facet, _ in slopes], len(skipped))),
+        warnings=(*table.warnings, *_warnings([facet for facet, _ in slopes], len(skipped))),
     )
 
 
-def _faced(facet: FacetFace) -> Plane:
-    """The attitude of the slope. What overhangs is taken as vertical: all that comes out of a
-    vertical face comes out of it too."""
+def _slope_plane(facet: FacetFace) -> Plane:
+    """Return the attitude of a slope; an overhanging facet counts as vertical.
+
+    Everything that slides out of a vertical face also slides out of an overhang.
+    """
     plane = facet.plane
     if not facet.overhangs or plane.undefined:
         return plane
     return Plane((plane.dip_direction_deg + 180.0) % 360.0, 90.0)
 
 
-def _counts(
+def _count_critical(
     slopes: Sequence[SlopeFace],
     normals: FloatArray,
     sets: IntArray | None,
     progress: Progress,
 ) -> tuple[IntArray, IntArray]:
-    """(facets, 2) of planes: planar, flexural; (facets, 3) of pairs: all that meet, wedge,
-    toppling."""
+    """Count planes (facets, 2), planar and flexural, and pairs (facets, 3), all, wedge and
+    toppling.
+    """
     plane_counts = np.zeros((len(slopes), 2), np.int64)
     pair_counts = np.zeros((len(slopes), 3), np.int64)
     progress.stage(tr("Analysing slopes"), max(pairs_of_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
-        turned = in_face_frame(slope, normals)
+        rotated = to_face_frame(slope, normals)
         plane_counts[k] = (
-            planar_sliding(slope, turned).critical.sum(),
-            flexural_toppling(slope, turned).critical.sum(),
+            planar_sliding(slope, rotated).critical.sum(),
+            flexural_toppling(slope, rotated).critical.sum(),
         )
-    # The intersections are the same for all facets, so each is worked out once.
+    # The intersections are the same for all facets, so each is computed once.
     done = 0
-    for lines, sound, pairs in intersections(normals[None], sets):
-        met = lines[0][sound[0]]
-        pair_counts[:, 0] += len(met)
-        pair_counts[:, 1:] += critical_lines(slopes, met)
+    for lines, is_valid, pairs in intersections(normals[None], sets):
+        crossing_lines = lines[0][is_valid[0]]
+        pair_counts[:, 0] += len(crossing_lines)
+        pair_counts[:, 1:] += critical_lines(slopes, crossing_lines)
         done += pairs.shape[1]
         progress.step(done)
     return plane_counts, pair_counts
 
 
 def _is_face(slope: SlopeFace, normal: FloatArray) -> bool:
-    """Whether an upward normal (3,) is that of the face itself."""
-    return bool(np.linalg.norm(np.cross(normal, slope.plane.normal())) < _SAME)
+    """Return whether an upward normal (3,) is that of the face itself."""
+    return bool(np.linalg.norm(np.cross(normal, slope.plane.normal())) < MAX_PARALLEL_SINE)
 
 
-def _take_out(
-    own: int,
+def _exclude_own_plane(
+    own_row: int,
     slope: SlopeFace,
     normals: FloatArray,
     sets: IntArray | None,
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Where the planes are the facets themselves, nothing comes out of a face on its own plane, nor
-    along a line that lies in it: neither is counted. own : row of the facet in normals (n, 3)"""
-    turned = in_face_frame(slope, normals[own][None])
+    """Subtract the own plane of a facet, in row `own_row`, and its intersections from the counts.
+
+    Nothing slides out of a face on its own plane or along a line in it.
+    """
+    rotated = to_face_frame(slope, normals[own_row][None])
     plane_counts -= np.array(
         [
-            planar_sliding(slope, turned).critical.sum(),
-            flexural_toppling(slope, turned).critical.sum(),
+            planar_sliding(slope, rotated).critical.sum(),
+            flexural_toppling(slope, rotated).critical.sum(),
         ]
     )
-    others = np.arange(len(normals)) != own
-    if sets is not None and sets[own] >= 0:
-        others &= sets != sets[own]
-    lines = np.cross(normals[own], normals[others])
+    others = np.arange(len(normals)) != own_row
+    if sets is not None and sets[own_row] >= 0:
+        others &= sets != sets[own_row]
+    lines = np.cross(normals[own_row], normals[others])
     length = np.linalg.norm(lines, axis=1)
-    sound = length > math.radians(ANGLE_TOLERANCE_DEG)
-    lines = lines[sound] / length[sound, None]
+    is_valid = length > math.radians(ANGLE_TOLERANCE_DEG)
+    lines = lines[is_valid] / length[is_valid, None]
     lines[lines[:, 2] > 0] *= -1.0
     pair_counts[0] -= len(lines)
     pair_counts[1:] -= critical_lines([slope], lines)[0]
 
 
-def _share(critical: int, of: int) -> Share:
-    return Share(critical, of, critical / of if of else None)
+def _share(critical: int, of: int) -> CriticalShare:
+    return CriticalShare(critical, of, critical / of if of else None)
 
 
-def _noticed(facets: Sequence[FacetFace], skipped: int) -> list[Finding]:
-    said = []
+def _warnings(facets: Sequence[FacetFace], skipped: int) -> list[Finding]:
+    warnings = []
     if skipped:
-        said.append(Finding("slope.horizontal-facets", count=skipped))
-    unknown = sum(f.overhangs is None and f.plane.dip_deg >= VERTICAL_DEG for f in facets)
+        warnings.append(Finding("slope.horizontal-facets", count=skipped))
+    unknown = sum(f.overhangs is None and f.plane.dip_deg >= MIN_VERTICAL_DEG for f in facets)
     if unknown:
-        said.append(Finding("slope.vertical-facets", count=unknown))
-    over = sum(bool(f.overhangs) for f in facets)
-    if over:
-        said.append(Finding("slope.overhanging-facets", count=over))
-    return said
+        warnings.append(Finding("slope.vertical-facets", count=unknown))
+    overhanging = sum(bool(f.overhangs) for f in facets)
+    if overhanging:
+        warnings.append(Finding("slope.overhanging-facets", count=overhanging))
+    return warnings

@@ -10,12 +10,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class FractureOptions(Options):
-    """Where traces are counted and how they are grouped; None where the program chooses.
+    """Area in which traces are counted, and their sets; None for the default.
 
     Raises
     ------
     UsageError
-        For a value outside its bounds, and for `by` with `strikes`.
+        If a value is outside its bounds, or `by` is given with `strikes`.
     """
 
     area: str | None = option(

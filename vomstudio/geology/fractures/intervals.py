@@ -1,14 +1,13 @@
-"""95 % intervals of fracture densities and spacings, clustered traces included.
+"""95 % intervals of fracture densities and spacings, also for clustered traces.
 
 A density is a sum of weights over the traces: 1 each (P20), the length (P21), the number of
-crossings (P10) or Terzaghi's weights. For traces placed independently the sum is compound Poisson,
-and the interval is the gamma interval of Fay & Feuer (1997, Statistics in Medicine 16, 791-801).
-For equal weights it is the exact Poisson interval of Garwood (1936, Biometrika 28, 437-442).
+crossings (P10) or Terzaghi's weights. For independent traces the sum is compound Poisson, and the
+interval is the gamma interval of Fay & Feuer (1997, Statistics in Medicine 16, 791-801). For equal
+weights it is the exact Poisson interval of Garwood (1936, Biometrika 28, 437-442).
 
 Clustered traces vary more. The dispersion is the ratio of the variance between parts of the area,
-or of the scanline, to the variance of independent traces. The interval is that of as many fewer
-traces, each of which weighs as much more (quasi-likelihood, Wedderburn 1974, Biometrika 61,
-439-447).
+or of the scanline, to the variance of independent traces. The interval is that of fewer traces with
+larger weights by this factor (quasi-likelihood, Wedderburn 1974, Biometrika 61, 439-447).
 """
 
 from __future__ import annotations
@@ -32,26 +31,31 @@ LINE_PARTS = (4, 8)
 MIN_FOR_DISPERSION = 5
 """Fewer traces or gaps do not show whether they are clustered."""
 
-STUDENT = (2.306 / 1.960) ** 2
-"""The dispersion is estimated from nine cells: with 8 degrees of freedom the 95 % point is wider
-than the normal one by the root of this."""
+STUDENT_FACTOR = (2.306 / 1.960) ** 2
+"""Squared ratio of Student's 95 % quantile with 8 degrees of freedom, because the dispersion is
+estimated from nine cells, to the normal one.
+"""
 
 REGULAR_SIGNIFICANCE = 0.05
-_TAIL = 0.025
+TAIL_PROBABILITY = 0.025
 
 
 def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) -> Interval:
-    """Return the 95 % interval of a sum of weights (n,) of traces over an area or length.
+    """Return the 95 % interval of a sum of weights of traces over an area or length.
 
     Parameters
     ----------
-    weights : of each trace, 0 or more; those of one trace belong together
-    size : of the area, m2, or of the scanline, m
-    dispersion : variance as a multiple of that of independent traces, 1 or more
+    weights : (n,) ndarray
+        Weights of the traces, 0 or more; one value per trace.
+    size : float
+        Area, m2, or length of the scanline, m.
+    dispersion : float
+        Variance as a multiple of that of independent traces, 1 or more.
 
     Returns
     -------
-    Lower and upper limit; the upper one is None if no trace shows how much one weighs.
+    low, high : float
+        `high` is None if no trace has a weight.
     """
     from scipy.special import gammaincinv
 
@@ -59,18 +63,22 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
     if not len(positive):
         return 0.0, None
     total = float(positive.sum())
-    wider = 1.0 + STUDENT * (dispersion - 1.0)
-    variance = wider * float(np.sum(positive**2))
-    one_more = wider * float(positive.max())
-    low = variance / total * float(gammaincinv(total**2 / variance, _TAIL))
-    more, variance = total + one_more, variance + one_more**2
-    high = variance / more * float(gammaincinv(more**2 / variance, 1.0 - _TAIL))
+    inflation = 1.0 + STUDENT_FACTOR * (dispersion - 1.0)
+    variance = inflation * float(np.sum(positive**2))
+    max_square_weight = inflation * float(positive.max())
+    low = variance / total * float(gammaincinv(total**2 / variance, TAIL_PROBABILITY))
+    upper_total, variance = total + max_square_weight, variance + max_square_weight**2
+    high = (
+        variance
+        / upper_total
+        * float(gammaincinv(upper_total**2 / variance, 1.0 - TAIL_PROBABILITY))
+    )
     return low / size, high / size
 
 
 def empty_interval(size: float) -> Interval:
-    """Return the exact interval of a number per area or length if nothing was met."""
-    return 0.0, -math.log(_TAIL) / size
+    """Return the exact interval of a number per area or length if nothing was counted."""
+    return 0.0, -math.log(TAIL_PROBABILITY) / size
 
 
 def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float:
@@ -78,20 +86,23 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
 
     Parameters
     ----------
-    places : (n, 2) one of each trace, metres
-    weights : (n,) of the traces
+    places : (n, 2) ndarray
+        One point per trace, m.
+    weights : (n,) ndarray
+        Weights of the traces.
     area : shapely polygon
 
     Returns
     -------
-    The largest of the ratios for cells of several sizes, at least 1.
+    float
+        Maximum ratio for cells of several sizes, at least 1.
     """
     import shapely
 
     if len(places) < MIN_FOR_DISPERSION:
         return 1.0
     low_x, low_y, high_x, high_y = area.bounds
-    found = 1.0
+    dispersion = 1.0
     for across in CELLS_ACROSS:
         x, y = (np.linspace(a, b, across + 1) for a, b in ((low_x, high_x), (low_y, high_y)))
         column, row = (
@@ -103,26 +114,30 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
         left, bottom = (grid.ravel() for grid in np.meshgrid(x[:-1], y[:-1]))
         right, top = (grid.ravel() for grid in np.meshgrid(x[1:], y[1:]))
         cells = shapely.intersection(shapely.box(left, bottom, right, top), area)
-        found = max(found, _dispersion(sums, shapely.area(cells), float(np.sum(weights**2))))
-    return found
+        dispersion = max(
+            dispersion, _dispersion(sums, shapely.area(cells), float(np.sum(weights**2)))
+        )
+    return dispersion
 
 
 def line_dispersion(along_m: FloatArray, length_m: float) -> float:
-    """Return the variance of the number of crossings between parts of a line over that of
-    independent ones; as `area_dispersion`. along_m : (n,) places on it."""
+    """Return the dispersion of the number of crossings along a line, as `area_dispersion`.
+
+    `along_m` (n,) are their positions, m.
+    """
     n = len(along_m)
     if n < MIN_FOR_DISPERSION:
         return 1.0
-    found = 1.0
+    dispersion = 1.0
     for parts in LINE_PARTS:
         part = np.clip((along_m / length_m * parts).astype(np.int64), 0, parts - 1)
         sums = np.bincount(part, minlength=parts).astype(np.float64)
-        found = max(found, _dispersion(sums, np.ones(parts), float(n)))
-    return found
+        dispersion = max(dispersion, _dispersion(sums, np.ones(parts), float(n)))
+    return dispersion
 
 
 def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
-    """Of sums (k,) over parts with these sizes, whose total would have the variance."""
+    """Return the dispersion of sums (k,) over parts, whose total has this variance."""
     share = sizes / sizes.sum()
     expected = variance * (1.0 - float(np.sum(share**2)))
     if expected <= 0.0:
@@ -131,29 +146,30 @@ def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:
-    """Return how often each trace that meets the scanlines does so."""
+    """Return the number of crossings of each trace that meets the scanlines."""
     counts = np.unique(trace, return_counts=True)[1]
     return np.asarray(counts, np.float64)
 
 
 def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
-    """Whether gaps (n,) are significantly more even than those of random places.
+    """Return whether gaps (n,) are significantly more even than those of random places.
 
     The test is Moran's (1951, Journal of the Royal Statistical Society B 13, 147-150) for
-    exponential gaps, by Bartlett's statistic; repeats : gaps per independent one.
+    exponential
+    gaps, by Bartlett's statistic. `repeats` is the number of gaps per independent one.
     """
     from scipy.special import gammainc
 
     n = len(gaps) / repeats
     if n < MIN_FOR_DISPERSION or not (gaps > 0).all():
         return False
-    uneven = math.log(float(gaps.mean())) - float(np.log(gaps).mean())
-    statistic = 2.0 * n * max(uneven, 0.0) / (1.0 + (n + 1.0) / (6.0 * n))
+    unevenness = math.log(float(gaps.mean())) - float(np.log(gaps).mean())
+    statistic = 2.0 * n * max(unevenness, 0.0) / (1.0 + (n + 1.0) / (6.0 * n))
     return float(gammainc((n - 1.0) / 2.0, statistic / 2.0)) < REGULAR_SIGNIFICANCE
 
 
 def regular_half_width(cv: float, gaps: float) -> float:
-    """Return half of the 95 % interval of the logarithm of a mean gap, by Student."""
+    """Return half the 95 % interval of the logarithm of a mean gap, by Student's t."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(gaps - 1.0, 1.0 - _TAIL)) * cv / math.sqrt(gaps)
+    return float(stdtrit(gaps - 1.0, 1.0 - TAIL_PROBABILITY)) * cv / math.sqrt(gaps)

@@ -1,12 +1,13 @@
-"""Distributions of trace lengths, of which some are known only to be longer than what was seen.
+"""Distributions of trace lengths, some of which are censored.
 
-Two situations. Lengths cut off by chance, whatever they are: right-censored data, the likelihood of
-survival analysis (Lawless 2003, Statistical Models and Methods for Lifetime Data, 2.2). Traces in a
-window: long ones are met more often and cut off more often; the likelihood is that of Laslett
-(1982), Censoring and edge effects in areal and line transect sampling of rock joint traces,
-Mathematical Geology 14, 125-140: a trace seen whole counts by its density f, one cut off once by
-its survival S, one cut off twice by the integral of S beyond, and n pieces are one of a Poisson
-number with the mean density * (area + mean length * width).
+There are two cases. Lengths censored by chance, independently of their value: right-censored data
+with the likelihood of survival analysis (Lawless 2003, Statistical Models and Methods for Lifetime
+Data, 2.2). Traces in a window: long ones are sampled and censored more often. The likelihood is
+that
+of Laslett (1982), Censoring and edge effects in areal and line transect sampling of rock joint
+traces, Mathematical Geology 14, 125-140: a complete trace contributes its density f, one censored
+at one end its survival S, one censored at both ends the integral of S beyond, and n pieces are a
+Poisson number with the mean density * (area + mean length * width).
 """
 
 from __future__ import annotations
@@ -19,16 +20,18 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 
-LEAST_COMPLETE = 5
-"""Lengths seen whole, below which nothing is fitted."""
-_Z95 = 1.959963984540054
-_FLOOR = -700.0
+MIN_COMPLETE = 5
+"""Minimum number of complete lengths for a fit."""
+Z95 = 1.959963984540054
+MIN_LOG = -700.0
 
 
 @dataclass(frozen=True)
 class Window:
-    """area_m2 and width_m : across the traces, the mean of what a straight window would show them;
-    of a window of any shape half the sum of its edge as seen along the traces"""
+    """Sampling window: area, m2, and mean width across the traces, m.
+
+    For a window of any shape the width is half the projected length of its edge along the traces.
+    """
 
     area_m2: float
     width_m: float
@@ -36,7 +39,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Parameter:
-    """value, with the 95 % interval low to high, None where it is not estimated"""
+    """Value with its 95 % interval from `low` to `high`, None if not estimated."""
 
     value: float
     low: float | None
@@ -44,9 +47,17 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Fit:
-    """One law. distribution : exponential, lognormal, weibull or power_law; mean_m : with its 95 %
-    interval, None where it is infinite; aic : the less the better, delta_aic : above the best"""
+class LengthFit:
+    """Fit of one distribution.
+
+    Attributes
+    ----------
+    distribution : {"exponential", "lognormal", "weibull", "power_law"}
+    mean_m : Parameter or None
+        Mean length with its 95 % interval, m; None if infinite.
+    aic, delta_aic : float
+        Akaike's criterion (lower is better) and its difference from the best fit.
+    """
 
     distribution: str
     parameters: Mapping[str, Parameter]
@@ -57,10 +68,18 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Law:
-    """A family of distributions by functions of lengths x (n,) and logarithms u (k,) of its
-    parameters: log density, log survival S, log of the integral of S beyond x, log mean (inf where
-    there is none). free : how many parameters AIC counts."""
+class LengthLaw:
+    """Family of distributions by functions of lengths x (n,) and logarithms u (k,) of parameters.
+
+    Attributes
+    ----------
+    log_f, log_s, log_h : callable
+        Logarithms of the density, of the survival S, and of the integral of S beyond x.
+    log_mean : callable
+        Logarithm of the mean; inf if it does not exist.
+    free : int
+        Number of parameters for AIC.
+    """
 
     name: str
     parameters: tuple[str, ...]
@@ -73,11 +92,11 @@ class Law:
     given: Mapping[str, float]
 
 
-def _exponential() -> Law:
+def _exponential() -> LengthLaw:
     def log_s(x: FloatArray, u: FloatArray) -> FloatArray:
         return -x * math.exp(-u[0])
 
-    return Law(
+    return LengthLaw(
         "exponential",
         ("mean_m",),
         start=lambda x: np.array([math.log(x.mean())]),
@@ -90,7 +109,7 @@ def _exponential() -> Law:
     )
 
 
-def _lognormal() -> Law:
+def _lognormal() -> LengthLaw:
     from scipy.special import log_ndtr
 
     def log_f(x: FloatArray, u: FloatArray) -> FloatArray:
@@ -100,11 +119,11 @@ def _lognormal() -> Law:
     def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         s = math.exp(u[1])
         z = (u[0] - np.log(x)) / s
-        whole = u[0] + 0.5 * s * s + log_ndtr(z + s)
-        less = np.log(x) + log_ndtr(z)
-        return np.asarray(whole + np.log(-np.expm1(np.minimum(less - whole, -1e-15))))
+        log_total = u[0] + 0.5 * s * s + log_ndtr(z + s)
+        log_part = np.log(x) + log_ndtr(z)
+        return np.asarray(log_total + np.log(-np.expm1(np.minimum(log_part - log_total, -1e-15))))
 
-    return Law(
+    return LengthLaw(
         "lognormal",
         ("median_m", "sigma_log"),
         start=lambda x: np.array([np.log(x).mean(), math.log(max(float(np.log(x).std()), 0.05))]),
@@ -117,22 +136,25 @@ def _lognormal() -> Law:
     )
 
 
-def _weibull() -> Law:
+def _weibull() -> LengthLaw:
     from scipy.special import gammaincc, gammaln
 
     def power(x: FloatArray, u: FloatArray) -> FloatArray:
-        return np.asarray(np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -_FLOOR)))
+        return np.asarray(np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -MIN_LOG)))
 
     def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         a, z = math.exp(-u[1]), power(x, u)
         share = gammaincc(a, z)
-        far = (a - 1) * np.log(np.maximum(z, 1e-300)) - z - gammaln(a)
-        known = share > 1e-290
+        asymptote = (a - 1) * np.log(np.maximum(z, 1e-300)) - z - gammaln(a)
+        is_representable = share > 1e-290
         return np.asarray(
-            u[0] - u[1] + gammaln(a) + np.where(known, np.log(np.where(known, share, 1.0)), far)
+            u[0]
+            - u[1]
+            + gammaln(a)
+            + np.where(is_representable, np.log(np.where(is_representable, share, 1.0)), asymptote)
         )
 
-    return Law(
+    return LengthLaw(
         "weibull",
         ("scale_m", "shape"),
         start=lambda x: np.array([math.log(x.mean()), 0.0]),
@@ -145,12 +167,14 @@ def _weibull() -> Law:
     )
 
 
-def _power_law(minimum: float) -> Law:
-    """Pareto's: S = (x / minimum)^-exponent. Lengths cut off below the minimum say nothing."""
-    least = math.log(minimum)
+def _power_law(minimum: float) -> LengthLaw:
+    """Pareto's law: S = (x / minimum)^-exponent. Lengths censored below the minimum do not
+    contribute.
+    """
+    log_minimum = math.log(minimum)
 
     def above(x: FloatArray) -> FloatArray:
-        return np.maximum(np.log(x) - least, 0.0)
+        return np.maximum(np.log(x) - log_minimum, 0.0)
 
     def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         a = math.exp(u[0])
@@ -162,9 +186,9 @@ def _power_law(minimum: float) -> Law:
 
     def log_mean(u: FloatArray) -> float:
         a = math.exp(u[0])
-        return math.inf if a <= 1 else least + math.log(a / (a - 1))
+        return math.inf if a <= 1 else log_minimum + math.log(a / (a - 1))
 
-    return Law(
+    return LengthLaw(
         "power_law",
         ("exponent",),
         start=lambda x: np.array([math.log(1.0 / max(float(above(x).mean()), 1e-3))]),
@@ -177,65 +201,82 @@ def _power_law(minimum: float) -> Law:
     )
 
 
-def laws_for(lengths: FloatArray, cut: IntArray) -> list[Law]:
-    """The four laws; the power law begins at the shortest length (n,) that was seen whole."""
-    whole = lengths[cut == 0]
-    return [_exponential(), _lognormal(), _weibull(), _power_law(float(whole.min()))]
+def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
+    """Return the four laws; the power law begins at the shortest complete length of (n,)."""
+    complete = lengths[cut == 0]
+    return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete.min()))]
 
 
-def law_of(fit: Fit) -> tuple[Law, FloatArray]:
-    """The law of a fit, with the logarithms of its parameters."""
-    least = fit.parameters.get("minimum_m")
+def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
+    """Return the law of a fit with the logarithms of its parameters."""
+    minimum = fit.parameters.get("minimum_m")
     laws = [_exponential(), _lognormal(), _weibull()]
-    laws += [] if least is None else [_power_law(least.value)]
+    laws += [] if minimum is None else [_power_law(minimum.value)]
     law = next(law for law in laws if law.name == fit.distribution)
     return law, np.log([fit.parameters[name].value for name in law.parameters])
 
 
-def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -> list[Fit]:
-    """All laws fitted by maximum likelihood, the best by Akaike's (1974) criterion first.
+def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -> list[LengthFit]:
+    """Fit all laws by maximum likelihood.
 
-    lengths : (n,) metres, above 0; cut : (n,) at how many ends each was cut off, 0 to 2. window :
-    where the traces were seen; None: lengths cut off independently of what they are. Parameters
-    have 95 % intervals by the curvature of the log-likelihood in their logarithms. Empty where
-    fewer than LEAST_COMPLETE were seen whole, or all of them are alike.
+    Parameters
+    ----------
+    lengths : (n,) ndarray
+        Positive lengths, m.
+    cut : (n,) ndarray of int
+        Number of censored ends of each, 0 to 2.
+    window : Window, optional
+        Sampling window of the traces; None for lengths censored independently of their value.
+
+    Returns
+    -------
+    list of LengthFit
+        The best by Akaike's (1974) criterion first; empty for fewer than `MIN_COMPLETE` complete
+        lengths or equal ones. The 95 % intervals of parameters follow from the curvature of the
+        log-likelihood in their logarithms.
     """
-    whole = lengths[cut == 0]
-    if len(whole) < LEAST_COMPLETE or np.ptp(whole) <= 1e-9 * whole.max():
+    complete = lengths[cut == 0]
+    if len(complete) < MIN_COMPLETE or np.ptp(complete) <= 1e-9 * complete.max():
         return []
-    found = [fit_law(law, lengths, cut, window) for law in laws_for(lengths, cut)]
-    fits = sorted((fit for fit in found if fit is not None), key=lambda fit: fit.aic)
+    candidates = [fit_law(law, lengths, cut, window) for law in candidate_laws(lengths, cut)]
+    fits = sorted((fit for fit in candidates if fit is not None), key=lambda fit: fit.aic)
     return [
-        Fit(f.distribution, f.parameters, f.mean_m, f.log_likelihood, f.aic, f.aic - fits[0].aic)
+        LengthFit(
+            f.distribution, f.parameters, f.mean_m, f.log_likelihood, f.aic, f.aic - fits[0].aic
+        )
         for f in fits
     ]
 
 
 def fit_law(
-    law: Law, lengths: FloatArray, cut: IntArray, window: Window | None = None
-) -> Fit | None:
-    """One law; None where its likelihood has no maximum, as of a power law in a window whose mean
-    length would be infinite."""
+    law: LengthLaw, lengths: FloatArray, cut: IntArray, window: Window | None = None
+) -> LengthFit | None:
+    """Fit one law; None if its likelihood has no maximum.
+
+    An example is a power law in a window with an infinite mean length.
+    """
     from scipy.optimize import minimize
 
-    whole, once, twice = (lengths[cut == k] for k in range(3))
+    complete, cut_once, cut_twice = (lengths[cut == k] for k in range(3))
     if window is None:
-        once, twice = np.concatenate([once, twice]), twice[:0]
+        cut_once, cut_twice = np.concatenate([cut_once, cut_twice]), cut_twice[:0]
 
     def log_likelihood(u: FloatArray) -> float:
         if not (np.abs(u) < 50).all():
             return -math.inf
         with np.errstate(all="ignore"):
-            sum_ = float(law.log_f(whole, u).sum() + law.log_s(once, u).sum())
+            sum_ = float(law.log_f(complete, u).sum() + law.log_s(cut_once, u).sum())
             if window is not None:
                 mean = law.log_mean(u)
-                if not mean < -_FLOOR:
+                if not mean < -MIN_LOG:
                     return -math.inf
-                met = window.area_m2 + math.exp(mean) * window.width_m
-                sum_ += float(law.log_h(twice, u).sum()) - len(lengths) * math.log(met)
+                effective_area = window.area_m2 + math.exp(mean) * window.width_m
+                sum_ += float(law.log_h(cut_twice, u).sum()) - len(lengths) * math.log(
+                    effective_area
+                )
         return sum_ if math.isfinite(sum_) else -math.inf
 
-    start = law.start(whole)
+    start = law.start(complete)
     if window is not None and law.name == "power_law":
         start = np.maximum(start, math.log(1.2))
     steps = np.vstack([start, *(start + 0.3 * row for row in np.eye(len(start)))])
@@ -245,50 +286,52 @@ def fit_law(
         method="Nelder-Mead",
         options={"initial_simplex": steps, "xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
     )
-    top = -float(best.fun)
-    spread = _covariance(log_likelihood, best.x)
-    if not math.isfinite(top) or spread is None:
+    max_log_likelihood = -float(best.fun)
+    covariance = _covariance(log_likelihood, best.x)
+    if not math.isfinite(max_log_likelihood) or covariance is None:
         return None
     parameters = {
-        name: _interval(float(best.x[i]), math.sqrt(spread[i, i]))
+        name: _interval(float(best.x[i]), math.sqrt(covariance[i, i]))
         for i, name in enumerate(law.parameters)
     }
     parameters.update({name: Parameter(v, None, None) for name, v in law.given.items()})
     mean = None
-    if (log_mean := law.log_mean(best.x)) < -_FLOOR:
-        slope = _slope(law.log_mean, best.x)
-        error = float(slope @ spread @ slope)
+    if (log_mean := law.log_mean(best.x)) < -MIN_LOG:
+        slope = _gradient(law.log_mean, best.x)
+        error = float(slope @ covariance @ slope)
         mean = (
             _interval(log_mean, math.sqrt(error))
             if math.isfinite(error)
             else Parameter(math.exp(log_mean), None, None)
         )
-    return Fit(law.name, parameters, mean, top, 2.0 * law.free - 2.0 * top)
+    return LengthFit(
+        law.name, parameters, mean, max_log_likelihood, 2.0 * law.free - 2.0 * max_log_likelihood
+    )
 
 
 def _interval(log_value: float, error: float) -> Parameter:
-    return Parameter(*(math.exp(log_value + z * error) for z in (0.0, -_Z95, _Z95)))
+    return Parameter(*(math.exp(log_value + z * error) for z in (0.0, -Z95, Z95)))
 
 
-_STEP = 1e-3
+DIFFERENTIATION_STEP = 1e-3
 
 
-def _slope(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
-    steps = _STEP * np.eye(len(u))
-    return np.array([(f(u + s) - f(u - s)) / (2 * _STEP) for s in steps])
+def _gradient(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
+    steps = DIFFERENTIATION_STEP * np.eye(len(u))
+    return np.array([(f(u + s) - f(u - s)) / (2 * DIFFERENTIATION_STEP) for s in steps])
 
 
 def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:
-    """The inverse of the observed information, None where the top is no top."""
+    """Return the inverse of the observed information; None if it is not a maximum."""
     k = len(u)
-    steps = _STEP * np.eye(k)
-    curve = np.empty((k, k))
+    steps = DIFFERENTIATION_STEP * np.eye(k)
+    hessian = np.empty((k, k))
     for i in range(k):
         for j in range(k):
             a, b = steps[i], steps[j]
-            curve[i, j] = (f(u + a + b) - f(u + a - b) - f(u - a + b) + f(u - a - b)) / (
-                4 * _STEP * _STEP
+            hessian[i, j] = (f(u + a + b) - f(u + a - b) - f(u - a + b) + f(u - a - b)) / (
+                4 * DIFFERENTIATION_STEP * DIFFERENTIATION_STEP
             )
-    if not np.isfinite(curve).all() or (np.linalg.eigvalsh(-curve) <= 0).any():
+    if not np.isfinite(hessian).all() or (np.linalg.eigvalsh(-hessian) <= 0).any():
         return None
-    return np.asarray(np.linalg.inv(-curve))
+    return np.asarray(np.linalg.inv(-hessian))

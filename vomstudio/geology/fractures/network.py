@@ -1,4 +1,4 @@
-"""A map of fracture traces in figures: what `vomstudio fractures` prints."""
+"""Figures of a map of fracture traces, for `vomstudio fractures`."""
 
 from __future__ import annotations
 
@@ -20,36 +20,44 @@ from vomstudio.geology.fractures.intervals import (
     density_interval,
     empty_interval,
 )
-from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Parameter, fit_laws
-from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
-from vomstudio.geology.fractures.pieces import Pieces, pieces_of
+from vomstudio.geology.fractures.length_laws import MIN_COMPLETE, LengthFit, Parameter, fit_laws
+from vomstudio.geology.fractures.nodes import NodeCounts, SnappedEnd, find_nodes
+from vomstudio.geology.fractures.pieces import Pieces, clip_traces
 from vomstudio.geology.fractures.scanlines import (
     Crossings,
     Spacing,
     axial_mean_deg,
-    crossings_of,
-    spacing_of,
+    find_crossings,
+    measure_spacing,
 )
 from vomstudio.geology.fractures.trace_plane import TracePlane, trace_azimuths_deg
 from vomstudio.geology.fractures.windows import (
-    BEYOND,
+    MAX_SHARE_BEYOND,
     CircleEstimates,
     IntensityAtSize,
     circle_estimates,
-    directions_of,
+    fit_window,
     intensity_by_size,
     mean_by_ends,
     share_beyond,
-    window_of,
+    trace_directions,
 )
 
 UNASSIGNED = "unassigned"
 
 
 @dataclass(frozen=True)
-class Counted:
-    """What a map is counted in. area : a shapely polygon, or None; circle : x, y and radius where
-    the area is one; scanlines : (k,) shapely lines, or None; warnings : on how the area was drawn
+class SamplingRegion:
+    """Region in which traces are counted.
+
+    Attributes
+    ----------
+    area : shapely polygon or None
+    circle : (float, float, float) or None
+        x, y and radius if the area is a circle, m.
+    scanlines : (k,) ndarray of shapely lines, or None
+    warnings : tuple of Finding
+        Problems of the area as drawn.
     """
 
     area: Any = None
@@ -60,8 +68,12 @@ class Counted:
 
 @dataclass(frozen=True)
 class Densities:
-    """P20, P20 by nodes and P21 of traces in an area with their 95 % intervals, and the dispersion:
-    the variance of P21 over that of traces placed independently. None without an area."""
+    """P20, P20 by nodes and P21 of traces in an area with their 95 % intervals.
+
+    The dispersion is the variance of P21 over that of independent traces. Values are None without
+    an
+    area.
+    """
 
     P20_1_per_m2: float | None = None
     P20_95_1_per_m2: Interval = UNKNOWN
@@ -74,13 +86,28 @@ class Densities:
 
 @dataclass(frozen=True)
 class Lengths:
-    """mean_m : of whole traces, corrected for the edge of the area (see `windows.mean_by_ends`),
-    with its 95 % interval mean_95_m; naive_mean_m : of the pieces as they are; censored_share : of
-    the pieces with an end on the edge; kaplan_meier_mean_m, kaplan_meier_median_m : of the pieces
-    taken as lengths cut off by chance, the mean up to the longest; distribution, parameters and
-    parameters_95 : the law with the least AIC, in an area with the likelihood of a window;
-    fits : all laws; uncorrected : the same taken as lengths cut off by chance, which in a window
-    makes them too long; reason : why nothing was fitted"""
+    """Lengths of traces.
+
+    Attributes
+    ----------
+    mean_m, mean_95_m
+        Mean of complete traces with its 95 % interval, corrected for the edge of the area (see
+        `windows.mean_by_ends`), m.
+    naive_mean_m : float
+        Mean of the pieces, m.
+    censored_share : float
+        Share of the pieces with an end on the edge.
+    kaplan_meier_mean_m, kaplan_meier_median_m : float or None
+        Of the pieces as randomly censored lengths, the mean up to the longest, m.
+    distribution, parameters, parameters_95
+        Law with the lowest AIC, in an area with the likelihood of a window.
+    fits : tuple of LengthFit
+        All laws.
+    uncorrected : tuple of LengthFit
+        The same for randomly censored lengths, which overestimates lengths in a window.
+    reason : Finding or None
+        Reason for not fitting.
+    """
 
     n: int
     mean_m: float | None
@@ -93,15 +120,19 @@ class Lengths:
     distribution: str | None
     parameters: Mapping[str, float]
     parameters_95: Mapping[str, tuple[float | None, float | None]]
-    fits: tuple[Fit, ...]
-    uncorrected: tuple[Fit, ...]
+    fits: tuple[LengthFit, ...]
+    uncorrected: tuple[LengthFit, ...]
     reason: Finding | None
 
 
 @dataclass(frozen=True)
 class FractureSet:
-    """n pieces; strike_deg : mean azimuth by length, 0 to 180, with its resultant; densities with
-    their 95 % intervals as in `Densities`, None without an area; spacing None without a scanline"""
+    """Set of n pieces.
+
+    `strike_deg` is the mean azimuth by length, 0 to 180 degrees, with its resultant. Densities and
+    their 95 % intervals are as in `Densities`, None without an area; `spacing` is None without a
+    scanline.
+    """
 
     name: str
     n: int
@@ -117,10 +148,14 @@ class FractureSet:
 
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(PrintableResult):
-    """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
-    traces have outside the area, which is too much; names with 95 : the 95 % intervals, lower and
-    upper limit; dispersion : as in `Densities`; plane : on which three-dimensional traces were
-    analysed, None for a map."""
+    """Figures of a fracture network, see docs/cli.md; None for what cannot be computed.
+
+    `P21_unclipped_1_per_m` includes the parts of traces outside the area and is too large. Names
+    with
+    95 are 95 % intervals. `plane` is that on which three-dimensional traces were analysed, None for
+    a
+    map.
+    """
 
     traces: int
     pieces: int
@@ -136,7 +171,7 @@ class FractureNetwork(PrintableResult):
     P21_unclipped_1_per_m: float | None
     dispersion: float | None
     nodes: NodeCounts
-    mended: tuple[Mended, ...]
+    mended: tuple[SnappedEnd, ...]
     snap_m: float
     length: Lengths
     sets: tuple[FractureSet, ...]
@@ -151,12 +186,14 @@ class FractureNetwork(PrintableResult):
 
 
 @dataclass(frozen=True, eq=False)
-class Mapped:
-    """The figures, with the pieces they are of, for pictures. y_axis : what y of a map is; North, y
-    of a local frame, or up on a picture of a face"""
+class MappedNetwork:
+    """Figures with the pieces that they describe, for plots.
+
+    `y_axis` is the meaning of y: North, y of a local frame, or up on a picture of a face.
+    """
 
     found: FractureNetwork
-    counted: Counted
+    counted: SamplingRegion
     pieces: Pieces
     sets: tuple[str, ...]
     set_of: IntArray
@@ -165,49 +202,71 @@ class Mapped:
 
 def fracture_network(
     lines: ObjectArray,
-    counted: Counted | None = None,
+    counted: SamplingRegion | None = None,
     *,
     sets: Sequence[str] | None = None,
     snap_m: float = 0.0,
     terzaghi_cap: float | None = None,
     warnings: Sequence[Finding] = (),
     plane: TracePlane | None = None,
-) -> Mapped:
-    """The figures of traces (n,), shapely lines in metres, x East and y North.
+) -> MappedNetwork:
+    """Compute the figures of fracture traces.
 
-    sets : (n,) the set of each trace, "" for none. plane : of three-dimensional traces, whose x and
-    y are coordinates on it. Raises GeometryError where the area has no
-    traces near it or no size, and for tolerances that cannot be.
+    Parameters
+    ----------
+    lines : (n,) ndarray of shapely lines
+        Traces, x East and y North, m.
+    counted : SamplingRegion, optional
+    sets : (n,) sequence of str, optional
+        Set of each trace, "" for none.
+    snap_m : float
+        Maximum distance of an end from the trace on which it abuts, m.
+    terzaghi_cap : float, optional
+        Maximum Terzaghi weight.
+    warnings : sequence of Finding
+    plane : TracePlane, optional
+        Plane of three-dimensional traces, whose x and y are coordinates on it.
+
+    Returns
+    -------
+    MappedNetwork
+
+    Raises
+    ------
+    GeometryError
+        If the area has no size or no traces near it, or a tolerance is invalid.
     """
     import shapely
 
-    counted = counted or Counted()
-    said = [*warnings, *counted.warnings]
-    _check(lines, counted)
+    counted = counted or SamplingRegion()
+    messages = [*warnings, *counted.warnings]
+    _check_inputs(lines, counted)
     area = counted.area
-    pieces = pieces_of(lines, area, snap_m)
-    nodes = nodes_of(pieces, snap_m, area)
-    said += _noticed(lines, pieces, nodes.overlaps, nodes.counts.other)
+    pieces = clip_traces(lines, area, snap_m)
+    nodes = find_nodes(pieces, snap_m, area)
+    messages += _warnings(lines, pieces, nodes.overlaps, nodes.counts.other)
     crossings = None
     if counted.scanlines is not None:
-        crossings = crossings_of(lines, counted.scanlines, terzaghi_cap)
+        crossings = find_crossings(lines, counted.scanlines, terzaghi_cap)
         if not len(crossings.trace):
-            said.append(Finding("fractures.scanline-without-traces"))
+            messages.append(Finding("fractures.scanline-without-traces"))
         if crossings.capped:
-            said.append(
+            messages.append(
                 Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
             )
     names, set_of = _set_rows(sets, len(lines))
     size = None if area is None else float(shapely.area(area))
-    everywhere = np.ones(len(crossings.trace), np.bool_) if crossings is not None else None
-    whole = spacing_of(crossings, everywhere, terzaghi_cap) if crossings is not None else None  # type: ignore[arg-type]
-    densities = densities_of(pieces, np.ones(len(pieces), np.bool_), area)
-    found = FractureNetwork(
+    spacing = None
+    if crossings is not None:
+        all_crossings = np.ones(len(crossings.trace), np.bool_)
+        spacing = measure_spacing(crossings, all_crossings, terzaghi_cap)
+    densities = trace_densities(pieces, np.ones(len(pieces), np.bool_), area)
+    network = FractureNetwork(
         traces=len(lines),
         pieces=len(pieces),
         area_m2=size,
-        P10_1_per_m=None if whole is None else whole.P10_1_per_m,
-        P10_95_1_per_m=UNKNOWN if whole is None else whole.P10_95_1_per_m,
+        P10_1_per_m=None if spacing is None else spacing.P10_1_per_m,
+        P10_95_1_per_m=UNKNOWN if spacing is None else spacing.P10_95_1_per_m,
         P20_1_per_m2=densities.P20_1_per_m2,
         P20_95_1_per_m2=densities.P20_95_1_per_m2,
         P20_nodes_1_per_m2=None if size is None else (nodes.counts.I + nodes.counts.Y) / 2 / size,
@@ -219,39 +278,41 @@ def fracture_network(
         nodes=nodes.counts,
         mended=nodes.mended,
         snap_m=snap_m,
-        length=length_figures(pieces, area),
+        length=describe_lengths(pieces, area),
         sets=_sets(names, set_of, pieces, area, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
         circle=None if counted.circle is None else circle_estimates(pieces, counted.circle[2]),
-        scanline=whole,
+        scanline=spacing,
         scanline_m=None if crossings is None else crossings.length_m,
         terzaghi_cap=terzaghi_cap,
-        warnings=tuple(said),
+        warnings=tuple(messages),
         notes=(
             Finding("fractures.one-face"),
-            *_beyond(lines, area),
+            *_coverage_note(lines, area),
         ),
         plane=plane,
     )
-    return Mapped(found, counted, pieces, names, set_of[pieces.trace])
+    return MappedNetwork(network, counted, pieces, names, set_of[pieces.trace])
 
 
-def _beyond(lines: ObjectArray, area: Any) -> list[Finding]:
-    """A word where much of the area may not have been mapped."""
+def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
+    """Report that much of the area may not have been mapped."""
     share = 0.0 if area is None else share_beyond(lines, area)
-    if share <= BEYOND:
+    if share <= MAX_SHARE_BEYOND:
         return []
     return [Finding("fractures.area-beyond-traces", share_percent=100.0 * share)]
 
 
-def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
-    """How long whole traces are, by their pieces in an area (None: nothing is cut off)."""
+def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
+    """Describe the lengths of traces by their pieces in an area; without one nothing is
+    censored.
+    """
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
     if not n:
         reason_empty = Finding("fractures.no-traces")
         return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason_empty)
-    window = None if area is None or not cut.any() else window_of(pieces, area)
+    window = None if area is None or not cut.any() else fit_window(pieces, area)
     uncorrected = fit_laws(lengths, cut)
     fits = uncorrected if window is None else fit_laws(lengths, cut, window)
     mean = mean_by_ends(lengths, cut.astype(np.float64))
@@ -259,11 +320,11 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     best = fits[0] if fits else None
     reason = None
     if best is None:
-        reason = Finding("fractures.few-lengths", minimum=LEAST_COMPLETE)
+        reason = Finding("fractures.few-lengths", minimum=MIN_COMPLETE)
     return Lengths(
         n=n,
         mean_m=mean.value if mean else None,
-        mean_95_m=_ends_of(mean) if mean else (None, None),
+        mean_95_m=_limits(mean) if mean else (None, None),
         naive_mean_m=float(lengths.mean()),
         longest_m=float(lengths.max()),
         censored_share=float((cut > 0).mean()),
@@ -271,7 +332,7 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
         kaplan_meier_median_m=km_median,
         distribution=best.distribution if best else None,
         parameters={k: p.value for k, p in best.parameters.items()} if best else {},
-        parameters_95={k: _ends_of(p) for k, p in best.parameters.items()} if best else {},
+        parameters_95={k: _limits(p) for k, p in best.parameters.items()} if best else {},
         fits=tuple(fits),
         uncorrected=tuple(uncorrected) if window is not None else (),
         reason=reason,
@@ -279,25 +340,28 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
 
 
 def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None, float | None]:
-    """Mean (up to the longest length) and median by Kaplan & Meier (1958); None where more than
-    half is cut off before the median, or nothing was seen whole."""
+    """Return mean (up to the longest length) and median by Kaplan & Meier (1958).
+
+    The median is None if more than half is censored before it; both are None without complete
+    lengths.
+    """
     from scipy.stats import CensoredData, ecdf
 
     if censored.all():
         return None, None
-    found = ecdf(CensoredData.right_censored(lengths, censored)).sf
-    steps = np.concatenate([[0.0], found.quantiles])
-    held = np.concatenate([[1.0], found.probabilities])
-    mean = float(np.sum(np.diff(steps) * held[:-1]))
-    below = np.flatnonzero(found.probabilities <= 0.5)
-    return mean, float(found.quantiles[below[0]]) if len(below) else None
+    survival = ecdf(CensoredData.right_censored(lengths, censored)).sf
+    steps = np.concatenate([[0.0], survival.quantiles])
+    probabilities = np.concatenate([[1.0], survival.probabilities])
+    mean = float(np.sum(np.diff(steps) * probabilities[:-1]))
+    below = np.flatnonzero(survival.probabilities <= 0.5)
+    return mean, float(survival.quantiles[below[0]]) if len(below) else None
 
 
-def _ends_of(parameter: Parameter) -> tuple[float | None, float | None]:
+def _limits(parameter: Parameter) -> tuple[float | None, float | None]:
     return parameter.low, parameter.high
 
 
-def _check(lines: ObjectArray, counted: Counted) -> None:
+def _check_inputs(lines: ObjectArray, counted: SamplingRegion) -> None:
     import shapely
 
     if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
@@ -310,26 +374,30 @@ def _check(lines: ObjectArray, counted: Counted) -> None:
         raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
-def _noticed(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
+def _warnings(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
     import shapely
 
-    said = []
+    warnings = []
     if not len(pieces):
-        said.append(Finding("fractures.no-traces"))
-    selfish = np.flatnonzero(~shapely.is_simple(lines))
-    if len(selfish):
-        said.append(
-            Finding("fractures.self-crossing", count=len(selfish), rows=(selfish + 1).tolist())
+        warnings.append(Finding("fractures.no-traces"))
+    self_crossing = np.flatnonzero(~shapely.is_simple(lines))
+    if len(self_crossing):
+        warnings.append(
+            Finding(
+                "fractures.self-crossing",
+                count=len(self_crossing),
+                rows=(self_crossing + 1).tolist(),
+            )
         )
     if overlaps:
-        said.append(Finding("fractures.overlaps", count=overlaps))
+        warnings.append(Finding("fractures.overlaps", count=overlaps))
     if others:
-        said.append(Finding("fractures.other-nodes", count=others))
-    return said
+        warnings.append(Finding("fractures.other-nodes", count=others))
+    return warnings
 
 
-def densities_of(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
-    """Return the densities over an area of those pieces (n,) that are members of a set."""
+def trace_densities(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
+    """Return the densities over an area of the pieces (n,) that are members of a set."""
     import shapely
 
     if area is None:
@@ -338,28 +406,30 @@ def densities_of(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
     lengths = pieces.lengths()[members]
     ends = 2.0 - pieces.cut[members].sum(axis=1)
     if not len(lengths):
-        none = empty_interval(size)
-        return Densities(0.0, none, 0.0, none, 0.0, (0.0, None), 1.0)
+        empty = empty_interval(size)
+        return Densities(0.0, empty, 0.0, empty, 0.0, (0.0, None), 1.0)
     rows = np.unique(pieces.trace[members], return_inverse=True)[1]
     middles = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
-    # Pieces of one trace belong together; it lies where its mean piece does.
+    # Pieces of one trace count once, at their mean position.
     places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1).astype(np.float64)
     places /= np.bincount(rows)[:, None]
 
     def density(weights: FloatArray) -> tuple[float, Interval, float]:
-        of_traces = np.bincount(rows, weights).astype(np.float64)
-        dispersion = area_dispersion(places, of_traces, area)
-        interval = density_interval(of_traces, size, dispersion)
+        weights_by_trace = np.bincount(rows, weights).astype(np.float64)
+        dispersion = area_dispersion(places, weights_by_trace, area)
+        interval = density_interval(weights_by_trace, size, dispersion)
         return float(weights.sum()) / size, interval, dispersion
 
     number, number_95, _ = density(np.ones(len(lengths)))
-    by_ends, by_ends_95, _ = density(ends / 2.0)
+    node_density, node_density_95, _ = density(ends / 2.0)
     intensity, intensity_95, dispersion = density(lengths)
-    return Densities(number, number_95, by_ends, by_ends_95, intensity, intensity_95, dispersion)
+    return Densities(
+        number, number_95, node_density, node_density_95, intensity, intensity_95, dispersion
+    )
 
 
 def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntArray]:
-    """Names in order of appearance, those without a set last, and the set of each trace."""
+    """Return names in order of appearance, unassigned last, and the set of each trace."""
     if sets is None:
         return ("all",), np.zeros(n, np.int64)
     named = [name or UNASSIGNED for name in sets]
@@ -380,23 +450,23 @@ def _sets(
     cap: float | None,
     plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
-    azimuth, lengths = trace_azimuths_deg(directions_of(pieces), plane), pieces.lengths()
-    own = set_of[pieces.trace]
-    found = []
+    azimuth, lengths = trace_azimuths_deg(trace_directions(pieces), plane), pieces.lengths()
+    set_of_piece = set_of[pieces.trace]
+    figures = []
     for i, name in enumerate(names):
-        mine = own == i
-        strike, resultant = axial_mean_deg(azimuth[mine], lengths[mine])
+        is_member = set_of_piece == i
+        strike, resultant = axial_mean_deg(azimuth[is_member], lengths[is_member])
         spacing = None
         if crossings is not None:
-            spacing = spacing_of(crossings, set_of[crossings.trace] == i, cap)
-        densities = densities_of(pieces, mine, area)
-        found.append(
+            spacing = measure_spacing(crossings, set_of[crossings.trace] == i, cap)
+        densities = trace_densities(pieces, is_member, area)
+        figures.append(
             FractureSet(
                 name=name,
-                n=int(mine.sum()),
+                n=int(is_member.sum()),
                 strike_deg=strike,
                 resultant=resultant,
-                length_m=float(lengths[mine].sum()),
+                length_m=float(lengths[is_member].sum()),
                 P20_1_per_m2=densities.P20_1_per_m2,
                 P20_95_1_per_m2=densities.P20_95_1_per_m2,
                 P21_1_per_m=densities.P21_1_per_m,
@@ -404,4 +474,4 @@ def _sets(
                 spacing=spacing,
             )
         )
-    return tuple(found)
+    return tuple(figures)

@@ -1,7 +1,7 @@
-"""Nodes of a map of traces: free ends (I), abutting ends (Y), crossings (X).
+"""Nodes of a map of traces: free ends (I), abutting ends (Y) and crossings (X).
 
 After Sanderson & Nixon (2015), The use of topology in fracture network characterization, Journal of
-Structural Geology 72, 55-66: by the branches that meet, one at an I, three at a Y, four at an X.
+Structural Geology 72, 55-66: one branch ends at an I, three meet at a Y, four at an X.
 """
 
 from __future__ import annotations
@@ -13,16 +13,28 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.geology.fractures.pieces import Pieces
 
-_REACH = 10.0
-"""Of the tolerance: how far along the trace an end may lie beyond the crossing that it is taken to;
-traces that meet at an acute angle cross long before they are a tolerance apart."""
+MAX_OFFSET_RATIO = 10.0
+"""Maximum distance of an end along its trace from the crossing to which it is snapped, in
+tolerances.
+Traces with an acute angle cross far from where they are within the tolerance.
+"""
 
 
 @dataclass(frozen=True)
-class Mended:
-    """An end that the tolerance moved. what : gap (it stopped short of a trace), overshoot (it ran
-    past one), edge (it stopped short of the edge of the area); trace, other : their numbers, other
-    None at an edge; x, y : the end as drawn; distance_m : how far it was from the other"""
+class SnappedEnd:
+    """End that was moved within the tolerance.
+
+    Attributes
+    ----------
+    what : {"gap", "overshoot", "edge"}
+        The end stopped short of a trace, passed one, or stopped short of the edge of the area.
+    trace, other : int
+        Numbers of the traces; `other` is None at an edge.
+    x, y : float
+        The end as drawn, m.
+    distance_m : float
+        Its distance from the other trace or edge, m.
+    """
 
     what: str
     trace: int
@@ -34,8 +46,12 @@ class Mended:
 
 @dataclass(frozen=True)
 class NodeCounts:
-    """I, Y, X : free ends, abutting ends, crossings; E : ends on the edge of the area; L : places
-    where two traces meet end to end; other : where more than four branches meet"""
+    """Numbers of nodes.
+
+    I, Y, X : free ends, abutting ends, crossings. E : ends on the edge of the area. L : two traces
+    meet
+    end to end. other : more than four branches meet.
+    """
 
     I: int  # noqa: E741
     Y: int
@@ -49,20 +65,20 @@ class NodeCounts:
 class Nodes:
     """Nodes of a fracture network.
 
-    Parameters
+    Attributes
     ----------
     counts : NodeCounts
-    mended : tuple of Mended
+    mended : tuple of SnappedEnd
         Ends that were snapped to another trace.
-    points : (k, 2) array
-    branches : (k,) array
+    points : (k, 2) ndarray
+    branches : (k,) ndarray
         Number of branches that meet at each point.
     overlaps : int
         Number of pairs of pieces that overlap.
     """
 
     counts: NodeCounts
-    mended: tuple[Mended, ...]
+    mended: tuple[SnappedEnd, ...]
     points: FloatArray
     branches: IntArray
     overlaps: int
@@ -70,18 +86,30 @@ class Nodes:
 
 @dataclass(frozen=True, eq=False)
 class _Touches:
-    """end, other, distance (k,) : which end of a piece lies within the tolerance of which piece"""
+    """Ends of pieces within the tolerance of another piece: end, other and distance (k,)."""
 
     end: IntArray
     other: IntArray
     distance: FloatArray
 
 
-def nodes_of(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
-    """Find the nodes of pieces whose ends may miss each other by snap_m; 0: by rounding only.
+def find_nodes(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
+    """Find the nodes of traces.
 
-    A trace that crosses or touches itself makes no node. Crossings on the edge of the area, and
-    ends on it, are none either.
+    A trace that crosses or touches itself has no node there. Crossings and ends on the edge of the
+    area
+    are not nodes either.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    snap_m : float
+        Tolerance of ends, m; 0 for rounding only.
+    area : shapely polygon, optional
+
+    Returns
+    -------
+    Nodes
     """
     import shapely
 
@@ -92,29 +120,35 @@ def nodes_of(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
     closed = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
     free = np.flatnonzero(~cut & ~closed[piece])
-    touches = _touching(tree, pieces.lines, ends, piece, free, tolerance)
-    crossing, pair, overlaps = _crossings(tree, pieces.lines)
-    group, node_count = _grouped(ends, free, crossing, pair, touches, piece, tolerance)
-    degree, is_edge = _branches(
-        group, node_count, free, piece, pair, touches, _at_cut_ends(crossing, ends[cut], tolerance)
+    touches = _find_touches(tree, pieces.lines, ends, piece, free, tolerance)
+    crossing, pair, overlaps = _find_crossings(tree, pieces.lines)
+    group, node_count = _group_nodes(ends, free, crossing, pair, touches, piece, tolerance)
+    degree, is_edge = _count_branches(
+        group,
+        node_count,
+        free,
+        piece,
+        pair,
+        touches,
+        _crossings_at_cut_ends(crossing, ends[cut], tolerance),
     )
-    places = _places(group, node_count, ends[free], crossing)
-    kept = ~is_edge
+    places = _node_places(group, node_count, ends[free], crossing)
+    is_inner = ~is_edge
     counts = NodeCounts(
-        I=int(np.sum(degree[kept] == 1)),
-        Y=int(np.sum(degree[kept] == 3)),
-        X=int(np.sum(degree[kept] == 4)),
+        I=int(np.sum(degree[is_inner] == 1)),
+        Y=int(np.sum(degree[is_inner] == 3)),
+        X=int(np.sum(degree[is_inner] == 4)),
         E=int(cut.sum()),
-        L=int(np.sum(degree[kept] == 2)),
-        other=int(np.sum(degree[kept] > 4)),
+        L=int(np.sum(degree[is_inner] == 2)),
+        other=int(np.sum(degree[is_inner] > 4)),
     )
-    mended = _mended(pieces, ends, piece, free, touches, pair) + _mended_edges(
+    snapped = _snapped_ends(pieces, ends, piece, free, touches, pair) + _snapped_edges(
         pieces, ends, piece, cut, area
     )
-    return Nodes(counts, tuple(mended), places[kept], degree[kept], overlaps)
+    return Nodes(counts, tuple(snapped), places[is_inner], degree[is_inner], overlaps)
 
 
-def _touching(
+def _find_touches(
     tree: object,
     lines: ObjectArray,
     ends: FloatArray,
@@ -125,27 +159,33 @@ def _touching(
     import shapely
 
     points = shapely.points(ends[free])
-    at, other = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
-    foreign = piece[free[at]] != other
-    at, other = at[foreign], other[foreign]
-    return _Touches(free[at], other, np.asarray(shapely.distance(points[at], lines[other])))
+    rows, other = tree.query(points, predicate="dwithin", distance=tolerance)  # type: ignore[attr-defined]
+    foreign = piece[free[rows]] != other
+    rows, other = rows[foreign], other[foreign]
+    return _Touches(free[rows], other, np.asarray(shapely.distance(points[rows], lines[other])))
 
 
-def _crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
-    """(m, 2) places where two pieces meet, (m, 2) the two; and how many run over each other."""
+def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
+    """Return places (m, 2) where two pieces meet, their rows (m, 2), and the number of overlaps."""
     import shapely
 
-    one, two = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
-    once = one < two
-    one, two = one[once], two[once]
-    parts, of = shapely.get_parts(shapely.intersection(lines[one], lines[two]), return_index=True)
+    first, second = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
+    is_ordered = first < second
+    first, second = first[is_ordered], second[is_ordered]
+    parts, pair_row = shapely.get_parts(
+        shapely.intersection(lines[first], lines[second]), return_index=True
+    )
     point = shapely.get_type_id(parts) == 0
-    over = len(np.unique(of[~point]))
+    n_overlaps = len(np.unique(pair_row[~point]))
     places = shapely.get_coordinates(parts[point]).reshape(-1, 2)
-    return places, np.stack([one[of[point]], two[of[point]]], axis=1).astype(np.int64), over
+    return (
+        places,
+        np.stack([first[pair_row[point]], second[pair_row[point]]], axis=1).astype(np.int64),
+        n_overlaps,
+    )
 
 
-def _grouped(
+def _group_nodes(
     ends: FloatArray,
     free: IntArray,
     crossing: FloatArray,
@@ -154,7 +194,7 @@ def _grouped(
     piece: IntArray,
     tolerance: float,
 ) -> tuple[IntArray, int]:
-    """(free + crossings,) the node of each free end and each crossing, and how many there are."""
+    """Return the node of each free end and each crossing, and the number of nodes."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -164,27 +204,29 @@ def _grouped(
         return np.zeros(0, np.int64), 0
     points = np.vstack([ends[free], crossing])
     links = [cKDTree(points).query_pairs(tolerance, output_type="ndarray").reshape(-1, 2)]
-    # An end that ran past a trace belongs to the crossing with it.
+    # An end that passed a trace belongs to the crossing with it.
     place_of = np.full(len(ends), -1, np.int64)
     place_of[free] = np.arange(len(free))
-    key: dict[tuple[int, int], list[int]] = {}
+    crossings_by_pair: dict[tuple[int, int], list[int]] = {}
     for row, (a, b) in enumerate(pair.tolist()):
-        key.setdefault((a, b), []).append(row)
+        crossings_by_pair.setdefault((a, b), []).append(row)
     extra = []
     for end, other in zip(touches.end.tolist(), touches.other.tolist(), strict=True):
-        own = int(piece[end])
-        for row in key.get((min(own, other), max(own, other)), ()):
-            if np.hypot(*(crossing[row] - ends[end])) <= _REACH * tolerance:
+        piece_of_end = int(piece[end])
+        for row in crossings_by_pair.get((min(piece_of_end, other), max(piece_of_end, other)), ()):
+            if np.hypot(*(crossing[row] - ends[end])) <= MAX_OFFSET_RATIO * tolerance:
                 extra.append((place_of[end], len(free) + row))
     links.append(np.asarray(extra, np.int64).reshape(-1, 2))
-    joined = np.vstack(links)
-    graph = coo_array((np.ones(len(joined)), (joined[:, 0], joined[:, 1])), shape=(count, count))
-    found, group = connected_components(graph, directed=False)
-    return group.astype(np.int64), int(found)
+    edges = np.vstack(links)
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    n_nodes, group = connected_components(graph, directed=False)
+    return group.astype(np.int64), int(n_nodes)
 
 
-def _at_cut_ends(crossing: FloatArray, cut_ends: FloatArray, tolerance: float) -> IntArray:
-    """Rows of crossings that lie where a piece was cut off by the edge."""
+def _crossings_at_cut_ends(
+    crossing: FloatArray, cut_ends: FloatArray, tolerance: float
+) -> IntArray:
+    """Return rows of crossings where a piece was cut by the edge."""
     from scipy.spatial import cKDTree
 
     if not len(crossing) or not len(cut_ends):
@@ -193,20 +235,20 @@ def _at_cut_ends(crossing: FloatArray, cut_ends: FloatArray, tolerance: float) -
     return np.flatnonzero(np.isfinite(distance))
 
 
-def _branches(
+def _count_branches(
     group: IntArray,
     count: int,
     free: IntArray,
     piece: IntArray,
     pair: IntArray,
     touches: _Touches,
-    at_edge: IntArray,
+    edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
-    """(count,) how many branches leave each node; and whether it lies on the edge."""
+    """Return the number (count,) of branches at each node, and whether it lies on the edge."""
     n_free = len(free)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
     end_node[free] = group[:n_free]
-    # Every piece that has to do with a node, once for each.
+    # Each piece at each of its nodes once.
     nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
     involved = np.concatenate([piece[free], pair.ravel(), touches.other])
     both = np.unique(np.stack([nodes, involved], axis=1), axis=0)
@@ -214,24 +256,24 @@ def _branches(
     passing = np.bincount(both[:, 0], minlength=count)
     ending = np.bincount(ends_here[:, 0], minlength=count)
     is_edge = np.zeros(count, np.bool_)
-    is_edge[group[n_free:][at_edge]] = True
+    is_edge[group[n_free:][edge_crossings]] = True
     return (2 * passing - ending).astype(np.int64), is_edge
 
 
-def _places(group: IntArray, count: int, ends: FloatArray, crossing: FloatArray) -> FloatArray:
+def _node_places(group: IntArray, count: int, ends: FloatArray, crossing: FloatArray) -> FloatArray:
     points = np.vstack([ends, crossing]) if count else np.zeros((0, 2))
     size = np.bincount(group, minlength=count)
     return np.stack([np.bincount(group, points[:, i], count) / size for i in (0, 1)], axis=1)
 
 
-def _mended(
+def _snapped_ends(
     pieces: Pieces,
     ends: FloatArray,
     piece: IntArray,
     free: IntArray,
     touches: _Touches,
     pair: IntArray,
-) -> list[Mended]:
+) -> list[SnappedEnd]:
     crossed = set(map(tuple, pair.tolist()))
     nearest: dict[int, tuple[float, int]] = {}
     for end, other, distance in zip(
@@ -239,34 +281,34 @@ def _mended(
     ):
         if distance > pieces.rounding_m and distance < nearest.get(end, (np.inf, 0))[0]:
             nearest[end] = (distance, other)
-    found = []
+    snapped = []
     for end, (distance, other) in sorted(nearest.items()):
-        own = int(piece[end])
-        over = (min(own, other), max(own, other)) in crossed
-        found.append(
-            Mended(
-                "overshoot" if over else "gap",
-                int(pieces.trace[own]) + 1,
+        piece_of_end = int(piece[end])
+        is_crossed = (min(piece_of_end, other), max(piece_of_end, other)) in crossed
+        snapped.append(
+            SnappedEnd(
+                "overshoot" if is_crossed else "gap",
+                int(pieces.trace[piece_of_end]) + 1,
                 int(pieces.trace[other]) + 1,
                 float(ends[end, 0]),
                 float(ends[end, 1]),
                 distance,
             )
         )
-    return found
+    return snapped
 
 
-def _mended_edges(
+def _snapped_edges(
     pieces: Pieces, ends: FloatArray, piece: IntArray, cut: BoolArray, area: object
-) -> list[Mended]:
+) -> list[SnappedEnd]:
     import shapely
 
     if area is None:
         return []
-    at = np.flatnonzero(cut)
-    distance = shapely.distance(shapely.boundary(area), shapely.points(ends[at]))
+    rows = np.flatnonzero(cut)
+    distance = shapely.distance(shapely.boundary(area), shapely.points(ends[rows]))
     return [
-        Mended(
+        SnappedEnd(
             "edge",
             int(pieces.trace[piece[end]]) + 1,
             None,
@@ -274,6 +316,6 @@ def _mended_edges(
             float(ends[end, 1]),
             float(d),
         )
-        for end, d in zip(at, distance, strict=True)
+        for end, d in zip(rows, distance, strict=True)
         if d > pieces.rounding_m
     ]

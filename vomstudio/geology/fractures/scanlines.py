@@ -1,4 +1,4 @@
-"""Traces along scanlines: frequency, spacing, and what the angle of the line does to both."""
+"""Traces along scanlines: frequency and spacing, corrected for the angle of the line."""
 
 from __future__ import annotations
 
@@ -20,16 +20,29 @@ from vomstudio.geology.fractures.intervals import (
     line_dispersion,
     regular_half_width,
 )
-from vomstudio.geology.fractures.pieces import segments_of
+from vomstudio.geology.fractures.pieces import line_segments
 
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Where traces meet scanlines, in order along each.
+    """Crossings of traces and scanlines, in order along each scanline.
 
-    trace, scanline : (n,) rows; along_m : (n,) from the start of the scanline; angle_deg : (n,)
-    acute, between trace and scanline; weight : (n,) Terzaghi's 1 / sin of it, no more than the cap
-    where there is one; lengths_m : (k,) of the scanlines; capped : weights that the cap lowered
+    Attributes
+    ----------
+    trace, scanline : (n,) ndarray of int
+        Rows.
+    along_m : (n,) ndarray
+        Distance from the start of the scanline, m.
+    angle_deg : (n,) ndarray
+        Acute angle between trace and scanline, degrees.
+    weight : (n,) ndarray
+        Terzaghi's weight 1 / sin(angle), limited by the cap.
+    lengths_m : (k,) ndarray
+        Lengths of the scanlines, m.
+    capped : int
+        Number of weights that the cap reduced.
+    overlaps : int
+        Number of traces that run along a scanline.
     """
 
     trace: IntArray
@@ -43,20 +56,34 @@ class Crossings:
 
     @property
     def length_m(self) -> float:
-        """Of all scanlines together."""
+        """Total length of all scanlines, m."""
         return float(self.lengths_m.sum())
 
 
 @dataclass(frozen=True)
 class Spacing:
-    """Of n crossings on scanlines. P10_1_per_m : n over the length; mean_m, std_m : gaps between
-    neighbours along the line, of which there are `gaps`; cv : their ratio, near 1 where places are
-    random, below where regular, above where clustered; true_mean_m : across the traces, by the sine
-    of each gap's mean angle; P21_1_per_m : sum of the weights over the length, Terzaghi's (1965)
-    correction, which in a plane estimates the length of traces per area; capped : weights that were
-    lowered to the cap; names with 95 : the 95 % intervals (see `intervals`); dispersion : variance
-    of the number of crossings over that of random ones, below 1 only if the gaps are significantly
-    regular"""
+    """Spacing of n crossings on scanlines; names with 95 are 95 % intervals (see `intervals`).
+
+    Attributes
+    ----------
+    P10_1_per_m : float
+        Number per length.
+    mean_m, std_m : float or None
+        Gaps between neighbours along the line, m; `gaps` is their number.
+    cv : float or None
+        Ratio of both: near 1 for random places, lower for regular and higher for clustered ones.
+    true_mean_m : float or None
+        Mean gap perpendicular to the traces, by the sine of each gap's mean angle, m.
+    P21_1_per_m : float
+        Sum of the weights over the length, Terzaghi's (1965) correction, which on a plane
+        estimates the
+        length of traces per area.
+    dispersion : float
+        Variance of the number of crossings over that of random ones; below 1 only if the gaps are
+        significantly regular.
+    capped : int
+        Number of weights that the cap reduced.
+    """
 
     n: int
     gaps: int
@@ -74,42 +101,47 @@ class Spacing:
     capped: int
 
 
-def crossings_of(lines: ObjectArray, scanlines: ObjectArray, cap: float | None = None) -> Crossings:
-    """Where traces (n,) meet scanlines (k,). cap : the largest weight, None for none. Traces that
-    run along a scanline make no crossing and are counted as overlaps."""
+def find_crossings(
+    lines: ObjectArray, scanlines: ObjectArray, cap: float | None = None
+) -> Crossings:
+    """Find the crossings of traces (n,) with scanlines (k,).
+
+    Traces that run along a scanline have no crossing and count as overlaps. `cap` is the maximum
+    weight, None for no limit.
+    """
     import shapely
 
-    start, end, own = segments_of(lines)
-    a, b, line = segments_of(scanlines)
+    start, end, trace_of_segment = line_segments(lines)
+    a, b, line = line_segments(scanlines)
     traces = shapely.linestrings(np.stack([start, end], axis=1))
     parts = shapely.linestrings(np.stack([a, b], axis=1))
     before = np.zeros(len(a))
     steps = np.hypot(*(b - a).T)
     for k in range(len(scanlines)):
-        mine = np.flatnonzero(line == k)
-        before[mine] = np.cumsum(steps[mine]) - steps[mine]
+        is_on_line = np.flatnonzero(line == k)
+        before[is_on_line] = np.cumsum(steps[is_on_line]) - steps[is_on_line]
     part, segment = shapely.STRtree(traces).query(parts, predicate="intersects")
-    where = shapely.intersection(parts[part], traces[segment])
-    point = shapely.get_type_id(where) == 0
-    overlaps = len(np.unique(own[segment[~point]]))
-    part, segment = part[point], segment[point]
-    xy = shapely.get_coordinates(where[point])
+    intersection_points = shapely.intersection(parts[part], traces[segment])
+    is_point = shapely.get_type_id(intersection_points) == 0
+    overlaps = len(np.unique(trace_of_segment[segment[~is_point]]))
+    part, segment = part[is_point], segment[is_point]
+    xy = shapely.get_coordinates(intersection_points[is_point])
     along = before[part] + np.hypot(*(xy - a[part]).T)
-    one, two = end[segment] - start[segment], b[part] - a[part]
-    cross = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    sine = cross / np.maximum(np.hypot(*one.T) * np.hypot(*two.T), 1e-300)
+    trace_vector, line_vector = end[segment] - start[segment], b[part] - a[part]
+    cross = np.abs(trace_vector[:, 0] * line_vector[:, 1] - trace_vector[:, 1] * line_vector[:, 0])
+    sine = cross / np.maximum(np.hypot(*trace_vector.T) * np.hypot(*line_vector.T), 1e-300)
     order = np.lexsort((along, line[part]))
-    trace, scanline = own[segment][order], line[part][order]
+    trace, scanline = trace_of_segment[segment][order], line[part][order]
     along, sine = along[order], sine[order]
-    # A vertex of the trace on the line is met by both of its segments.
-    again = np.zeros(len(order), np.bool_)
-    for back in range(1, min(4, len(order))):
-        again[back:] |= (
-            (trace[back:] == trace[:-back])
-            & (scanline[back:] == scanline[:-back])
-            & (along[back:] - along[:-back] < 1e-9 * max(1.0, float(along.max(initial=0.0))))
+    # A vertex of a trace on the line belongs to two of its segments.
+    is_repeated = np.zeros(len(order), np.bool_)
+    for shift in range(1, min(4, len(order))):
+        is_repeated[shift:] |= (
+            (trace[shift:] == trace[:-shift])
+            & (scanline[shift:] == scanline[:-shift])
+            & (along[shift:] - along[:-shift] < 1e-9 * max(1.0, float(along.max(initial=0.0))))
         )
-    trace, scanline, along, sine = (v[~again] for v in (trace, scanline, along, sine))
+    trace, scanline, along, sine = (v[~is_repeated] for v in (trace, scanline, along, sine))
     weight = 1.0 / np.maximum(sine, 1e-12)
     capped = 0
     if cap is not None:
@@ -127,22 +159,22 @@ def crossings_of(lines: ObjectArray, scanlines: ObjectArray, cap: float | None =
     )
 
 
-def spacing_of(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
-    """Of those crossings (n,) that are members of a set."""
+def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
+    """Measure the spacing of those crossings (n,) that are members of a set."""
     line, along = crossings.scanline[members], crossings.along_m[members]
     sine = np.sin(np.radians(crossings.angle_deg[members]))
     same = line[1:] == line[:-1]
     gaps = (along[1:] - along[:-1])[same]
-    true = gaps * ((sine[1:] + sine[:-1]) / 2)[same]
+    true_gaps = gaps * ((sine[1:] + sine[:-1]) / 2)[same]
     mean = float(gaps.mean()) if len(gaps) else None
-    true_mean = float(true.mean()) if len(true) else None
+    true_mean = float(true_gaps.mean()) if len(true_gaps) else None
     std = float(gaps.std(ddof=1)) if len(gaps) > 1 else None
     cv = std / mean if std is not None and mean else None
     trace, weights = crossings.trace[members], crossings.weight[members]
     size = crossings.length_m
     frequency, mean_95, dispersion = _intervals(crossings, members, gaps, cv)
     ratio = true_mean / mean if true_mean is not None and mean else None
-    of_traces = np.bincount(trace, weights).astype(np.float64)
+    weights_by_trace = np.bincount(trace, weights).astype(np.float64)
     return Spacing(
         n=len(along),
         gaps=len(gaps),
@@ -153,9 +185,9 @@ def spacing_of(crossings: Crossings, members: BoolArray, cap: float | None = Non
         std_m=std,
         cv=cv,
         true_mean_m=true_mean,
-        true_mean_95_m=_scaled(mean_95, ratio),
+        true_mean_95_m=_scale(mean_95, ratio),
         P21_1_per_m=float(weights.sum()) / size,
-        P21_95_1_per_m=density_interval(of_traces, size, max(dispersion, 1.0)),
+        P21_95_1_per_m=density_interval(weights_by_trace, size, max(dispersion, 1.0)),
         dispersion=dispersion,
         capped=0 if cap is None else int(np.sum(1.0 / np.maximum(sine, 1e-12) > cap * (1 + 1e-12))),
     )
@@ -167,20 +199,21 @@ def _intervals(
     """Return the intervals of the frequency, 1/m, and of the mean gap, m, and the dispersion.
 
     The mean gap is 1 over the frequency, and so is its interval, unless the gaps are regular: then
-    both follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
+    both
+    follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
     """
     line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
     n, lines = len(along), len(crossings.lengths_m)
     if not n:
         return empty_interval(size), UNKNOWN, 1.0
     weights = crossings_per_trace(crossings.trace[members])
-    # Parallel scanlines meet the same traces again, which tells nothing new.
+    # Parallel scanlines meet the same traces again, which adds no information.
     repeats = float(np.sum(weights**2)) / n
     if cv is not None and are_regular(gaps, repeats):
         free = len(gaps) / repeats
         half = regular_half_width(cv, free)
         mean = float(gaps.mean())
-        # Each line begins and ends at any place between two traces.
+        # Each line begins and ends at a random place between two traces.
         dispersion = cv**2 + lines / (6.0 * n)
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(free), free)
         frequency = max(n - error, 0.0) / size, (n + error) / size
@@ -195,7 +228,7 @@ def _intervals(
     return (low, high), (1.0 / high, 1.0 / low), dispersion
 
 
-def _scaled(interval: Interval, factor: float | None) -> Interval:
+def _scale(interval: Interval, factor: float | None) -> Interval:
     low, high = interval
     if low is None or high is None or factor is None:
         return UNKNOWN
@@ -203,7 +236,7 @@ def _scaled(interval: Interval, factor: float | None) -> Interval:
 
 
 def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float | None, float]:
-    """Mean of azimuths whose two ends are alike, 0 to 180, and its resultant, 0 to 1."""
+    """Return the axial mean of azimuths, 0 to 180 degrees, and its resultant, 0 to 1."""
     total = float(weights.sum())
     if total <= 0:
         return None, 0.0
@@ -215,11 +248,11 @@ def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float 
     return math.degrees(math.atan2(east, north)) / 2 % 180.0, min(length, 1.0)
 
 
-def in_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]) -> IntArray:
-    """(n,) the range, clockwise, that holds each azimuth or its opposite; -1 where none does."""
-    found = np.full(len(azimuth_deg), -1, np.int64)
+def assign_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]) -> IntArray:
+    """Return the clockwise range (n,) that contains each azimuth or its opposite; -1 if none."""
+    rows = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):
         width = (high - low) % 180.0 or 180.0
-        held = (azimuth_deg - low) % 180.0 <= width
-        found[held & (found < 0)] = i
-    return found
+        is_inside = (azimuth_deg - low) % 180.0 <= width
+        rows[is_inside & (rows < 0)] = i
+    return rows

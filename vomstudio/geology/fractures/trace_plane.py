@@ -28,8 +28,8 @@ MAX_MAP_DIP_DEG = 80.0
 MAX_STRIKE_DIP_DEG = 45.0
 """Angles of traces are strikes on planes with a lower dip, else they are counted from up."""
 
-_THIN = 1e-6
-_LINES = (1, 2, 5)
+MIN_RELATIVE_WIDTH = 1e-6
+LINE_TYPES = (1, 2, 5)
 
 
 def map_azimuths_deg(directions: FloatArray) -> FloatArray:
@@ -91,11 +91,11 @@ class TracePlane:
         if plane.undefined:
             origin = np.array([0.0, 0.0, middle[2]])
         elif plane.vertical:
-            # So that y is the height.
+            # On a vertical plane y is the height.
             origin = np.array([middle[0], middle[1], 0.0])
-        in_space = sum(float(_lengths(line).sum()) for line in lines)
+        length_in_space = sum(float(_lengths(line).sum()) for line in lines)
         across = np.stack([frame.right, up])
-        on_plane = sum(float(_lengths(line @ across.T).sum()) for line in lines)
+        length_on_plane = sum(float(_lengths(line @ across.T).sum()) for line in lines)
         return cls(
             dip_direction_deg=plane.dip_direction_deg,
             dip_deg=plane.dip_deg,
@@ -105,8 +105,8 @@ class TracePlane:
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
             # Rounding must not make it negative.
-            shortening_percent=max(100.0 * (1.0 - on_plane / in_space), 0.0)
-            if in_space > 0
+            shortening_percent=max(100.0 * (1.0 - length_on_plane / length_in_space), 0.0)
+            if length_in_space > 0
             else 0.0,
             azimuths_from="north" if plane.dip_deg < MAX_STRIKE_DIP_DEG else "up",
         )
@@ -149,8 +149,8 @@ class TracePlane:
 
     def coordinates(self, points: FloatArray) -> FloatArray:
         """Return x and y (n, 2) on the plane of World points (n, 3)."""
-        # Not by matrix products: the same point must always have the same coordinates to the last
-        # bit, or lines that join or are drawn twice are not recognised.
+        # Not by matrix products: equal points need bitwise equal coordinates, so that joined and
+        # duplicate lines are recognised.
         x, y, z = (points - np.array(self.origin)).T
         return np.column_stack([x * a + y * b + z * c for a, b, c in (self.right, self.up)])
 
@@ -195,13 +195,13 @@ class TracePlane:
                 continue
             z = shapely.get_coordinates(shape, include_z=True)[:, 2]
             is_level = bool(np.ptp(z) == 0) if np.isfinite(z).all() else None
-            on_traces = is_level is not None and heights[0] <= z[0] <= heights[1]
-            if is_level is None or (is_level and (option == "area" or not on_traces)):
+            is_within_heights = is_level is not None and heights[0] <= z[0] <= heights[1]
+            if is_level is None or (is_level and (option == "area" or not is_within_heights)):
                 placed[i] = self._above(shape, option)
             else:
                 on_plane = shapely.force_3d(self.project(shapes[i : i + 1])[0])
-                least = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
-                if _extent(on_plane, option) < least:
+                min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
+                if _extent(on_plane, option) < min_extent:
                     raise self._edge_on(option)
         return self.project(placed)
 
@@ -288,24 +288,24 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     points = np.concatenate(lines)
     counts = np.array([len(line) for line in lines])
     first = np.cumsum(counts) - counts
-    away = points - np.repeat(points[first], counts, axis=0)
-    rises = np.maximum.reduceat(np.abs(away[:, 2]), first)
-    lengths = np.maximum.reduceat(np.linalg.norm(away, axis=1), first)
-    climbs = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
-    if not climbs and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first)):
+    offsets = points - np.repeat(points[first], counts, axis=0)
+    rises = np.maximum.reduceat(np.abs(offsets[:, 2]), first)
+    lengths = np.maximum.reduceat(np.linalg.norm(offsets, axis=1), first)
+    is_climbing = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
+    if not is_climbing and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first)):
         return None
     sizes, axes = _axes(points)
-    if climbs and _is_straight(sizes):
+    if is_climbing and _is_straight(sizes):
         raise _no_plane()
     plane = Plane.from_normal(axes[2])
     if plane.dip_deg < MIN_DIP_DEG:
-        return TracePlane.through(Plane(0.0, 0.0), lines) if climbs else None
-    if not climbs and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
+        return TracePlane.through(Plane(0.0, 0.0), lines) if is_climbing else None
+    if not is_climbing and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
         return None
     return TracePlane.through(plane, lines)
 
 
-def vertices_in_space(shapes: ObjectArray) -> tuple[list[FloatArray], BoolArray]:
+def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolArray]:
     """Return the vertices of lines with heights, and a mask of lines without heights.
 
     Parameters
@@ -320,7 +320,7 @@ def vertices_in_space(shapes: ObjectArray) -> tuple[list[FloatArray], BoolArray]
     """
     import shapely
 
-    line_rows = np.flatnonzero(np.isin(shapely.get_type_id(shapes), _LINES))
+    line_rows = np.flatnonzero(np.isin(shapely.get_type_id(shapes), LINE_TYPES))
     points, row = shapely.get_coordinates(shapes[line_rows], include_z=True, return_index=True)
     is_finite = np.isfinite(points)
     usable = is_finite[:, :2].all(axis=1)
@@ -356,8 +356,8 @@ def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool
     counts, first : (m,) number of vertices of each line, and row of its first vertex
     """
     means = np.add.reduceat(heights, first) / counts
-    off = heights - np.repeat(means, counts)
-    along = float(np.sqrt(np.mean(np.add.reduceat(off**2, first) / counts)))
+    residuals = heights - np.repeat(means, counts)
+    along = float(np.sqrt(np.mean(np.add.reduceat(residuals**2, first) / counts)))
     between = float(np.std(means))
     return between > 0 and between >= MIN_STEP_RATIO * along
 
@@ -369,7 +369,7 @@ def _axes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _is_straight(sizes: FloatArray) -> bool:
-    return len(sizes) < 3 or not sizes[1] > _THIN * sizes[0]
+    return len(sizes) < 3 or not sizes[1] > MIN_RELATIVE_WIDTH * sizes[0]
 
 
 def _no_plane() -> GeometryError:
@@ -385,8 +385,8 @@ def _extent(shape: Any, option: str) -> float:
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         if option == "area":
-            at = points - points.mean(axis=0)
-            total += float(np.linalg.norm(np.cross(at[:-1], at[1:]).sum(axis=0))) / 2
+            centred = points - points.mean(axis=0)
+            total += float(np.linalg.norm(np.cross(centred[:-1], centred[1:]).sum(axis=0))) / 2
         else:
             total += float(_lengths(points).sum())
     return total

@@ -1,4 +1,4 @@
-"""Traces seen through a window: what its size and edge do to their number, length and intensity."""
+"""Effects of the size and edge of a sampling window on number, length and intensity of traces."""
 
 from __future__ import annotations
 
@@ -10,19 +10,27 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.fractures.length_laws import Parameter, Window
-from vomstudio.geology.fractures.pieces import Pieces, segments_of
+from vomstudio.geology.fractures.pieces import Pieces, line_segments
 
-_SIZES, _PLACES = 8, 64
-BEYOND = 0.2
-"""Of an area: more of it beyond the outermost traces is said to be so."""
-_Z95 = 1.959963984540054
+N_SIZES, MAX_PLACES = 8, 64
+MAX_SHARE_BEYOND = 0.2
+"""Maximum share of an area beyond the outermost traces without a note."""
+Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
 class IntensityAtSize:
-    """P21 in circles of one radius that lie wholly in the area: how many, their mean, standard
-    deviation, least and most in 1/m; independent : how many of them the area would hold side by
-    side"""
+    """P21 in circles of one radius inside the area.
+
+    Attributes
+    ----------
+    windows : int
+        Number of circles.
+    independent : float
+        Number of circles that fit into the area without overlap.
+    P21_1_per_m, std_1_per_m, min_1_per_m, max_1_per_m : float
+        Mean, standard deviation, minimum and maximum, 1/m.
+    """
 
     radius_m: float
     windows: int
@@ -35,9 +43,14 @@ class IntensityAtSize:
 
 @dataclass(frozen=True)
 class CircleEstimates:
-    """What a circle tells without any length (Mauldon, Dunne & Rohrbaugh 2001, Journal of
-    Structural Geology 23, 247-258): n crossings of its rim, m ends inside; intensity n / 4r,
-    density m / 2 pi r^2, mean length pi r n / 2m, None without ends"""
+    """Estimates from a circle without any length.
+
+    Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258: n crossings of its
+    rim and
+    m ends inside give the intensity n / 4r, the density m / 2 pi r^2 and the mean length pi r n /
+    2m,
+    None without ends.
+    """
 
     n: int
     m: int
@@ -47,6 +60,7 @@ class CircleEstimates:
 
 
 def circle_estimates(pieces: Pieces, radius: float) -> CircleEstimates:
+    """Estimate intensity, density and mean length of the traces in a circle of this radius, m."""
     n = int(pieces.cut.sum())
     m = 2 * len(pieces) - n
     mean = math.pi * radius * n / (2 * m) if m else None
@@ -54,13 +68,26 @@ def circle_estimates(pieces: Pieces, radius: float) -> CircleEstimates:
 
 
 def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
-    """The mean length of whole traces, from pieces (n,) seen in a window: all length over half the
-    number of ends inside.
+    """Return the mean length of complete traces from pieces seen in a window.
 
-    Neither cutting off nor the preference for long traces disturbs it, since every trace has two
-    ends, and each is seen with the same chance wherever it lies (Pahl 1981, International Journal
-    of Rock Mechanics 18, 221-228; Zhang & Einstein 1998). The 95 % interval is that of a ratio of
-    sums over independent pieces. None where no end is inside.
+    It is the total length over half the number of ends inside. Neither censoring nor the preference
+    for
+    long traces biases it, because every trace has two ends, each observed with the same probability
+    regardless of its position (Pahl 1981, International Journal of Rock Mechanics 18, 221-228;
+    Zhang &
+    Einstein 1998). The 95 % interval is that of a ratio of sums over independent pieces.
+
+    Parameters
+    ----------
+    lengths : (n,) ndarray
+        Lengths of the pieces, m.
+    cut_ends : (n,) ndarray
+        Number of ends of each on the edge.
+
+    Returns
+    -------
+    Parameter or None
+        None if no end is inside.
     """
     traces = (2.0 - cut_ends) / 2.0
     total = float(traces.sum())
@@ -71,45 +98,47 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
         return Parameter(mean, None, None)
     n = len(lengths)
     error = math.sqrt(n / (n - 1) * float(np.sum((lengths - mean * traces) ** 2))) / total
-    span = math.exp(min(_Z95 * error / mean, 50.0))
-    return Parameter(mean, mean / span, mean * span)
+    factor = math.exp(min(Z95 * error / mean, 50.0))
+    return Parameter(mean, mean / factor, mean * factor)
 
 
-def directions_of(pieces: Pieces) -> FloatArray:
-    """(n, 2) unit vectors from start to end of each piece; of closed ones of their longest part."""
+def trace_directions(pieces: Pieces) -> FloatArray:
+    """Return unit vectors (n, 2) from start to end of each piece; of the longest part if closed."""
     ends = pieces.ends()
     along = ends[:, 1] - ends[:, 0]
     length = np.hypot(*along.T)
     for i in np.flatnonzero(length <= pieces.rounding_m):
-        start, end, _ = segments_of(pieces.lines[i : i + 1])
+        start, end, _ = line_segments(pieces.lines[i : i + 1])
         step = end - start
         along[i] = step[int(np.argmax(np.hypot(*step.T)))]
         length[i] = np.hypot(*along[i])
     return np.asarray(along / np.maximum(length, 1e-300)[:, None])
 
 
-def window_of(pieces: Pieces, area: Any) -> Window:
-    """The area with its mean width across the traces, each direction as frequent as ends of such
-    traces inside."""
+def fit_window(pieces: Pieces, area: Any) -> Window:
+    """Return the area with its mean width across the traces.
+
+    Each direction has the weight of the ends of such traces inside.
+    """
     import shapely
 
     weights = 2.0 - pieces.cut.sum(axis=1)
     if weights.sum() <= 0:
         weights = np.ones(len(pieces))
-    # Directions in classes of a degree: an edge of thousands of corners meets thousands of traces.
-    x, y = directions_of(pieces).T
+    # Directions in classes of a degree, because edges and traces may be thousands.
+    x, y = trace_directions(pieces).T
     degree = np.round(np.degrees(np.arctan2(y, x))).astype(int) % 180
     share = np.bincount(degree, weights, minlength=180) / weights.sum()
     turn = np.radians(np.arange(180))
     rings = shapely.get_parts(shapely.boundary(area))
-    start, end, _ = segments_of(rings)
+    start, end, _ = line_segments(rings)
     dx, dy = (end - start).T
     across = np.abs(np.cos(turn)[:, None] * dy - np.sin(turn)[:, None] * dx).sum(axis=1)
     return Window(float(area.area), float(share @ across) / 2.0)
 
 
 def share_beyond(lines: Any, area: Any) -> float:
-    """Of an area that part which lies outside the convex hull of all traces (n,), in it or not."""
+    """Return the share of an area outside the convex hull of all traces (n,)."""
     import shapely
 
     hull = shapely.convex_hull(shapely.multilinestrings(shapely.get_parts(lines)))
@@ -117,27 +146,31 @@ def share_beyond(lines: Any, area: Any) -> float:
 
 
 def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
-    """P21 in circles of growing size, up to 64 of each on a regular grid, from the smallest that
-    holds a few traces to the largest that fits. Empty where nothing fits, or nothing is there."""
+    """Compute P21 in circles of increasing size.
+
+    Up to 64 circles of each size on a regular grid, from the smallest that contains a few traces to
+    the
+    largest that fits; empty if no circle fits or there are no traces.
+    """
     import shapely
 
     if not len(pieces):
         return ()
     largest = shapely.length(shapely.maximum_inscribed_circle(area, tolerance=_tolerance(area)))
     mean_gap = float(area.area) / max(float(pieces.lengths().sum()), 1e-300)
-    radii = np.geomspace(min(2 * mean_gap, 0.25 * largest), 0.95 * largest, _SIZES)
-    start, end, _ = segments_of(pieces.lines)
+    radii = np.geomspace(min(2 * mean_gap, 0.25 * largest), 0.95 * largest, N_SIZES)
+    start, end, _ = line_segments(pieces.lines)
     tree = shapely.STRtree(shapely.linestrings(np.stack([start, end], axis=1)))
-    found = []
+    intensities = []
     for radius in radii:
-        centres = _centres(area, float(radius))
+        centres = _circle_centres(area, float(radius))
         if not len(centres):
             continue
         boxes = shapely.box(*(centres - radius).T, *(centres + radius).T)
-        at, segment = tree.query(boxes)
-        inside = _inside_circle(start[segment], end[segment], centres[at], float(radius))
-        values = np.bincount(at, inside, minlength=len(centres)) / (math.pi * radius**2)
-        found.append(
+        circle_row, segment = tree.query(boxes)
+        inside = _length_in_circle(start[segment], end[segment], centres[circle_row], float(radius))
+        values = np.bincount(circle_row, inside, minlength=len(centres)) / (math.pi * radius**2)
+        intensities.append(
             IntensityAtSize(
                 float(radius),
                 len(centres),
@@ -148,22 +181,22 @@ def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
                 float(values.max()),
             )
         )
-    return tuple(found)
+    return tuple(intensities)
 
 
 def _tolerance(area: Any) -> float:
     return 1e-3 * math.sqrt(float(area.area))
 
 
-def _centres(area: Any, radius: float) -> FloatArray:
-    """(k, 2) places at which a circle fits into the area, at most 64."""
+def _circle_centres(area: Any, radius: float) -> FloatArray:
+    """Return centres (k, 2) of circles that fit into the area, at most 64."""
     import shapely
 
-    room = area.buffer(-radius)
-    if room.is_empty:
+    feasible = area.buffer(-radius)
+    if feasible.is_empty:
         return np.zeros((0, 2))
-    low_x, low_y, high_x, high_y = room.bounds
-    spacing = max(math.sqrt(float(room.area) / _PLACES), 1e-9)
+    low_x, low_y, high_x, high_y = feasible.bounds
+    spacing = max(math.sqrt(float(feasible.area) / MAX_PLACES), 1e-9)
     while True:
         x, y = (
             np.linspace(low, high, max(int((high - low) / spacing), 0) + 2)[1:-1]
@@ -172,27 +205,27 @@ def _centres(area: Any, radius: float) -> FloatArray:
             for low, high in ((low_x, high_x), (low_y, high_y))
         )
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        shapely.prepare(room)
-        kept = grid[shapely.contains_xy(room, grid[:, 0], grid[:, 1])]
-        if len(kept) <= _PLACES:
+        shapely.prepare(feasible)
+        centres = grid[shapely.contains_xy(feasible, grid[:, 0], grid[:, 1])]
+        if len(centres) <= MAX_PLACES:
             break
         spacing *= 1.1
-    if len(kept):
-        return np.asarray(kept)
-    point = shapely.point_on_surface(room)
+    if len(centres):
+        return np.asarray(centres)
+    point = shapely.point_on_surface(feasible)
     return np.array([[point.x, point.y]])
 
 
-def _inside_circle(
+def _length_in_circle(
     start: FloatArray, end: FloatArray, centre: FloatArray, radius: float
 ) -> FloatArray:
-    """(k,) the length of segments inside circles, pair by pair."""
+    """Return the length (k,) of segments inside circles, pair by pair."""
     along = end - start
     length = np.hypot(*along.T)
     unit = along / np.maximum(length, 1e-300)[:, None]
     to_centre = centre - start
     middle = np.einsum("ij,ij->i", to_centre, unit)
-    off = np.einsum("ij,ij->i", to_centre, to_centre) - middle**2
-    half = np.sqrt(np.maximum(radius**2 - off, 0.0))
+    squared_distance = np.einsum("ij,ij->i", to_centre, to_centre) - middle**2
+    half = np.sqrt(np.maximum(radius**2 - squared_distance, 0.0))
     inside = np.minimum(middle + half, length) - np.maximum(middle - half, 0.0)
     return np.asarray(np.where(half > 0, np.maximum(inside, 0.0), 0.0))

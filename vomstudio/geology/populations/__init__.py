@@ -1,1 +1,1 @@
-"""Sets of orientations as samples of a population: distributions, tests, weights, all figures."""
+"""Sets of orientations as samples of a population: distributions, tests and weights."""

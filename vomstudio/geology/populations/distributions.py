@@ -1,17 +1,18 @@
-"""What distributions say of a set of orientations: how concentrated, how sure, and do they fit.
+"""Distributions of a set of orientations: concentration, confidence and goodness of fit.
 
-The tests of uniformity are Bingham's of axes and Rayleigh's of directions, this one corrected for
-small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). Confidence of the
-tensor's axes free of a model is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis &
-Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
-1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
-them are ellipses of direction cosines (Anderson 1963, Annals of Mathematical Statistics 34,
-122-148), joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
-first axis and F(2, m - 3) for the others, m being the effective number of weighted axes, and
-residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %). Where two
-eigenvalues may be the same, the axes may be any two of a plane, and have no region: by the test of
-rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by their ratio (F), which few axes of
-a narrow girdle show better.
+The tests of uniformity are Bingham's for axes and Rayleigh's for directions, corrected for small
+samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). Model-free confidence of
+the
+tensor's axes is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis & Embleton 1987,
+6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 = 1 / (2 n (Si - Sj) (ki - kj)), as
+Tanaka (1999) corrected the common factor. All are joint 95 % ellipses of direction cosines
+(Anderson
+1963, Annals of Mathematical Statistics 34, 122-148), with F(2, n - 2) in place of chi-square
+(model-free F(2, m - 2) for the first axis and F(2, m - 3) for the others, where m is the effective
+number of weighted axes, and residuals of the jackknife: simulated coverage of clusters and girdles
+is 93 to 98 %). If two eigenvalues may be equal, the axes may be any two of a plane and have no
+region: by the test of rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by their ratio
+(F), which is more powerful for few axes of a narrow girdle.
 """
 
 from __future__ import annotations
@@ -26,33 +27,36 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
-    FEW_FOR_FIT,
+    MIN_FOR_FIT,
     Bingham,
-    bingham_fit,
-    bingham_of,
-    fisher_fit,
-    kent_fit,
-    kent_of,
+    bingham_p,
+    estimate_bingham,
+    estimate_kent,
+    fisher_model_p,
+    kent_p,
 )
 from vomstudio.geology.statistics import effective_number
 
-_MOST_SHARE = 0.9
+MAX_LEVERAGE = 0.9
 
-APART_P, APART_RATIO_P = 0.05, 0.005
-"""Below this two eigenvalues are not the same: by their difference, and by their ratio, whose test
-is of axes that stray normally."""
+DIFFERENCE_SIGNIFICANCE, RATIO_SIGNIFICANCE = 0.05, 0.005
+"""Significance levels of distinct eigenvalues, by their difference and by their ratio, whose test
+assumes normal deviations.
+"""
 
-FEW_FOR_KENT = 12
-"""Fewer directions are seldom shown to be elongated, and those that are happen to lie in a line:
-the region of their mean, which is then too narrow across it, would hold two of three means only."""
+MIN_DIRECTIONS_FOR_KENT = 12
+"""Fewer directions are rarely significantly elongated, and those that are lie in a line by chance:
+the
+region of their mean would be too narrow across it, with a coverage of only two thirds.
+"""
 
-ELONGATED_P = 0.05
-"""Below this a cluster is called elongated, and Kent's distribution is given."""
+ELONGATION_SIGNIFICANCE = 0.05
+"""Significance level of an elongated cluster, for which Kent's distribution is reported."""
 
 
 @dataclass(frozen=True)
 class LineFigures:
-    """An axis: trend in [0, 360), plunge downward, degrees."""
+    """Axis: trend in [0, 360), plunge downward, degrees."""
 
     trend_deg: float
     plunge_deg: float
@@ -60,7 +64,9 @@ class LineFigures:
 
 @dataclass(frozen=True)
 class AxisConfidence:
-    """Semi-axes of the joint 95 % region of an axis, degrees, and the direction of the larger."""
+    """Semi-axes of the joint 95 % region of an axis, degrees, and the direction of the larger
+    one.
+    """
 
     max_deg: float
     min_deg: float
@@ -69,9 +75,18 @@ class AxisConfidence:
 
 @dataclass(frozen=True)
 class BinghamFigures:
-    """Bingham's distribution: concentrations k1 <= k2 <= 0 along the tensor's third and second
-    axis (the first has 0); the 95 % regions of the three axes under it, None of a weighted set;
-    fit_p : chance of a scatter as unlike it as this one, None where it was not tested."""
+    """Bingham's distribution.
+
+    Attributes
+    ----------
+    k1, k2 : float
+        Concentrations k1 <= k2 <= 0 along the tensor's third and second axis; that of the first
+        is 0.
+    confidence95 : tuple
+        Model-based 95 % regions of the three axes; None for a weighted set.
+    fit_p : float or None
+        p-value of the model; None if not tested.
+    """
 
     k1: float
     k2: float
@@ -81,9 +96,22 @@ class BinghamFigures:
 
 @dataclass(frozen=True)
 class KentFigures:
-    """Kent's distribution of an elongated cluster: its mean, the direction in which it is longest,
-    kappa and beta, the semi-axes of the joint 95 % ellipse of the mean (the larger along `major`).
-    elongated_p : chance of a round cluster as long as this one; fit_p : as in `BinghamFigures`."""
+    """Kent's distribution of an elongated cluster.
+
+    Attributes
+    ----------
+    trend_deg, plunge_deg : float
+        Mean, degrees.
+    kappa, beta : float
+    major : LineFigures
+        Direction of the elongation.
+    max_confidence95_deg, min_confidence95_deg : float
+        Semi-axes of the joint 95 % ellipse of the mean, the larger along `major`, degrees.
+    elongated_p : float
+        p-value of a round cluster.
+    fit_p : float or None
+        p-value of the model; None if not tested.
+    """
 
     trend_deg: float
     plunge_deg: float
@@ -98,8 +126,9 @@ class KentFigures:
 
 @dataclass(frozen=True)
 class UniformityFigures:
-    """test : "Bingham" of axes, "Rayleigh" of directions; p : chance of so uneven a scatter where
-    no orientation is preferred, None of fewer than 5."""
+    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions; p is None for fewer than
+    5.
+    """
 
     test: str
     statistic: float
@@ -108,18 +137,18 @@ class UniformityFigures:
 
 
 def line_figures(vector: FloatArray) -> LineFigures:
-    """Of a vector (3,), taken as an axis."""
+    """Return trend and plunge of a vector (3,) as an axis."""
     line = Line.from_vector(vector)
     return LineFigures(line.trend_deg, line.plunge_deg)
 
 
 def f95(bottom: float) -> float:
-    """The 95 % point of F with (2, bottom) degrees of freedom, which has a closed form."""
+    """Return the 95 % quantile of F with (2, bottom) degrees of freedom in closed form."""
     return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))
 
 
-def uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
-    """Of unit vectors (n, 3)."""
+def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
+    """Test unit vectors (n, 3) for uniformity."""
     n = len(v)
     if directed:
         raw = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
@@ -136,65 +165,73 @@ def uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
 def axes_confidence(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
-    """Of the tensor's axes, from the data alone (n, 3): None of fewer than 5, and of an axis whose
-    eigenvalue may be that of another."""
+    """Compute the model-free 95 % regions of the tensor's axes from unit vectors (n, 3).
+
+    A region is None for fewer than 5 vectors, or if the eigenvalue may be equal to another one.
+    """
     n = len(v)
     w = np.ones(n) if weights is None else weights / weights.mean()
     along = v @ axes.T
 
-    def of(i: int) -> AxisConfidence | None:
+    def confidence_of_axis(i: int) -> AxisConfidence | None:
         j, k = (other for other in range(3) if other != i)
-        if n < 5 or not all(_is_apart(values, along, i, other, w) for other in (j, k)):
+        if n < 5 or not all(_are_distinct(values, along, i, other, w) for other in (j, k)):
             return None
-        apart = np.array([values[i] - values[j], values[i] - values[k]])
-        pull = along[:, [i]] * along[:, [j, k]] / apart * w[:, None]
-        # Each by as much as the axis would be off without it: what has a large share in it shows
-        # less of its error (MacKinnon & White 1985, Journal of Econometrics 29, 305).
-        share = w[:, None] * (along[:, [i]] ** 2 - along[:, [j, k]] ** 2) / apart / n
-        pull = pull / (1.0 - np.clip(share, -_MOST_SHARE, _MOST_SHARE))
+        differences = np.array([values[i] - values[j], values[i] - values[k]])
+        influence = along[:, [i]] * along[:, [j, k]] / differences * w[:, None]
+        # Jackknife residuals, because vectors with a large leverage have smaller residuals
+        # (MacKinnon & White 1985, Journal of Econometrics 29, 305).
+        leverage = w[:, None] * (along[:, [i]] ** 2 - along[:, [j, k]] ** 2) / differences / n
+        influence = influence / (1.0 - np.clip(leverage, -MAX_LEVERAGE, MAX_LEVERAGE))
         free = max(effective_number(w) - (2.0 if i == 0 else 3.0), 1.0)
-        return _confidence(pull.T @ pull / n**2, axes[[j, k]], free)
+        return _confidence(influence.T @ influence / n**2, axes[[j, k]], free)
 
-    return of(0), of(1), of(2)
+    return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
 
 
-def _is_apart(values: FloatArray, along: FloatArray, i: int, j: int, weights: FloatArray) -> bool:
-    """Whether the eigenvalues i and j differ by more than chance."""
+def _are_distinct(
+    values: FloatArray, along: FloatArray, i: int, j: int, weights: FloatArray
+) -> bool:
+    """Return whether the eigenvalues i and j differ significantly."""
     large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
     if large - small < 1e-12:
         return False
     length = np.average((along[:, i] ** 2 + along[:, j] ** 2) ** 2, weights=weights)
-    if math.exp(-effective_number(weights) * (large - small) ** 2 / length) < APART_P:
+    if (
+        math.exp(-effective_number(weights) * (large - small) ** 2 / length)
+        < DIFFERENCE_SIGNIFICANCE
+    ):
         return True
     free = len(along) - 1.0
-    return small == 0.0 or f_tail(free, free, large / small) < APART_RATIO_P
+    return small == 0.0 or f_tail(free, free, large / small) < RATIO_SIGNIFICANCE
 
 
 def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> AxisConfidence | None:
-    """Of a covariance (2, 2), radians squared, with so many degrees of freedom, along two axes
-    (2, 3)."""
-    squares, turns = np.linalg.eigh(covariance)
-    reach = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
-    # The quadratic form is one of direction cosines (Anderson 1963), that is of sines: where it
-    # reaches 1, the axis may point anywhere along that way.
-    small, large = np.degrees(np.arcsin(np.minimum(reach, 1.0))).tolist()
-    return AxisConfidence(large, small, line_figures(turns[:, 1] @ across))
+    """Return the region of a covariance (2, 2), radians squared, along two axes (2, 3)."""
+    squares, directions = np.linalg.eigh(covariance)
+    sines = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
+    # The quadratic form is one of direction cosines (Anderson 1963), that is of sines: if it
+    # exceeds 1, the axis is undetermined in that direction.
+    small, large = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
+    return AxisConfidence(large, small, line_figures(directions[:, 1] @ across))
 
 
-def bingham(
+def fit_bingham(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
-    """Of axes (n, 3) with their tensor; or why there is none."""
+    """Fit Bingham's distribution to axes (n, 3) with their tensor, or return the reason for not
+    fitting.
+    """
     n = len(v)
     if n < 4:
         return None, Finding("bingham.too-few", n=n, minimum=4)
-    model = bingham_of(values)
+    model = estimate_bingham(values)
     if model is None:
         return None, Finding("bingham.no-scatter")
     if weights is not None:
-        # What is known of the axes of a weighted set is not Bingham's, of axes that stray alike.
+        # Bingham's regions assume equal scatter and do not apply to a weighted set.
         return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
-    fit = None if n < FEW_FOR_FIT else bingham_fit(model, v @ axes.T)
+    fit = None if n < MIN_FOR_FIT else bingham_p(model, v @ axes.T)
     return BinghamFigures(
         model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit
     ), None
@@ -207,47 +244,53 @@ def _bingham_confidence(
     n, along = len(v), v @ axes.T
     weights = np.ones(n)
 
-    def of(i: int) -> AxisConfidence | None:
+    def confidence_of_axis(i: int) -> AxisConfidence | None:
         others = [j for j in range(3) if j != i]
-        apart = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
-        if n < 5 or float(apart.min()) < 1e-12:
+        products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
+        if n < 5 or float(products.min()) < 1e-12:
             return None
-        if not all(_is_apart(values, along, i, j, weights) for j in others):
+        if not all(_are_distinct(values, along, i, j, weights) for j in others):
             return None
-        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * apart)), axes[others], n - 2.0)
+        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[others], n - 2.0)
 
-    return of(0), of(1), of(2)
+    return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
 
 
 def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
-    """Chance of a scatter of directions (n, 3) as unlike Fisher's law as this one; None of few, and
-    of those that are all the same or hardly clustered."""
-    if kappa is None or kappa < 5.0 or len(v) < FEW_FOR_FIT:
+    """Return the p-value of Fisher's distribution for directions (n, 3).
+
+    None for few directions, and for identical or weakly clustered ones.
+    """
+    if kappa is None or kappa < 5.0 or len(v) < MIN_FOR_FIT:
         return None
-    return fisher_fit(kappa, v @ _about(mean).T)
+    return fisher_model_p(kappa, v @ _frame_about(mean).T)
 
 
-def kent(
+def fit_kent(
     v: FloatArray, directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
-    """Of a cluster of directions (n, 3), axes turned to one side; or why there is none."""
+    """Fit Kent's distribution to a cluster of directions (n, 3), or return the reason for not
+    fitting.
+
+    Axes must be flipped to one side.
+    """
     n = len(v)
-    if n < FEW_FOR_KENT:
-        return None, Finding("kent.too-few", n=n, minimum=FEW_FOR_KENT)
+    if n < MIN_DIRECTIONS_FOR_KENT:
+        return None, Finding("kent.too-few", n=n, minimum=MIN_DIRECTIONS_FOR_KENT)
     if weights is not None:
         return None, Finding("kent.weighted")
-    model = kent_of(v)
+    model = estimate_kent(v)
     if model is None:
         return None, Finding("kent.not-clustered", minimum=5)
     x = v @ model.axes.T
     squares = np.mean(x[:, 1:] ** 2, axis=0)
     resultant = float(x[:, 0].mean())
     p = _elongated_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
-    if p >= ELONGATED_P:
+    if p >= ELONGATION_SIGNIFICANCE:
         return None, Finding("kent.round", p=p)
     # Kent's (1982) region of the mean, in the form of Hotelling.
-    reach = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
-    largest, smallest = np.degrees(np.arcsin(np.minimum(reach, 1.0))).tolist()
+    sines = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
+    largest, smallest = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
     mean = Line.from_vector(model.axes[0], directed=directed)
     return KentFigures(
         mean.trend_deg,
@@ -258,20 +301,24 @@ def kent(
         largest,
         smallest,
         p,
-        None if n < FEW_FOR_FIT else kent_fit(model, x),
+        None if n < MIN_FOR_FIT else kent_p(model, x),
     ), None
 
 
-def _elongated_p(n: int, kappa: float, longer: float) -> float:
-    """Kent's (1982) test of a round cluster: n (kappa/2)^2 I(1/2) / I(5/2) (kappa) longer^2 is
-    chi-square with 2 degrees of freedom; longer: the mean square along less that across."""
+def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
+    """Return the p-value of Kent's (1982) test of a round cluster.
+
+    n (kappa/2)^2 I(1/2) / I(5/2) (kappa) d^2 is chi-square with 2 degrees of freedom, where d is
+    the
+    difference of the mean squares along and across the cluster.
+    """
     # I(5/2) / I(1/2) in closed form.
     ratio = 1.0 / (1.0 + 3.0 / kappa**2 - 3.0 / (kappa * math.tanh(kappa)))
-    return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * longer**2)
+    return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * square_difference**2)
 
 
-def _about(mean: FloatArray) -> FloatArray:
-    """(3, 3) rows: the mean and two directions across it."""
+def _frame_about(mean: FloatArray) -> FloatArray:
+    """Return the mean and two directions perpendicular to it as rows (3, 3)."""
     first = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
     first /= np.linalg.norm(first)
     return np.array([mean, first, np.cross(mean, first)])

@@ -1,9 +1,9 @@
 """Weights of orientations by their own errors.
 
-A plane that is known better counts more, but not without bound: planes of one set differ by nature
-too, and the best measured one does not speak for all. So a plane's weight is 1 / (s^2 + w^2), s its
-own standard deviation and w that of the natural scatter, which is found as the one that explains
-what the errors leave over (Paule & Mandel 1982, Journal of Research of the National Bureau of
+Planes with smaller errors have larger weights, within limits: planes of one set differ by nature,
+too, and the most accurate one does not represent all. The weight of a plane is 1 / (s^2 + w^2) with
+its own standard deviation s and that of the natural scatter w, which is estimated as the one that
+explains what the errors do not (Paule & Mandel 1982, Journal of Research of the National Bureau of
 Standards 87, 377-385).
 """
 
@@ -20,15 +20,26 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import effective_number, orientation_tensor, vollmer
 
 ERROR_COLUMNS = ("total95_deg", "max_confidence95_deg", "max_angular_error_deg")
-JOINT_95 = 2.447746830680816
-"""Standard deviations that a joint region of two tilts reaches to, 95 %."""
+JOINT_QUANTILE95 = 2.447746830680816
+"""Radius of the joint 95 % region of two tilts in standard deviations."""
 
 
 @dataclass(frozen=True)
 class WeightFigures:
-    """by : "error". column : where the errors stand. natural_scatter_deg : standard deviation of
-    what the errors leave unexplained. effective_n : of how many equal ones they are worth.
-    without_error : how many took the median error, having none."""
+    """Weights of a set.
+
+    Attributes
+    ----------
+    by : {"error"}
+    column : str
+        Column of the errors.
+    natural_scatter_deg : float
+        Standard deviation that the errors do not explain, degrees.
+    effective_n : float
+        Equivalent number of equal weights.
+    without_error : int
+        Number of rows that took the median error because they have none.
+    """
 
     by: str
     column: str
@@ -38,23 +49,29 @@ class WeightFigures:
 
 
 @dataclass(frozen=True, eq=False)
-class Errors:
-    """error95_deg (n,): joint 95 % error of each, NaN where it is not known; of the column."""
+class OrientationErrors:
+    """Joint 95 % error (n,) of each row, degrees, NaN if unknown, with its column."""
 
     error95_deg: FloatArray
     column: str
 
 
-def errors_of(table: OrientationRows) -> Errors:
-    """Of a table's rows. Raises UsageError where it has no column of errors, or nothing in it."""
+def read_errors(table: OrientationRows) -> OrientationErrors:
+    """Read the errors of a table's rows.
+
+    Raises
+    ------
+    UsageError
+        If the table has no column of errors, or an empty one.
+    """
     for column in ERROR_COLUMNS:
         try:
             cells = table.column(column)
         except UsageError:
             continue
-        found = np.array([_number(cell) for cell in cells])
-        if np.isfinite(found).any():
-            return Errors(found, column)
+        values = np.array([_number(cell) for cell in cells])
+        if np.isfinite(values).any():
+            return OrientationErrors(values, column)
     raise UsageError(
         Finding("table.no-errors", columns=ERROR_COLUMNS),
         file=table.path,
@@ -64,41 +81,42 @@ def errors_of(table: OrientationRows) -> Errors:
 
 def _number(cell: str) -> float:
     try:
-        found = float(cell)
+        value = float(cell)
     except ValueError:
         return float("nan")
-    return found if found >= 0.0 else float("nan")
+    return value if value >= 0.0 else float("nan")
 
 
-def weights_of(v: FloatArray, errors: Errors) -> tuple[FloatArray, WeightFigures]:
-    """Weights (n,), mean 1, of unit vectors (n, 3), and what is to be said of them."""
-    known = np.isfinite(errors.error95_deg)
-    given = (
-        np.where(known, errors.error95_deg, np.median(errors.error95_deg[known]))
-        if known.any()
+def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArray, WeightFigures]:
+    """Return weights (n,), mean 1, of unit vectors (n, 3) by their errors, and their figures."""
+    is_known = np.isfinite(errors.error95_deg)
+    error95_deg = (
+        np.where(is_known, errors.error95_deg, np.median(errors.error95_deg[is_known]))
+        if is_known.any()
         else np.ones(len(v))
     )
-    variance = np.radians(given / JOINT_95) ** 2
+    variance = np.radians(error95_deg / JOINT_QUANTILE95) ** 2
     natural = 0.0
     weights = np.ones(len(v))
     for _ in range(50):
         squares, free = _residuals(v, weights)
-        found = _natural_variance(squares, free, variance)
-        weights = 1.0 / np.maximum(variance + found, 1e-16)
+        estimate = _natural_variance(squares, free, variance)
+        weights = 1.0 / np.maximum(variance + estimate, 1e-16)
         weights /= weights.mean()
-        if abs(found - natural) <= 1e-9 * max(found, 1e-12):
+        if abs(estimate - natural) <= 1e-9 * max(estimate, 1e-12):
             break
-        natural = found
+        natural = estimate
     scatter = float(np.degrees(np.sqrt(natural)))
-    said = WeightFigures(
-        "error", errors.column, scatter, effective_number(weights), int((~known).sum())
+    figures = WeightFigures(
+        "error", errors.column, scatter, effective_number(weights), int((~is_known).sum())
     )
-    return weights, said
+    return weights, figures
 
 
 def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Squared angles from the mean of a cluster, else from the great circle, and their degrees of
-    freedom a plane."""
+    """Return squared angles from the mean of a cluster, or else the great circle, and their
+    freedom.
+    """
     values, axes = orientation_tensor(v, weights)
     point, girdle, _ = vollmer(values)
     n = len(v)
@@ -109,7 +127,7 @@ def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _natural_variance(squares: FloatArray, free: float, variance: FloatArray) -> float:
-    """The variance with which the weighted squares are as large as their degrees of freedom."""
+    """Return the variance at which the weighted squares equal their degrees of freedom."""
     if free <= 0.0:
         return 0.0
 

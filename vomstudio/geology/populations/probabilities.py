@@ -1,9 +1,10 @@
-"""Tails of the usual distributions, by closed forms and a continued fraction.
+"""Tail probabilities of common distributions by closed forms and a continued fraction.
 
-A library that has them takes longer to load than a command on a small table does. Chi-square of
-whole degrees of freedom has a closed form (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5); F and
-Student's t are incomplete beta functions (26.5.8, the continued fraction evaluated as Lentz did;
-Press and others 2007, Numerical recipes, 6.4).
+Importing scipy.special takes longer than a command on a small table. Chi-square with whole degrees
+of freedom has a closed form (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). F and Student's t are
+incomplete beta functions (26.5.8, with Lentz's evaluation of the continued fraction; Press and
+others
+2007, Numerical recipes, 6.4).
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-_STEPS = 400
-_TINY = 1e-300
+MAX_STEPS = 400
+MIN_VALUE = 1e-300
 
 
 def chi2_tail(free: int, square: float) -> float:
-    """Chance of a larger chi-square with so many degrees of freedom."""
+    """Return the probability of a larger chi-square with `free` degrees of freedom."""
     if square <= 0.0:
         return 1.0
     half = square / 2.0
@@ -36,7 +37,7 @@ def chi2_tail(free: int, square: float) -> float:
 
 
 def f_tail(top: float, bottom: float, ratio: float) -> float:
-    """Chance of a larger F with (top, bottom) degrees of freedom."""
+    """Return the probability of a larger F with (top, bottom) degrees of freedom."""
     if ratio <= 0.0:
         return 1.0
     return _beta(bottom / 2.0, top / 2.0, bottom / (bottom + top * ratio))
@@ -44,7 +45,7 @@ def f_tail(top: float, bottom: float, ratio: float) -> float:
 
 @lru_cache(maxsize=1024)
 def t95(free: float) -> float:
-    """How many standard errors either side hold 95 % (Student)."""
+    """Return the two-sided 95 % quantile of Student's t."""
     low, high = 0.0, 13.0
     while f_tail(1.0, free, high**2) > 0.05:
         high *= 2.0
@@ -55,7 +56,7 @@ def t95(free: float) -> float:
 
 
 def _beta(a: float, b: float, x: float) -> float:
-    """The regularised incomplete beta function I_x(a, b)."""
+    """Return the regularised incomplete beta function I_x(a, b)."""
     if x <= 0.0 or x >= 1.0:
         return 0.0 if x <= 0.0 else 1.0
     if x > (a + 1.0) / (a + b + 2.0):
@@ -64,18 +65,18 @@ def _beta(a: float, b: float, x: float) -> float:
     front += a * math.log(x) + b * math.log1p(-x)
     c, d = 1.0, 1.0 / _not_zero(1.0 - (a + b) * x / (a + 1.0))
     fraction = d
-    for m in range(1, _STEPS):
-        even = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
-        odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
-        before = fraction
-        for step in (even, odd):
+    for m in range(1, MAX_STEPS):
+        even_step = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
+        odd_step = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
+        previous = fraction
+        for step in (even_step, odd_step):
             d = 1.0 / _not_zero(1.0 + step * d)
             c = _not_zero(1.0 + step / c)
             fraction *= c * d
-        if abs(fraction - before) < 1e-15 * abs(fraction):
+        if abs(fraction - previous) < 1e-15 * abs(fraction):
             break
     return math.exp(front) * fraction / a
 
 
 def _not_zero(value: float) -> float:
-    return value if abs(value) > _TINY else _TINY
+    return value if abs(value) > MIN_VALUE else MIN_VALUE

@@ -1,4 +1,4 @@
-"""What is said of one set of orientations: all its statistics in one object."""
+"""All statistics of one set of orientations."""
 
 from __future__ import annotations
 
@@ -10,27 +10,38 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
-from vomstudio.geology.common_rotation_errors import Region, Turns, cone, moved, region, resultant
+from vomstudio.geology.common_rotation_errors import (
+    Region,
+    Turns,
+    cone,
+    move_vectors,
+    region,
+    resultant,
+)
 from vomstudio.geology.populations.distributions import (
     AxisConfidence,
     BinghamFigures,
     KentFigures,
     LineFigures,
     UniformityFigures,
+    assess_uniformity,
     axes_confidence,
-    bingham,
     fisher_p,
-    kent,
+    fit_bingham,
+    fit_kent,
     line_figures,
-    uniformity,
 )
-from vomstudio.geology.populations.error_weights import Errors, WeightFigures, weights_of
+from vomstudio.geology.populations.error_weights import (
+    OrientationErrors,
+    WeightFigures,
+    weights_by_error,
+)
 from vomstudio.geology.statistics import (
     Fisher,
     effective_number,
-    few_decide,
     fisher,
     flip_to,
+    has_dominant_weights,
     no_fisher_reason,
     orientation_tensor,
     unit_vectors,
@@ -43,10 +54,16 @@ from vomstudio.geology.statistics import (
 class FisherFigures:
     """Fisher's mean direction and statistics, as in `Fisher`.
 
-    registration_error_deg : larger half-angle of the 95 % region by which the registrations of the
-    models can turn the mean, None where none is known; it does not shrink with n. total95_deg :
-    that of alpha95 and the registration together, as far as they are known. fit_p : chance of a
-    scatter as unlike Fisher's law as this one, None where it was not tested
+    Attributes
+    ----------
+    registration_error_deg : float or None
+        Larger half-angle of the 95 % region of the mean by the registrations, degrees; None if
+        unknown.
+        It does not decrease with n.
+    total95_deg : float or None
+        Total of alpha95 and the registration as far as known, degrees.
+    fit_p : float or None
+        p-value of Fisher's distribution; None if not tested.
     """
 
     trend_deg: float
@@ -61,8 +78,10 @@ class FisherFigures:
 
 @dataclass(frozen=True)
 class TensorFigures:
-    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, sum 1, and their axes. confidence95 :
-    of each axis, free of a model; None where it is not defined"""
+    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, sum 1, and their axes.
+
+    `confidence95` is the model-free region of each axis, None if undefined.
+    """
 
     eigenvalues: tuple[float, float, float]
     axes: tuple[LineFigures, LineFigures, LineFigures]
@@ -71,7 +90,7 @@ class TensorFigures:
 
 @dataclass(frozen=True)
 class WoodcockFigures:
-    """Shape K, None where S2 = S3, and strength C, None where infinite."""
+    """Shape K, None if S2 = S3, and strength C, None if infinite."""
 
     K: float | None
     C: float | None
@@ -88,13 +107,22 @@ class VollmerFigures:
 
 @dataclass(frozen=True, repr=False)
 class SetStatistics(PrintableResult):
-    """What is said of one set of orientations.
+    """Statistics of one set of orientations.
 
-    n : how many. of : "poles" of planes, or "lines". axial : a vector and its opposite are the same
-    fisher : None where a mean would mislead. fisher_reason : why, or what is missing in it
-    tensor, woodcock, vollmer : as in `orientation_tensor`, `woodcock`, `vollmer`
-    bingham, kent, uniformity : as in `distributions`; bingham_reason, kent_reason : why they are
-    None. weights : None where each counts alike
+    Attributes
+    ----------
+    n : int
+    of : {"poles", "lines"}
+    axial : bool
+        True if a vector and its opposite are equivalent.
+    fisher : FisherFigures or None
+        None if a mean would be misleading.
+    fisher_reason : Finding or None
+        Reason for that, or for missing figures.
+    bingham_reason, kent_reason : Finding or None
+        Reasons for missing distributions.
+    weights : WeightFigures or None
+        None for equal weights.
     """
 
     n: int
@@ -115,27 +143,42 @@ class SetStatistics(PrintableResult):
 
 def mean_regions(
     vectors: npt.ArrayLike,
-    found: Fisher,
+    fisher_mean: Fisher,
     directed: bool,
     turns: Turns | None,
     weights: FloatArray | None = None,
 ) -> tuple[Region | None, Region | None]:
-    """The 95 % region by which the registrations of the vectors (n, 3) can turn their Fisher mean,
-    and that of mean and registration together; None where they are not known. Without an error of
-    registration the second is the mean's own."""
-    mean = found.mean.vector()
-    own = None if found.alpha95_deg is None else cone(mean, found.alpha95_deg)
+    """Compute the 95 % regions of a Fisher mean by registration and in total.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    fisher_mean : Fisher
+    directed : bool
+    turns : Turns or None
+        Errors of the registrations.
+    weights : (n,) ndarray, optional
+
+    Returns
+    -------
+    registration, total : Region or None
+        None if unknown. Without an error of registration the total is that of the mean.
+    """
+    mean = fisher_mean.mean.vector()
+    own_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
     if turns is None or not turns.known:
-        return None, None if own is None else region(mean, None, own)
+        return None, None if own_cone is None else region(mean, None, own_cone)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
     if not directed:
-        # Turned round as `fisher` does.
+        # Flip axes as `fisher` does.
         signs = np.where(v @ orientation_tensor(v, weights)[1][0] < 0.0, -1.0, 1.0)
     if weights is not None:
         signs = signs * weights
-    covariance = resultant(moved(v, turns), signs).covariance()[0]
-    return region(mean, covariance), None if own is None else region(mean, covariance, own)
+    covariance = resultant(move_vectors(v, turns), signs).covariance()[0]
+    return region(mean, covariance), None if own_cone is None else region(
+        mean, covariance, own_cone
+    )
 
 
 def set_statistics(
@@ -143,71 +186,89 @@ def set_statistics(
     of: str = "poles",
     directed: bool = False,
     turns: Turns | None = None,
-    errors: Errors | None = None,
+    errors: OrientationErrors | None = None,
 ) -> SetStatistics:
-    """The statistics of one set.
+    """Compute the statistics of one set.
 
-    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"). turns: what is known of
-    their registrations. errors: weight each by its own. Raises GeometryError for an empty set.
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+        Poles of planes or lines.
+    of : {"poles", "lines"}
+    directed : bool
+        True if lines have a head and a tail.
+    turns : Turns, optional
+        Errors of the registrations.
+    errors : OrientationErrors, optional
+        Errors for weights.
+
+    Returns
+    -------
+    SetStatistics
+
+    Raises
+    ------
+    GeometryError
+        If the set is empty.
     """
     if of not in ("poles", "lines"):
         raise ValueError(of)
     v = unit_vectors(vectors)
-    weights, said = (None, None) if errors is None else weights_of(v, errors)
+    weights, weight_figures = (None, None) if errors is None else weights_by_error(v, errors)
     values, axes = orientation_tensor(v, weights)
-    found, reason = _fisher_figures(v, of, directed, turns, weights)
-    bingham_found, bingham_reason = bingham(v, values, axes, weights)
-    kent_found, kent_reason = None, reason
-    if found is not None and found.kappa is not None:
-        one_way = v if directed else flip_to(v, axes[0])
-        kent_found, kent_reason = kent(one_way, directed, weights)
+    fisher_figures, reason = _fisher_figures(v, of, directed, turns, weights)
+    bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
+    kent_figures, kent_reason = None, reason
+    if fisher_figures is not None and fisher_figures.kappa is not None:
+        one_sided = v if directed else flip_to(v, axes[0])
+        kent_figures, kent_reason = fit_kent(one_sided, directed, weights)
     s1, s2, s3 = (float(s) for s in values)
     first, second, third = (line_figures(axis) for axis in axes)
     return SetStatistics(
         len(v),
         of,
         not directed,
-        found,
+        fisher_figures,
         reason,
         TensorFigures(
             (s1, s2, s3), (first, second, third), axes_confidence(v, values, axes, weights)
         ),
         WoodcockFigures(*woodcock(values)),
         VollmerFigures(*vollmer(values)),
-        bingham_found,
+        bingham_figures,
         bingham_reason,
-        kent_found,
+        kent_figures,
         kent_reason,
-        uniformity(v, directed),
-        said,
+        assess_uniformity(v, directed),
+        weight_figures,
     )
 
 
 def _fisher_figures(
     v: FloatArray, of: str, directed: bool, turns: Turns | None, weights: FloatArray | None
 ) -> tuple[FisherFigures | None, Finding | None]:
-    """Or why there are none; or what is missing in them."""
+    """Return Fisher's statistics, and the reason for missing ones."""
     reason = no_fisher_reason(v, directed)
     if reason is not None:
         return None, reason
-    f = fisher(v, directed, weights)
-    alone, total = mean_regions(v, f, directed, turns, weights)
-    mean = f.mean.vector()
-    one_way = v if directed else flip_to(v, mean)
-    found = FisherFigures(
-        f.mean.trend_deg,
-        f.mean.plunge_deg,
-        f.kappa,
-        f.alpha95_deg,
-        f.R,
-        None if alone is None else alone.largest_deg,
+    mean_figures = fisher(v, directed, weights)
+    registration, total = mean_regions(v, mean_figures, directed, turns, weights)
+    mean = mean_figures.mean.vector()
+    one_sided = v if directed else flip_to(v, mean)
+    figures = FisherFigures(
+        mean_figures.mean.trend_deg,
+        mean_figures.mean.plunge_deg,
+        mean_figures.kappa,
+        mean_figures.alpha95_deg,
+        mean_figures.R,
+        None if registration is None else registration.largest_deg,
         None if total is None else total.largest_deg,
-        fisher_p(one_way, mean, f.kappa) if weights is None else None,
+        fisher_p(one_sided, mean, mean_figures.kappa) if weights is None else None,
     )
-    if f.kappa is None:
+    if mean_figures.kappa is None:
         reason = Finding("fisher.identical")
-    elif weights is not None and few_decide(weights):
+    elif weights is not None and has_dominant_weights(weights):
         reason = Finding("fisher.few-decide", n=len(v), worth=effective_number(weights))
-    elif f.alpha95_deg is None:
+    elif mean_figures.alpha95_deg is None:
         reason = Finding("fisher.too-scattered")
-    return found, reason
+    return figures, reason

@@ -1,16 +1,17 @@
-"""Bingham's and Kent's distributions: fitted by maximum likelihood, and whether they fit.
+"""Bingham's and Kent's distributions: maximum likelihood estimates and goodness of fit.
 
-Bingham's (1974, Annals of Statistics 2, 1201-1225) is that of axes, with the density
+Bingham's distribution (1974, Annals of Statistics 2, 1201-1225) is one of axes with the density
 exp(k1 (x.v3)^2 + k2 (x.v2)^2), k1 <= k2 <= 0, about the axes v1, v2, v3 of the orientation tensor:
-a cluster, a girdle (k2 near 0) and everything between. Kent's (1982, Journal of the Royal
-Statistical Society B 44, 71-80) is that of directions in one elongated cluster:
+a cluster, a girdle (k2 near 0) or an intermediate shape. Kent's (1982, Journal of the Royal
+Statistical Society B 44, 71-80) is one of directions in one elongated cluster:
 exp(kappa x.g1 + beta ((x.g2)^2 - (x.g3)^2)), 2 beta < kappa. Constants and moments are sums over
-nodes of Gauss and Legendre that follow the density, so that they hold from uniform scatter to
-clusters of a thousandth of a degree.
+Gauss-Legendre nodes that follow the density, accurate from uniform scatter to clusters of a
+thousandth of a degree.
 
 Goodness of fit is the smooth test (Neyman 1937; for directions Boulerice & Ducharme 1997, Journal
-of Multivariate Analysis 60, 154-175): the harmonics, or moments, of the next degrees, beyond those
-that the fit uses up, against their values under the fitted model, as chi-square.
+of
+Multivariate Analysis 60, 154-175): the harmonics or moments of the next degrees beyond those of the
+fit are compared with their values under the fitted model, as chi-square.
 """
 
 from __future__ import annotations
@@ -25,31 +26,31 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.populations.probabilities import chi2_tail
 
-_REACH = 7.0
-"""Standard deviations either side that the nodes cover."""
-_NODES = 64
-_BROAD = 30.0
-"""Up to this concentration the nodes cover all of the sphere closely enough."""
-FEW_FOR_FIT = 20
-"""Under this many the chi-square of the smooth test is not yet that of its table."""
+RANGE_SIGMA = 7.0
+"""Range of the nodes in standard deviations to each side."""
+N_NODES = 64
+MAX_BROAD_CONCENTRATION = 30.0
+"""Concentration up to which the nodes cover the whole sphere."""
+MIN_FOR_FIT = 20
+"""Minimum number of vectors for the chi-square approximation of the smooth test."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Places on the sphere (m, 3) in the model's frame, and the probability of each under it."""
+    """Points on the sphere (m, 3) in the frame of the model, with their probabilities."""
 
     places: FloatArray
     shares: FloatArray
     log_constant: float
 
     def mean(self, values: FloatArray) -> FloatArray:
-        """Expectation of values (m, ...)."""
+        """Return the expectation of values (m, ...)."""
         return np.asarray(np.tensordot(self.shares, values, axes=(0, 0)))
 
 
 @dataclass(frozen=True)
 class Bingham:
-    """k1 <= k2 <= 0: concentrations along the third and the second axis of the tensor."""
+    """Concentrations k1 <= k2 <= 0 along the third and second axis of the tensor."""
 
     k1: float
     k2: float
@@ -58,7 +59,7 @@ class Bingham:
 
 @dataclass(frozen=True)
 class Kent:
-    """kappa, beta as above; axes (3, 3): rows are mean, major and minor axis."""
+    """Kent's distribution; the rows of `axes` are mean, major and minor axis."""
 
     kappa: float
     beta: float
@@ -67,7 +68,7 @@ class Kent:
 
 
 def bingham_nodes(k1: float, k2: float) -> Nodes:
-    """In the frame (first, second, third axis); the half of the sphere that has first > 0."""
+    """Return nodes in the frame of the axes, on the hemisphere with first > 0."""
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
     turn, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
@@ -84,26 +85,28 @@ def bingham_nodes(k1: float, k2: float) -> Nodes:
     return _nodes(places, log_density, (wx[:, None] * wt).ravel(), 2.0)
 
 
-def bingham_of(eigenvalues: npt.ArrayLike) -> Bingham | None:
-    """By maximum likelihood: the model whose mean squares along the axes are S2 and S3 of the
-    tensor. None where S3 is 0, for which the concentration is infinite."""
-    given = np.asarray(eigenvalues, dtype=np.float64)
-    _, s2, s3 = (float(s) for s in given / given.sum())
+def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
+    """Estimate Bingham's distribution from the eigenvalues of the tensor by maximum likelihood.
+
+    None if S3 is 0, for which the concentration is infinite.
+    """
+    values = np.asarray(eigenvalues, dtype=np.float64)
+    _, s2, s3 = (float(s) for s in values / values.sum())
     if s3 < 1e-12:
         return None
-    wanted = np.array([s3, s2])
+    target = np.array([s3, s2])
     # In logarithms of (a - b) and b, both of which stay positive; a and b are -k1 and -k2.
-    guess = 0.5 / np.maximum(wanted, 1e-12) - 1.5
+    guess = 0.5 / np.maximum(target, 1e-12) - 1.5
     a, b = max(float(guess[0]), 1e-3), max(float(guess[1]), 0.0)
     for _ in range(200):
         nodes = bingham_nodes(-a, -b)
         squares = np.stack([nodes.places[:, 2] ** 2, nodes.places[:, 1] ** 2], axis=-1)
         mean = nodes.mean(squares)
         spread = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
-        # d mean / d(-a, -b) = spread: Newton's step, halved until it stays where it may.
-        step = np.linalg.solve(spread + 1e-300 * np.eye(2), mean - wanted)
+        # d mean / d(-a, -b) = spread: Newton's step, limited to valid values.
+        step = np.linalg.solve(spread + 1e-300 * np.eye(2), mean - target)
         if b <= 0.0 and b + step[1] <= 0.0:
-            step = np.array([(mean[0] - wanted[0]) / spread[0, 0], 0.0])
+            step = np.array([(mean[0] - target[0]) / spread[0, 0], 0.0])
         new_a = a + float(step[0]) if a + step[0] > 0.2 * a else 0.2 * a
         new_b = b + float(step[1])
         new_b = max(new_b, 0.2 * b if b > 1e-9 else 0.0)
@@ -111,15 +114,17 @@ def bingham_of(eigenvalues: npt.ArrayLike) -> Bingham | None:
             new_b = 0.0
         new_a, new_b = min(new_a, 5.0 * a + 1.0), min(new_b, 5.0 * b + 1.0)
         new_a = max(new_a, new_b)
-        done = abs(new_a - a) <= 1e-10 * (1 + a) and abs(new_b - b) <= 1e-10 * (1 + b)
+        has_converged = abs(new_a - a) <= 1e-10 * (1 + a) and abs(new_b - b) <= 1e-10 * (1 + b)
         a, b = new_a, new_b
-        if done:
+        if has_converged:
             break
     return Bingham(-a, -b, bingham_nodes(-a, -b))
 
 
 def kent_nodes(kappa: float, beta: float) -> Nodes:
-    """In the frame (mean, major, minor axis), by the equal-area plane about the mean."""
+    """Return nodes in the frame (mean, major, minor axis), on the equal-area plane about the
+    mean.
+    """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
     minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
     # A flat top along the major axis (2 beta near kappa) falls off by its fourth power only.
@@ -134,14 +139,16 @@ def kent_nodes(kappa: float, beta: float) -> Nodes:
     scale = np.sqrt(1.0 - square / 4.0)
     places = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
     log_density = -kappa * square / 2.0 + beta * (places[:, 1] ** 2 - places[:, 2] ** 2)
-    made = _nodes(places, log_density, weights, 1.0)
-    return Nodes(made.places, made.shares, made.log_constant + kappa)
+    unscaled = _nodes(places, log_density, weights, 1.0)
+    return Nodes(unscaled.places, unscaled.shares, unscaled.log_constant + kappa)
 
 
-def kent_of(directions: npt.ArrayLike) -> Kent | None:
-    """By maximum likelihood along the axes that Kent's moments give (his section 4): mean, and the
-    longest spread across it. None where the directions are no cluster (kappa under 5) or do not
-    spread two ways."""
+def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
+    """Estimate Kent's distribution by maximum likelihood along the axes of the moments (his section
+    4).
+
+    None if the directions are not a cluster (kappa below 5) or scatter in one direction only.
+    """
     x = np.asarray(directions, dtype=np.float64)
     mean = x.mean(axis=0)
     length = float(np.linalg.norm(mean))
@@ -155,16 +162,28 @@ def kent_of(directions: npt.ArrayLike) -> Kent | None:
         return None
     major = turns[0, 1] * first + turns[1, 1] * second
     axes = np.array([axis, major, np.cross(axis, major)])
-    lack = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
-    found = kent_concentrations(1.0 - lack, float(squares[1] - squares[0]))
-    return None if found is None else Kent(*found, axes, kent_nodes(*found))
+    shortfall = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
+    concentrations = kent_concentrations(1.0 - shortfall, float(squares[1] - squares[0]))
+    return (
+        None if concentrations is None else Kent(*concentrations, axes, kent_nodes(*concentrations))
+    )
 
 
-def kent_concentrations(resultant: float, longer: float) -> tuple[float, float] | None:
-    """kappa and beta by maximum likelihood, from the mean resultant length and the difference of
-    the mean squares along the major and the minor axis; None where kappa is under 5."""
-    lack = 1.0 - resultant
-    small, large = 1.0 / (2 * lack + longer), 1.0 / max(2 * lack - longer, 1e-300)
+def kent_concentrations(resultant: float, square_difference: float) -> tuple[float, float] | None:
+    """Estimate kappa and beta by maximum likelihood; None if kappa is below 5.
+
+    Parameters
+    ----------
+    resultant : float
+        Mean resultant length.
+    square_difference : float
+        Difference of the mean squares along the major and the minor axis.
+    """
+    shortfall = 1.0 - resultant
+    small, large = (
+        1.0 / (2 * shortfall + square_difference),
+        1.0 / max(2 * shortfall - square_difference, 1e-300),
+    )
     kappa, beta = large + small, 0.5 * (large - small)
     if kappa < 5.0:
         return None
@@ -175,34 +194,40 @@ def kent_concentrations(resultant: float, longer: float) -> tuple[float, float] 
         expected = nodes.mean(sufficient)
         spread = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
         spread -= np.outer(expected, expected)
-        step = np.linalg.solve(spread, np.array([-lack, longer]) - expected)
-        part = 1.0
-        while part > 1e-6 and not _in_kent(kappa + part * step[0], beta + part * step[1]):
-            part *= 0.5
-        kappa, beta = kappa + part * float(step[0]), max(beta + part * float(step[1]), 0.0)
-        if float(np.abs(step).max()) <= 1e-10 * kappa or part <= 1e-6:
+        step = np.linalg.solve(spread, np.array([-shortfall, square_difference]) - expected)
+        fraction = 1.0
+        while fraction > 1e-6 and not _is_valid_kent(
+            kappa + fraction * step[0], beta + fraction * step[1]
+        ):
+            fraction *= 0.5
+        kappa, beta = kappa + fraction * float(step[0]), max(beta + fraction * float(step[1]), 0.0)
+        if float(np.abs(step).max()) <= 1e-10 * kappa or fraction <= 1e-6:
             break
     return (kappa, beta) if kappa >= 5.0 else None
 
 
-def _in_kent(kappa: float, beta: float) -> bool:
+def _is_valid_kent(kappa: float, beta: float) -> bool:
     return kappa > 0.0 and -1e-9 * kappa <= beta < 0.4999 * kappa
 
 
 def _width(concentration: float) -> float:
-    """Standard deviation of exp(-concentration x^2); infinite where all of the sphere counts."""
-    return 1.0 / math.sqrt(2.0 * concentration) if concentration > _BROAD else math.inf
+    """Return the standard deviation of exp(-concentration x^2); infinite for the whole sphere."""
+    return (
+        1.0 / math.sqrt(2.0 * concentration)
+        if concentration > MAX_BROAD_CONCENTRATION
+        else math.inf
+    )
 
 
 @cache
 def _gauss() -> tuple[FloatArray, FloatArray]:
-    return np.polynomial.legendre.leggauss(_NODES)
+    return np.polynomial.legendre.leggauss(N_NODES)
 
 
 def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights over the range, or the part about 0 that a density of this width fills."""
+    """Return nodes and weights over the range, or over the part about 0 within `RANGE_SIGMA`."""
     if math.isfinite(sigma):
-        low, high = max(low, -_REACH * sigma), min(high, _REACH * sigma)
+        low, high = max(low, -RANGE_SIGMA * sigma), min(high, RANGE_SIGMA * sigma)
     nodes, weights = _gauss()
     half = (high - low) / 2.0
     return nodes * half + (high + low) / 2.0, weights * half
@@ -219,32 +244,49 @@ def _nodes(places: FloatArray, log_density: FloatArray, weights: FloatArray, fol
 
 
 def smooth_test(
-    data: FloatArray, used: FloatArray, nodes: FloatArray, used_at: FloatArray, shares: FloatArray
+    data: FloatArray,
+    score_data: FloatArray,
+    nodes: FloatArray,
+    score_nodes: FloatArray,
+    shares: FloatArray,
 ) -> float:
-    """p value of the smooth test.
+    """Compute the p-value of the smooth test.
 
-    data (n, k), nodes (m, k): the further functions of the data, and at the nodes of the fitted
-    model with their shares (m,). used (n, j), used_at (m, j): those that the fit has used up
-    (the derivatives of the log density by its parameters).
+    Parameters
+    ----------
+    data : (n, k) ndarray
+        Additional functions of the data.
+    score_data : (n, j) ndarray
+        Scores of the data: derivatives of the log density by the parameters of the fit.
+    nodes : (m, k) ndarray
+        Additional functions at the nodes of the fitted model.
+    score_nodes : (m, j) ndarray
+        Scores at the nodes.
+    shares : (m,) ndarray
+        Probabilities of the nodes.
+
+    Returns
+    -------
+    float
     """
     n = len(data)
-    used_mean = shares @ used_at
+    score_mean = shares @ score_nodes
     mean = shares @ nodes
-    scores = used_at - used_mean
+    scores = score_nodes - score_mean
     further = nodes - mean
     information = scores.T @ (scores * shares[:, None])
     cross = scores.T @ (further * shares[:, None])
     regress = np.linalg.lstsq(_scaled(information), _rows(cross, information), rcond=1e-12)[0]
     regress = regress / np.sqrt(np.diag(information))[:, None]
-    at = further - scores @ regress
-    own = (data - mean) - (used - used_mean) @ regress
-    spread = at.T @ (at * shares[:, None])
+    residual_nodes = further - scores @ regress
+    residual_data = (data - mean) - (score_data - score_mean) @ regress
+    spread = residual_nodes.T @ (residual_nodes * shares[:, None])
     scale = np.sqrt(np.maximum(np.diag(spread), 1e-300))
     values, axes = np.linalg.eigh(spread / np.outer(scale, scale))
-    kept = values > 1e-6 * values.max()
-    total = (own.sum(axis=0) / scale) @ axes[:, kept]
-    statistic = float(np.sum(total**2 / values[kept])) / n
-    return chi2_tail(int(kept.sum()), statistic)
+    is_used = values > 1e-6 * values.max()
+    total = (residual_data.sum(axis=0) / scale) @ axes[:, is_used]
+    statistic = float(np.sum(total**2 / values[is_used])) / n
+    return chi2_tail(int(is_used.sum()), statistic)
 
 
 def _scaled(matrix: FloatArray) -> FloatArray:
@@ -256,27 +298,36 @@ def _rows(cross: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(cross / np.sqrt(np.diag(matrix))[:, None])
 
 
-def bingham_fit(model: Bingham, x: FloatArray) -> float:
-    """p value of Bingham's model for axes (n, 3) in its frame: harmonics of the fourth degree."""
-    at = model.nodes.places
-    return smooth_test(_quartic(x), _products(x), _quartic(at), _products(at), model.nodes.shares)
-
-
-def kent_fit(model: Kent, x: FloatArray) -> float:
-    """p value of Kent's model for directions (n, 3) in its frame: skewness and kurtosis along and
-    across."""
-    at = model.nodes.places
+def bingham_p(model: Bingham, x: FloatArray) -> float:
+    """Return the p-value of Bingham's model for axes (n, 3) in its frame, by fourth harmonics."""
+    places = model.nodes.places
     return smooth_test(
-        _tangent(x, 2), _kent_scores(x), _tangent(at, 2), _kent_scores(at), model.nodes.shares
+        _quartic(x), _products(x), _quartic(places), _products(places), model.nodes.shares
     )
 
 
-def fisher_fit(kappa: float, x: FloatArray) -> float:
-    """p value of Fisher's model for directions (n, 3), the mean being their first coordinate: an
-    elongated or skew cluster, or one with another fall-off, fails it."""
+def kent_p(model: Kent, x: FloatArray) -> float:
+    """Return the p-value of Kent's model for directions (n, 3) in its frame, by skewness and
+    kurtosis.
+    """
+    places = model.nodes.places
+    return smooth_test(
+        _tangent(x, 2),
+        _kent_scores(x),
+        _tangent(places, 2),
+        _kent_scores(places),
+        model.nodes.shares,
+    )
+
+
+def fisher_model_p(kappa: float, x: FloatArray) -> float:
+    """Return the p-value of Fisher's model for directions (n, 3) with the mean as first coordinate.
+
+    Elongated or skewed clusters, and those with another decrease, fail it.
+    """
     nodes = kent_nodes(kappa, 0.0)
-    at = nodes.places
-    return smooth_test(_tangent(x, 1), x, _tangent(at, 1), at, nodes.shares)
+    places = nodes.places
+    return smooth_test(_tangent(x, 1), x, _tangent(places, 1), places, nodes.shares)
 
 
 def _products(x: FloatArray) -> FloatArray:
@@ -307,11 +358,13 @@ def _kent_scores(x: FloatArray) -> FloatArray:
     return np.stack([a, b, c, b * b - c * c, b * c, a * b, a * c], axis=-1)[:, :5]
 
 
-def _tangent(x: FloatArray, beyond: int) -> FloatArray:
-    """Functions of the coordinates across the mean that a fit leaves over: of the second degree
-    (beyond = 1), and third and fourth."""
+def _tangent(x: FloatArray, n_fitted_moments: int) -> FloatArray:
+    """Return functions of the coordinates across the mean beyond those of the fit.
+
+    They are of second degree after one moment, else of third and fourth.
+    """
     b, c = x[:, 1], x[:, 2]
     square = b * b + c * c
-    if beyond == 1:
+    if n_fitted_moments == 1:
         return np.stack([b * b - c * c, b * c, b * square, c * square, square**2], axis=-1)
     return np.stack([b**3, c**3, b * b * c, b * c * c, b**4, c**4, b * b * c * c], axis=-1)

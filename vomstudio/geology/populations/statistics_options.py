@@ -11,12 +11,12 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class StatisticsOptions(Options):
-    """How orientations are grouped, averaged and weighted.
+    """Grouping, averaging and weights of orientations.
 
     Raises
     ------
     UsageError
-        For a value that is not allowed.
+        If a value is not allowed.
     """
 
     by: str | None = option(

@@ -1,4 +1,4 @@
-"""The mean plane of a table, or of one set in it."""
+"""Mean plane of a table or of one of its sets."""
 
 from __future__ import annotations
 
@@ -12,22 +12,26 @@ from vomstudio.geology.statistics import axial_mean
 
 
 def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
-    """Of the poles of the table's planes, by the orientation tensor.
+    """Compute the mean plane of a table's planes by the orientation tensor of their poles.
 
-    Raises UsageError for a set that is not in the table, GeometryError where there are no planes,
-    or they have no mean.
+    Raises
+    ------
+    UsageError
+        If the set is not in the table.
+    GeometryError
+        If there are no planes, or they have no mean.
     """
-    chosen = np.asarray(table.is_plane, bool)
+    is_selected = np.asarray(table.is_plane, bool)
     if set_name is not None:
         sets = table.sets or ()
-        known = sorted({name for name in sets if name})
-        if set_name not in known:
+        known_sets = sorted({name for name in sets if name})
+        if set_name not in known_sets:
             raise UsageError(
-                Finding("sets.unknown", set=set_name, sets=known or None),
+                Finding("sets.unknown", set=set_name, sets=known_sets or None),
                 file=table.path,
                 field="--set",
             )
-        chosen = chosen & (np.array(sets) == set_name)
-    if not chosen.any():
+        is_selected = is_selected & (np.array(sets) == set_name)
+    if not is_selected.any():
         raise GeometryError(Finding("orientation.no-planes"), file=table.path)
-    return Plane.from_normal(axial_mean(table.vectors()[chosen]).vector())
+    return Plane.from_normal(axial_mean(table.vectors()[is_selected]).vector())

@@ -1,1 +1,1 @@
-"""How a surface departs from its plane."""
+"""Roughness of a surface and deviations from its plane."""

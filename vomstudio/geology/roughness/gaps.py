@@ -1,10 +1,11 @@
-"""What a map of heights lacks between the points that it was made from.
+"""Variance that a map of heights lacks between its points.
 
-A surface that is drawn straight from point to point is smoother than the rock between them. What is
-lacking is told by points that are left out: their distance from what is drawn through the others
-(cross-validation, as in geostatistics). Second differences of the map lack six times its variance,
-1 + 4 + 1, at all distances longer than the gaps, so that they grow too fast and the exponent comes
-out too large where that is not put back.
+A surface interpolated between points is smoother than the rock. The missing variance follows from
+points that are held out: their distance from the surface through the others (cross-validation, as
+in
+geostatistics). Second differences of the map lack 1 + 4 + 1 = six times this variance at all
+distances longer than the gaps, so that they grow too fast and the exponent is too large without a
+correction.
 """
 
 from __future__ import annotations
@@ -13,39 +14,52 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 
-_OUT = 10
-"""One in so many points is left out, so that the others are hardly farther apart."""
-_MOST = 100_000
-_FEWEST = 200
-_NOISE = 1.5
-"""Variance of noise in such a distance: the point's own, and that of the means around it."""
+HOLDOUT_STEP = 10
+"""One in this number of points is held out, so that the gaps of the others remain similar."""
+MAX_POINTS = 100_000
+MIN_POINTS = 200
+NOISE_VARIANCE_RATIO = 1.5
+"""Variance of noise in such a distance: that of the point and that of the means around it."""
 
 
-def lacking(flat: FloatArray, heights: FloatArray, noise: float) -> float:
-    """Variance of the heights that a surface drawn between points lacks, m2.
+def missing_variance(flat: FloatArray, heights: FloatArray, noise: float) -> float:
+    """Estimate the variance of heights that a surface interpolated between points lacks.
 
-    flat : (n, 2) places in the plane, m; heights : (n,) over it; noise : standard deviation of the
-    heights that is the model's own. 0 where points are too few to tell.
+    Parameters
+    ----------
+    flat : (n, 2) ndarray
+        Positions in the plane, m.
+    heights : (n,) ndarray
+        Heights over the plane, m.
+    noise : float
+        Standard deviation of the model's noise, m.
+
+    Returns
+    -------
+    float
+        Variance, m2; 0 for too few points.
     """
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import QhullError
 
-    if len(flat) > _MOST:
-        # A part of the surface, as densely covered as the whole.
-        away = ((flat - np.median(flat, axis=0)) ** 2).sum(axis=1)
-        near = np.argpartition(away, _MOST)[:_MOST]
-        flat, heights = flat[near], heights[near]
-    out = np.zeros(len(flat), np.bool_)
-    out[np.random.default_rng(0).permutation(len(flat))[: len(flat) // _OUT]] = True
-    if out.sum() < _FEWEST:
+    if len(flat) > MAX_POINTS:
+        # A part of the surface with the full density of points.
+        squared_distances = ((flat - np.median(flat, axis=0)) ** 2).sum(axis=1)
+        nearest = np.argpartition(squared_distances, MAX_POINTS)[:MAX_POINTS]
+        flat, heights = flat[nearest], heights[nearest]
+    is_held_out = np.zeros(len(flat), np.bool_)
+    is_held_out[np.random.default_rng(0).permutation(len(flat))[: len(flat) // HOLDOUT_STEP]] = True
+    if is_held_out.sum() < MIN_POINTS:
         return 0.0
     try:
-        drawn = LinearNDInterpolator(flat[~out], heights[~out])(flat[out])
+        interpolated = LinearNDInterpolator(flat[~is_held_out], heights[~is_held_out])(
+            flat[is_held_out]
+        )
     except QhullError:
         return 0.0
-    off = (heights[out] - drawn)[np.isfinite(drawn)]
-    if len(off) < _FEWEST:
+    residuals = (heights[is_held_out] - interpolated)[np.isfinite(interpolated)]
+    if len(residuals) < MIN_POINTS:
         return 0.0
-    # Without what lies at the border, or on a step.
-    cut = np.abs(off) <= 6.0 * float(np.median(np.abs(off)))
-    return max(float(np.mean(off[cut] ** 2)) - _NOISE * noise**2, 0.0)
+    # Exclude outliers at the border or at a step.
+    is_used = np.abs(residuals) <= 6.0 * float(np.median(np.abs(residuals)))
+    return max(float(np.mean(residuals[is_used] ** 2)) - NOISE_VARIANCE_RATIO * noise**2, 0.0)

@@ -1,1 +1,1 @@
-"""Sets of orientations: how they are told apart."""
+"""Sets of orientations and their discontinuities."""

@@ -1,12 +1,13 @@
-"""The discontinuities of a set: parallel planes told apart by their place, their spacing,
-persistence and area.
+"""Discontinuities of a set: parallel planes separated by position, with spacing, persistence and
+area.
 
-Pieces of one set whose places along its mean normal differ by more than their own scatter allows
-are different discontinuities; those that do not are pieces of one. This, with its threshold of 1.5,
-is how Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52) join clusters
-of points; spacing is that of Riquelme, Abellan & Tomas (2015, Engineering Geology 195, 185-195),
-with planes that reach past all others and with planes that end; persistence that of Riquelme,
-Tomas, Cano, Pastor & Abellan (2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
+Pieces of one set whose positions along its mean normal differ by more than their scatter are
+different discontinuities; the others are pieces of one. Riquelme, Abellan, Tomas & Jaboyedoff
+(2014,
+Computers & Geosciences 68, 38-52) join clusters of points in this way, with the same threshold of
+1.5. Spacing is that of Riquelme, Abellan & Tomas (2015, Engineering Geology 195, 185-195), for
+persistent and non-persistent planes; persistence that of Riquelme, Tomas, Cano, Pastor & Abellan
+(2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
 """
 
 from __future__ import annotations
@@ -21,21 +22,29 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.geometry.vectors import strike_and_dip_lines
 
-JOINED = 1.5
-"""Sums of two scatters within which places along the normal are one (Riquelme et al. 2014)."""
-_ONE_FACE = 0.2
-"""Of the second to the third spread of all places: an outcrop that is no thicker is one face."""
-FEWEST_PLACES = 4
+MAX_JOINED_SCATTER = 1.5
+"""Positions along the normal within this multiple of the sum of both scatters are one discontinuity
+(Riquelme et al. 2014).
+"""
+MAX_FACE_THICKNESS = 0.2
+"""Maximum ratio of the third to the second spread of all positions for an outcrop of one face."""
+MIN_PLACES = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """m planes as pieces of surface, World, m.
+    """Planes as m pieces of surface. World frame, m.
 
-    places : (m, 3) their middles, NaN where unknown
-    scatters : (m, 3, 3) covariance of the points of each, NaN where unknown
-    areas : (m,) m2, NaN where unknown
-    rings : of each the corners of its border (k, 3), none where it is unknown
+    Attributes
+    ----------
+    places : (m, 3) ndarray
+        Their middles, NaN if unknown.
+    scatters : (m, 3, 3) ndarray
+        Covariance of the points of each, NaN if unknown.
+    areas : (m,) ndarray
+        Areas, m2, NaN if unknown.
+    rings : tuple of (k, 3) ndarray
+        Vertices of the borders, empty if unknown.
     """
 
     places: FloatArray
@@ -45,28 +54,38 @@ class Pieces:
 
     @property
     def are_more_than_places(self) -> bool:
-        """Whether the scatter or the border of any is known, so that some may be one plane."""
+        """Whether any scatter or border is known, so that pieces can be joined."""
         return bool(np.isfinite(self.scatters).any()) or any(len(ring) for ring in self.rings)
 
-    def rows(self, chosen: IntArray) -> Pieces:
+    def rows(self, rows: IntArray) -> Pieces:
         return Pieces(
-            self.places[chosen],
-            self.scatters[chosen],
-            self.areas[chosen],
-            tuple(self.rings[i] for i in chosen.tolist()),
+            self.places[rows],
+            self.scatters[rows],
+            self.areas[rows],
+            tuple(self.rings[i] for i in rows.tolist()),
         )
 
 
 @dataclass(frozen=True)
 class Discontinuity:
-    """One plane of a set.
+    """One discontinuity of a set; the outcrop shows a lower limit of persistence and areas.
 
-    id : name of the set and number along the normal; n : pieces; offset_m : along the set's upward
-    normal, from the middle of its planes
-    persistence_dip_m, persistence_strike_m : length along the dip and the strike of the set
-    persistence_max_m : longest chord; hull_m2 : convex hull of all pieces, in the plane of the set
-    area_m2 : of the pieces; None where borders or areas are unknown. What the outcrop shows is the
-    least that they can be.
+    Attributes
+    ----------
+    id : str
+        Name of the set and number along the normal.
+    n : int
+        Number of pieces.
+    offset_m : float
+        Position along the set's upward normal from the middle of its planes, m.
+    persistence_dip_m, persistence_strike_m : float or None
+        Length along the dip and the strike of the set, m.
+    persistence_max_m : float or None
+        Longest chord, m.
+    hull_m2 : float or None
+        Convex hull of all pieces in the plane of the set, m2.
+    area_m2 : float or None
+        Area of the pieces, m2; None if borders or areas are unknown.
     """
 
     id: str
@@ -82,19 +101,30 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Arrangement:
-    """How the planes of a set stand in space; None where places, borders or areas are unknown.
+    """Arrangement of the planes of a set; None if positions, borders or areas are unknown.
 
-    discontinuities : how many; spacing_m, spacing_cv : mean gap along the normal, as if every plane
-        reached past all others, and standard deviation of the gaps over it
-    spacing_ending_m : mean gap to the nearest piece of another one, for planes that end
-    persistence_dip_m, persistence_strike_m, persistence_max_m : means; area_m2 : of all pieces
-    p32_1_per_m : area per volume if planes reach past all others, p32_low95_1_per_m and
-        p32_high95_1_per_m its 95 % interval for places at random, to where no piece is of another's
-        plane only because both lean out of the set; None where nothing but places is known and
-        several picks, each counted as a plane of its own, may be of one;
-        p32_exposed_1_per_m : area of the pieces in the volume that they span, which is the least it
-        can be
-    rests_on : "one face" or "several faces", which the places of all planes together make
+    Attributes
+    ----------
+    discontinuities : int
+        Number of discontinuities.
+    spacing_m, spacing_cv : float
+        Mean gap along the normal for persistent planes, m, and standard deviation of the gaps
+        over it.
+    spacing_ending_m : float
+        Mean gap to the nearest piece of another plane, for non-persistent planes, m.
+    persistence_dip_m, persistence_strike_m, persistence_max_m : float
+        Means, m.
+    area_m2 : float
+        Area of all pieces, m2.
+    p32_1_per_m, p32_low95_1_per_m, p32_high95_1_per_m : float
+        Area per volume for persistent planes with its 95 % interval for random positions. The upper
+        limit separates pieces joined only by their tilt. No interval if only positions are
+        known and
+        several picks, each counted as a plane, may be of one.
+    p32_exposed_1_per_m : float
+        Area of the pieces per volume that they span, a lower limit.
+    rests_on : {"one face", "several faces"}
+        Distribution of all planes on the outcrop.
     """
 
     discontinuities: int | None = None
@@ -113,11 +143,15 @@ class Arrangement:
 
 
 @dataclass(frozen=True)
-class OnScanline:
-    """Planes of a set along a straight line: n crossed, apparent_m their mean gap along it, true_m
-    that along the normal of the set (apparent times the cosine of the angle between the two, as
-    Priest & Hudson 1976, International Journal of Rock Mechanics 13, 135-148); None for fewer than
-    two."""
+class ScanlineSpacing:
+    """Spacing of n planes of a set along a straight line; None for fewer than two.
+
+    `apparent_m` is the mean gap along the line, `true_m` that along the normal of the set (apparent
+    times
+    the cosine of the angle between both: Priest & Hudson 1976, International Journal of Rock
+    Mechanics
+    13, 135-148).
+    """
 
     n: int
     apparent_m: float | None
@@ -125,118 +159,156 @@ class OnScanline:
 
 
 def split_by_position(
-    offsets: FloatArray, scatters: FloatArray, joined: float = JOINED
+    offsets: FloatArray, scatters: FloatArray, max_scatter: float = MAX_JOINED_SCATTER
 ) -> IntArray:
-    """(m,) which discontinuity each piece of a set is of, counted from 0.
+    """Assign the pieces of a set to discontinuities by their position along the normal.
 
-    offsets, scatters : (m,) place along the normal of the set and standard deviation of the points
-    about it. A piece is of the one with the most scatter that lies within `joined` times the sum of
-    the two: the largest first, so that no chain of small pieces joins what is apart.
+    A piece joins the discontinuity with the largest scatter within `max_scatter` times the sum of
+    both
+    scatters. The largest pieces come first, so that chains of small pieces do not join distinct
+    planes.
+
+    Parameters
+    ----------
+    offsets, scatters : (m,) ndarray
+        Positions and standard deviations of the points about them, m.
+    max_scatter : float
+
+    Returns
+    -------
+    (m,) ndarray of int
+        Discontinuity of each piece, from 0.
     """
     label = np.full(len(offsets), -1, np.int64)
     leaders: list[int] = []
     for i in np.argsort(-scatters, kind="stable").tolist():
-        lead = np.array(leaders, np.int64)
-        near = np.abs(offsets[lead] - offsets[i]) <= joined * (scatters[lead] + scatters[i])
-        # Places that are equal but for rounding are one without any scatter.
-        near |= np.abs(offsets[lead] - offsets[i]) <= 1e-9 * (1.0 + abs(float(offsets[i])))
-        if near.any():
-            label[i] = int(np.argmax(near))
+        leader_rows = np.array(leaders, np.int64)
+        is_near = np.abs(offsets[leader_rows] - offsets[i]) <= max_scatter * (
+            scatters[leader_rows] + scatters[i]
+        )
+        # Positions that differ by rounding only are equal.
+        is_near |= np.abs(offsets[leader_rows] - offsets[i]) <= 1e-9 * (
+            1.0 + abs(float(offsets[i]))
+        )
+        if is_near.any():
+            label[i] = int(np.argmax(is_near))
         else:
             label[i] = len(leaders)
             leaders.append(i)
     return label
 
 
-def arrange(
-    name: str, normal: FloatArray, poles: FloatArray, pieces: Pieces, rests_on: str | None
+def arrange_planes(
+    name: str, normal: FloatArray, poles: FloatArray, pieces: Pieces, faces: str | None
 ) -> tuple[Arrangement, tuple[Discontinuity, ...], IntArray]:
-    """Of the m planes of one set: what is said of them, their discontinuities upwards, and the
-    number of that of each, -1 for a plane without a place.
+    """Arrange the m planes of one set in space.
 
-    normal : (3,) of the set; poles : (m, 3) of the planes, either end
+    Parameters
+    ----------
+    name : str
+    normal : (3,) ndarray
+        Normal of the set.
+    poles : (m, 3) ndarray
+        Poles of the planes in either direction.
+    pieces : Pieces
+    faces : str or None
+        Result of `describe_faces`.
+
+    Returns
+    -------
+    arrangement : Arrangement
+    discontinuities : tuple of Discontinuity
+        In upward order.
+    number : (m,) ndarray of int
+        Discontinuity of each plane, -1 without a position.
     """
     upward = normal if normal[2] >= 0 else -normal
-    known = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
+    located = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
     number = np.full(len(poles), -1, np.int64)
-    if not len(known):
-        return Arrangement(rests_on=rests_on), (), number
-    own = pieces.rows(known)
-    middle = own.places.mean(axis=0)
-    offsets = (own.places - middle) @ upward
-    along = np.einsum("i,mij,j->m", upward, own.scatters, upward)
-    number[known] = split_by_position(offsets, np.sqrt(np.maximum(np.nan_to_num(along), 0.0)))
-    apart = int(split_by_position(offsets, _thickness(own.scatters)).max()) + 1
+    if not len(located):
+        return Arrangement(rests_on=faces), (), number
+    members = pieces.rows(located)
+    middle = members.places.mean(axis=0)
+    offsets = (members.places - middle) @ upward
+    along = np.einsum("i,mij,j->m", upward, members.scatters, upward)
+    number[located] = split_by_position(offsets, np.sqrt(np.maximum(np.nan_to_num(along), 0.0)))
+    n_separate = int(split_by_position(offsets, _thickness(members.scatters)).max()) + 1
     axes = np.concatenate(_strike_and_dip(upward))
-    groups = [np.flatnonzero(number[known] == k) for k in range(int(number.max()) + 1)]
-    where = [float(np.average(offsets[rows], weights=_weights(own.areas[rows]))) for rows in groups]
-    found, shapes = [], []
-    # The mean place of one with several pieces may lie beyond its neighbour's.
-    for k, of in enumerate(np.argsort(where, kind="stable").tolist()):
-        number[known[groups[of]]] = k
-        made, shape = _discontinuity(
-            f"{name}-{k + 1}", name, where[of], own.rows(groups[of]), axes, middle
+    groups = [np.flatnonzero(number[located] == k) for k in range(int(number.max()) + 1)]
+    group_offsets = [
+        float(np.average(offsets[rows], weights=_weights(members.areas[rows]))) for rows in groups
+    ]
+    discontinuities, shapes = [], []
+    # The mean position of several pieces may be beyond that of a neighbour.
+    for k, group in enumerate(np.argsort(group_offsets, kind="stable").tolist()):
+        number[located[groups[group]]] = k
+        discontinuity, shape = _discontinuity(
+            f"{name}-{k + 1}", name, group_offsets[group], members.rows(groups[group]), axes, middle
         )
-        found.append(made)
+        discontinuities.append(discontinuity)
         shapes.append(shape)
-    whole = _arrangement(found, shapes, poles @ upward, rests_on, apart)
-    if not own.are_more_than_places and _may_be_fewer(offsets, own.places, upward, poles[known]):
-        whole = replace(whole, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
-    return whole, tuple(found), number
+    arrangement = _summarize(discontinuities, shapes, poles @ upward, faces, n_separate)
+    if not members.are_more_than_places and _may_be_fewer(
+        offsets, members.places, upward, poles[located]
+    ):
+        arrangement = replace(arrangement, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
+    return arrangement, tuple(discontinuities), number
 
 
 def _thickness(scatters: FloatArray) -> FloatArray:
-    """(m,) standard deviation of the points of each piece about its own plane."""
-    known = np.isfinite(scatters).all(axis=(1, 2))
-    own = np.zeros(len(scatters))
-    own[known] = np.sqrt(np.maximum(np.linalg.eigvalsh(scatters[known])[:, 0], 0.0))
-    return own
+    """Return the standard deviation (m,) of the points of each piece about its plane."""
+    is_known = np.isfinite(scatters).all(axis=(1, 2))
+    thickness = np.zeros(len(scatters))
+    thickness[is_known] = np.sqrt(np.maximum(np.linalg.eigvalsh(scatters[is_known])[:, 0], 0.0))
+    return thickness
 
 
 def _may_be_fewer(
     offsets: FloatArray, places: FloatArray, normal: FloatArray, poles: FloatArray
 ) -> bool:
-    """Whether some picks, of which nothing but places is known, may be of one plane: those next to
-    each other along the normal whose gap is no more than what planes that lean as the picks do make
-    of their distance along the set, 95 %."""
-    leans = np.sqrt(np.mean(np.maximum(1.0 - (poles @ normal) ** 2, 0.0)) / 2.0)
+    """Return whether some picks with known positions only may be of one plane.
+
+    These are neighbours along the normal whose gap may be due to their tilt and lateral distance,
+    95 %.
+    """
+    mean_tilt = np.sqrt(np.mean(np.maximum(1.0 - (poles @ normal) ** 2, 0.0)) / 2.0)
     order = np.argsort(offsets, kind="stable")
     step = np.diff(places[order], axis=0)
     gaps = np.diff(offsets[order])
-    beside = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
-    return bool((gaps < 2.0 * leans * beside).any())
+    lateral = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
+    return bool((gaps < 2.0 * mean_tilt * lateral).any())
 
 
-def rests_on(pieces: Pieces) -> str | None:
-    """Whether the places and borders of all planes together are one face, or several."""
-    known = pieces.places[np.isfinite(pieces.places).all(axis=1)]
-    if len(known) < FEWEST_PLACES:
+def describe_faces(pieces: Pieces) -> str | None:
+    """Return whether all planes together are on one face or on several; None for too few."""
+    located = pieces.places[np.isfinite(pieces.places).all(axis=1)]
+    if len(located) < MIN_PLACES:
         return None
     rings = [ring for ring in pieces.rings if len(ring)]
-    all_ = np.concatenate([known, *rings])
+    all_ = np.concatenate([located, *rings])
     spread = np.linalg.svd(all_ - all_.mean(axis=0), compute_uv=False)
-    return "one face" if spread[2] <= _ONE_FACE * spread[1] else "several faces"
+    return "one face" if spread[2] <= MAX_FACE_THICKNESS * spread[1] else "several faces"
 
 
-def on_scanline(
+def measure_scanline_spacing(
     normal: FloatArray, poles: FloatArray, places: FloatArray, line: FloatArray
-) -> OnScanline:
-    """Planes (m, 3) through places (m, 3) that reach past the line, from line[0] to line[1]."""
+) -> ScanlineSpacing:
+    """Measure the spacing of persistent planes (m, 3) through places (m, 3) along a line (2, 3)."""
     step = line[1] - line[0]
     length = float(np.linalg.norm(step))
-    down = poles @ step
+    denominators = poles @ step
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = ((places - line[0]) * poles).sum(axis=1) / down
-    crossed = np.sort(share[np.isfinite(share) & (share >= 0.0) & (share <= 1.0)]) * length
-    if len(crossed) < 2:
-        return OnScanline(len(crossed), None, None)
-    apparent = float(np.diff(crossed).mean())
-    return OnScanline(len(crossed), apparent, apparent * abs(float(normal @ step)) / length)
+        share = ((places - line[0]) * poles).sum(axis=1) / denominators
+    positions = np.sort(share[np.isfinite(share) & (share >= 0.0) & (share <= 1.0)]) * length
+    if len(positions) < 2:
+        return ScanlineSpacing(len(positions), None, None)
+    apparent = float(np.diff(positions).mean())
+    return ScanlineSpacing(len(positions), apparent, apparent * abs(float(normal @ step)) / length)
 
 
 def _weights(areas: FloatArray) -> FloatArray:
-    known = np.isfinite(areas) & (areas > 0.0)
-    return areas if known.all() else np.ones(len(areas))
+    is_known = np.isfinite(areas) & (areas > 0.0)
+    return areas if is_known.all() else np.ones(len(areas))
 
 
 def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -247,8 +319,10 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _discontinuity(
     id_: str, set_: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
 ) -> tuple[Discontinuity, Any]:
-    """And its pieces in the plane of the set, a shapely geometry; None where a border is unknown.
-    axes : (2, 3) strike and dip of the set"""
+    """Return a discontinuity and its pieces in the plane of the set; None without borders.
+
+    `axes` (2, 3) are strike and dip of the set; the pieces are a shapely geometry.
+    """
     import shapely
 
     area = float(members.areas.sum())
@@ -283,63 +357,68 @@ def _discontinuity(
 
 
 def _longest_chord(corners: FloatArray) -> float:
-    """Between corners (k, 2) of a convex hull."""
+    """Return the longest chord of the vertices (k, 2) of a convex hull."""
     from scipy.spatial.distance import pdist
 
     return float(pdist(corners).max(initial=0.0))
 
 
-def _arrangement(
-    found: list[Discontinuity],
+def _summarize(
+    discontinuities: list[Discontinuity],
     shapes: list[Any],
     cosines: FloatArray,
-    rests: str | None,
-    apart: int,
+    faces: str | None,
+    n_separate: int,
 ) -> Arrangement:
-    """found, shapes : upwards; cosines : (m,) of the planes with the normal of the set; apart : how
-    many discontinuities there are if pieces that lean out of the set are joined only where they are
-    thick enough"""
+    """Summarize discontinuities in upward order.
+
+    `cosines` (m,) are those of the planes with the normal of the set. `n_separate` is the number of
+    discontinuities if inclined pieces are joined only by their thickness.
+    """
     import shapely
 
-    offsets = np.array([one.offset_m for one in found])
+    offsets = np.array([discontinuity.offset_m for discontinuity in discontinuities])
     gaps = np.diff(offsets)
     mean = float(gaps.mean()) if len(gaps) and gaps.sum() > 0.0 else None
     cv = None
     if mean is not None and len(gaps) > 1:
         cv = float(gaps.std(ddof=1)) / mean
-    area = _total([one.area_m2 for one in found])
+    area = _total([discontinuity.area_m2 for discontinuity in discontinuities])
     p32 = low = high = exposed = ending = None
     if mean is not None:
         leaning = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
         p32 = leaning / mean
         low = leaning * _rate95(len(gaps), float(gaps.sum()))[0]
-        # Pieces that lean reach past others along the normal, which may be planes of their own.
-        high = leaning * _rate95(max(len(gaps), apart - 1), float(gaps.sum()))[1]
+        # Inclined pieces overlap others along the normal, which may be separate planes.
+        high = leaning * _rate95(max(len(gaps), n_separate - 1), float(gaps.sum()))[1]
         if area is not None and all(shape is not None for shape in shapes):
             ending = _ending_gap(offsets, shapes)
             region = float(shapely.convex_hull(shapely.geometrycollections(shapes)).area)
             if region > 0.0:
-                exposed = area / (region * mean * len(found))
+                exposed = area / (region * mean * len(discontinuities))
     return Arrangement(
-        len(found),
+        len(discontinuities),
         mean,
         cv,
         ending,
-        _mean([one.persistence_dip_m for one in found]),
-        _mean([one.persistence_strike_m for one in found]),
-        _mean([one.persistence_max_m for one in found]),
+        _mean([discontinuity.persistence_dip_m for discontinuity in discontinuities]),
+        _mean([discontinuity.persistence_strike_m for discontinuity in discontinuities]),
+        _mean([discontinuity.persistence_max_m for discontinuity in discontinuities]),
         area,
         p32,
         low,
         high,
         exposed,
-        rests,
+        faces,
     )
 
 
 def _rate95(n: int, length: float) -> tuple[float, float]:
-    """95 % interval of the rate of places at random, by n gaps of that length together: their sum
-    is a gamma variable (Cox & Lewis 1966, The Statistical Analysis of Series of Events)."""
+    """Return the 95 % interval of the rate of random positions by n gaps of this total length.
+
+    The sum of gaps is a gamma variable (Cox & Lewis 1966, The Statistical Analysis of Series of
+    Events).
+    """
     from scipy.special import gammaincinv
 
     low, high = (float(gammaincinv(n, p)) / length for p in (0.025, 0.975))
@@ -347,29 +426,31 @@ def _rate95(n: int, length: float) -> tuple[float, float]:
 
 
 def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
-    """Mean distance along the normal from each to that of the ones above whose pieces come nearest
-    (Riquelme et al. 2015, non-persistent). offsets, shapes : upwards"""
+    """Return the mean distance along the normal to the nearest pieces above.
+
+    Riquelme et al. 2015, non-persistent. `offsets` and `shapes` are in upward order.
+    """
     import shapely
 
     gaps = []
     for i in range(len(offsets) - 1):
-        best, gap = math.inf, 0.0
+        nearest, gap = math.inf, 0.0
         for j in range(i + 1, len(offsets)):
-            up = float(offsets[j] - offsets[i])
-            if up >= best:
+            height = float(offsets[j] - offsets[i])
+            if height >= nearest:
                 break
-            away = math.hypot(up, float(shapely.distance(shapes[i], shapes[j])))
-            if away < best:
-                best, gap = away, up
+            distance = math.hypot(height, float(shapely.distance(shapes[i], shapes[j])))
+            if distance < nearest:
+                nearest, gap = distance, height
         gaps.append(gap)
     return float(np.mean(gaps)) if gaps else None
 
 
 def _total(values: list[float | None]) -> float | None:
-    known = [v for v in values if v is not None]
-    return float(sum(known)) if len(known) == len(values) else None
+    values_known = [v for v in values if v is not None]
+    return float(sum(values_known)) if len(values_known) == len(values) else None
 
 
 def _mean(values: list[float | None]) -> float | None:
-    known = [v for v in values if v is not None]
-    return float(np.mean(known)) if known else None
+    values_known = [v for v in values if v is not None]
+    return float(np.mean(values_known)) if values_known else None

@@ -1,4 +1,4 @@
-"""Neighbouring sets that no gap parts: pieces of one girdle, as the poles of a bent bed make."""
+"""Neighbouring sets without a gap: parts of one girdle, such as the poles of a bent bed."""
 
 from __future__ import annotations
 
@@ -11,41 +11,58 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.statistics import orientation_tensor
 
-LEVEL = 0.05
-LEAST_BETWEEN = 12
-"""Poles between two means; of fewer an even spread and two clusters look alike."""
-LONGER = 3.0
-"""Along the great circle the two sets spread by so many times as much as across it."""
+SIGNIFICANCE = 0.05
+MIN_POLES_BETWEEN = 12
+"""Minimum number of poles between two means; fewer do not distinguish a girdle from two
+clusters.
+"""
+MIN_ELONGATION = 3.0
+"""Minimum ratio of the spread of both sets along the great circle to that across it."""
 
 
-def without_gap(
+def pairs_without_gap(
     poles: FloatArray, group: npt.ArrayLike, means: FloatArray
 ) -> Sequence[tuple[int, int]]:
-    """Pairs of sets between whose means (k, 3) the poles (n, 3), with groups (n,), -1 for none,
-    lie as densely as about them. In an even spread along the great circle through both means each
-    third of the way holds as many; two clusters leave the middle third emptier, and the chance of
-    so few in an even spread is then below 5 % (binomial)."""
+    """Find pairs of sets between which poles are as dense as about their means.
+
+    A uniform distribution along the great circle through both means has equal numbers in each third
+    of
+    the distance. Two clusters leave the middle third emptier, with a p-value below 5 % for a
+    uniform
+    distribution (binomial).
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    group : (n,) array_like of int
+        Set of each pole, -1 for none.
+    means : (k, 3) ndarray
+
+    Returns
+    -------
+    list of (int, int)
+    """
     from scipy.stats import binom
 
-    of = np.asarray(group, np.int64)
-    found = []
+    groups = np.asarray(group, np.int64)
+    pairs = []
     for i in range(len(means)):
         for j in range(i + 1, len(means)):
             first, second = means[i], means[j]
             if first @ second < 0:
                 second = -second
-            way = math.acos(min(1.0, float(first @ second)))
-            own = poles[(of == i) | (of == j)]
-            values, _ = orientation_tensor(own)
-            if values[1] < LONGER**2 * values[2]:
+            angle = math.acos(min(1.0, float(first @ second)))
+            members = poles[(groups == i) | (groups == j)]
+            values, _ = orientation_tensor(members)
+            if values[1] < MIN_ELONGATION**2 * values[2]:
                 continue
             along = second - (first @ second) * first
             along /= np.linalg.norm(along)
-            at = np.arctan2(own @ along, own @ first)
-            at = (at + math.pi / 2.0) % math.pi - math.pi / 2.0
-            third = np.floor(at / way * 3.0)
-            between = (third >= 0) & (third <= 2)
-            n, middle = int(between.sum()), int(np.sum(third == 1))
-            if n >= LEAST_BETWEEN and binom.cdf(middle, n, 1.0 / 3.0) >= LEVEL:
-                found.append((i, j))
-    return found
+            positions = np.arctan2(members @ along, members @ first)
+            positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
+            third = np.floor(positions / angle * 3.0)
+            is_between = (third >= 0) & (third <= 2)
+            n, middle = int(is_between.sum()), int(np.sum(third == 1))
+            if n >= MIN_POLES_BETWEEN and binom.cdf(middle, n, 1.0 / 3.0) >= SIGNIFICANCE:
+                pairs.append((i, j))
+    return pairs

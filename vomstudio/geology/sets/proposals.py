@@ -1,4 +1,4 @@
-"""Sets proposed among the planes of a table: what `vomstudio sets` prints."""
+"""Sets proposed among the planes of a table, for `vomstudio sets`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_po
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.sets.axial_mixture import (
-    LEAST_MEMBERS,
+    MIN_MEMBERS,
     Mixture,
     clusters_from_seeds,
     cones95_deg,
@@ -30,26 +30,36 @@ from vomstudio.geology.sets.axial_mixture import (
 from vomstudio.geology.sets.discontinuities import (
     Arrangement,
     Discontinuity,
-    OnScanline,
     Pieces,
-    arrange,
-    on_scanline,
-    rests_on,
+    ScanlineSpacing,
+    arrange_planes,
+    describe_faces,
+    measure_scanline_spacing,
 )
-from vomstudio.geology.sets.girdles import without_gap
+from vomstudio.geology.sets.girdles import pairs_without_gap
 from vomstudio.geology.sets.scanline import parse_scanline
 from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
 
-LEVEL = 0.05
+SIGNIFICANCE = 0.05
 
 
 @dataclass(frozen=True)
 class ProposedSet:
-    """n planes; dip_direction_deg, dip_deg : of the mean, Fisher's after flipping into one
-    hemisphere; kappa : None where all are alike; cone95_deg : half-angle of the cone that holds
-    the true mean with 95 %, None of one plane; spacing_m : mean gap of the places along the mean
-    normal, spacing_cv : their standard deviation over it; None without places"""
+    """Proposed set of n planes.
+
+    Attributes
+    ----------
+    dip_direction_deg, dip_deg : float
+        Fisher mean after flipping into one hemisphere, degrees.
+    kappa : float or None
+        None for identical planes.
+    cone95_deg : float or None
+        Half-angle of the 95 % cone of the mean, degrees; None for one plane.
+    spacing_m, spacing_cv : float or None
+        Mean gap along the mean normal, m, and standard deviation of the gaps over it; None without
+        positions.
+    """
 
     name: str
     n: int
@@ -63,10 +73,17 @@ class ProposedSet:
 
 @dataclass(frozen=True)
 class SetFit:
-    """How well two models describe a set, and which one does. fisher_p, kent_p : of a misfit as
-    large, were it so; None for too few. beta_over_kappa, elongated_p : of Kent's, and the chance of
-    a set as long as this, were it as long as wide. better : "fisher" or "kent", None where neither
-    could be fitted, with the reason"""
+    """Goodness of fit of two distributions of a set.
+
+    Attributes
+    ----------
+    better : {"fisher", "kent"} or None
+        Better distribution; None if neither could be fitted, for `reason`.
+    fisher_p, kent_p : float or None
+        p-values of the distributions; None for too few planes.
+    beta_over_kappa, elongated_p : float or None
+        Parameter of Kent's distribution, and p-value of a round set.
+    """
 
     better: str | None
     fisher_p: float | None
@@ -78,20 +95,31 @@ class SetFit:
 
 @dataclass(frozen=True)
 class DescribedSet(Arrangement, ProposedSet):
-    """A set with the arrangement of its planes in space; the spacing is that of its
-    discontinuities. scanline : None where none was asked for"""
+    """Set with the arrangement of its planes; the spacing is that of its discontinuities."""
 
     fit: SetFit | None = None
-    scanline: OnScanline | None = None
+    scanline: ScanlineSpacing | None = None
 
 
 @dataclass(frozen=True, repr=False)
 class SetProposal(PrintableResult):
-    """n planes, of which `unassigned` are in no set; criteria : by which their number is chosen, of
-    0, 1, 2... sets, the less the better, empty where seeds were given; assignment : (n,) of the
-    rows that were used, the name of the set, "" for none, with its probability; rows : (n,) their
-    places in the table; discontinuities : of all sets, where places are known; discontinuity :
-    (n,) the id of that of each row, "" for none; empty where nothing but places is known"""
+    """Proposed sets of n planes.
+
+    Attributes
+    ----------
+    unassigned : int
+        Number of planes in no set.
+    criteria : tuple of float
+        Criterion for 0, 1, 2 ... sets, lower is better; empty with seeds.
+    assignment, probability : (n,) tuple
+        Set of each used row, "" for none, and its probability.
+    rows : (n,) tuple of int
+        Rows of the table.
+    discontinuities : tuple of Discontinuity
+        Of all sets with known positions.
+    discontinuity : (n,) tuple of str
+        Id of the discontinuity of each row, "" for none; empty if only positions are known.
+    """
 
     n: int
     sets: tuple[ProposedSet, ...]
@@ -151,14 +179,14 @@ def propose_sets(
     poles = table.vectors()[rows]
     progress = progress or Silent()
     progress.stage(tr("Clustering planes"))
-    found = sets_among(poles, options)
+    proposal = propose_sets_of_poles(poles, options)
     members = None if pieces is None else pieces.rows(rows)
-    found = described(found, poles, members, scanline, progress)
-    warnings += found.warnings
-    if not found.sets and options.seeds is None:
-        warnings.append(Finding("sets.none", minimum=LEAST_MEMBERS))
+    proposal = describe_proposal(proposal, poles, members, scanline, progress)
+    warnings += proposal.warnings
+    if not proposal.sets and options.seeds is None:
+        warnings.append(Finding("sets.none", minimum=MIN_MEMBERS))
     return replace(
-        found,
+        proposal,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
         warnings=tuple(warnings),
@@ -166,101 +194,136 @@ def propose_sets(
     )
 
 
-def given_sets(means: FloatArray, poles: Sequence[FloatArray], group: npt.ArrayLike) -> SetProposal:
-    """Sets whose poles (k, 3) are known, S1, S2... in their order, of planes with poles (n, 3) and
-    groups (n,), -1 for none. Sets without a plane are left out. The mean of each is the one given;
-    kappa and cone are of its planes."""
-    of = np.asarray(group, np.int64)
+def sets_from_means(
+    means: FloatArray, poles: Sequence[FloatArray], group: npt.ArrayLike
+) -> SetProposal:
+    """Return the sets S1, S2 ... of known means, without the empty ones.
+
+    Parameters
+    ----------
+    means : (k, 3) ndarray
+        Poles of the sets.
+    poles : (n, 3) sequence of ndarray
+    group : (n,) array_like of int
+        Set of each plane, -1 for none.
+
+    Returns
+    -------
+    SetProposal
+        Kappa and cone are those of the planes.
+    """
+    groups = np.asarray(group, np.int64)
     all_ = np.asarray(poles, np.float64).reshape(-1, 3)
     sets = []
     for j, mean in enumerate(means):
-        own = all_[of == j]
-        if not len(own):
+        members = all_[groups == j]
+        if not len(members):
             continue
         plane = Plane.from_normal(mean)
-        found = _described(f"S{j + 1}", own, None)
+        proposed = _describe_set(f"S{j + 1}", members, None)
         sets.append(
-            replace(found, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
+            replace(proposed, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
         )
     return SetProposal(
         n=len(all_),
         sets=tuple(sets),
-        unassigned=int(np.sum(of < 0)),
+        unassigned=int(np.sum(groups < 0)),
         criteria=(),
         convention="",
         dropped_lines=(),
         warnings=(),
-        assignment=tuple(f"S{j + 1}" if j >= 0 else "" for j in of.tolist()),
+        assignment=tuple(f"S{j + 1}" if j >= 0 else "" for j in groups.tolist()),
         probability=(1.0,) * len(all_),
         rows=tuple(range(len(all_))),
     )
 
 
-def described(
-    found: SetProposal,
+def describe_proposal(
+    proposal: SetProposal,
     poles: FloatArray,
     pieces: Pieces | None,
     scanline: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetProposal:
-    """The proposal for poles (n, 3) with how well models fit its sets and how their planes stand in
-    space. scanline : (2, 3) ends, m, only with pieces"""
-    face = None if pieces is None else rests_on(pieces)
-    of = np.array(found.assignment)
+    """Add the fit of distributions and the arrangement of planes to a proposal.
+
+    Parameters
+    ----------
+    proposal : SetProposal
+    poles : (n, 3) ndarray
+    pieces : Pieces or None
+    scanline : (2, 3) ndarray, optional
+        Ends, m; only with pieces.
+    progress : Progress, optional
+
+    Returns
+    -------
+    SetProposal
+    """
+    face = None if pieces is None else describe_faces(pieces)
+    assignment = np.array(proposal.assignment)
     sets: list[DescribedSet] = []
-    all_: list[Discontinuity] = []
+    discontinuities: list[Discontinuity] = []
     ids = np.full(len(poles), "", dtype=object)
     progress = progress or Silent()
-    progress.stage(tr("Describing the sets"), len(found.sets))
-    for done, one in enumerate(found.sets):
-        progress.step(done)
-        own = np.flatnonzero(of == one.name)
-        normal = Plane(one.dip_direction_deg, one.dip_deg).normal()
+    progress.stage(tr("Describing the sets"), len(proposal.sets))
+    for index, proposed in enumerate(proposal.sets):
+        progress.step(index)
+        rows = np.flatnonzero(assignment == proposed.name)
+        normal = Plane(proposed.dip_direction_deg, proposed.dip_deg).normal()
         arrangement, line = Arrangement(), None
         if pieces is not None:
-            members = pieces.rows(own)
-            arrangement, planes, number = arrange(one.name, normal, poles[own], members, face)
-            all_ += planes
-            ids[own] = ["" if k < 0 else planes[k].id for k in number.tolist()]
+            members = pieces.rows(rows)
+            arrangement, planes, number = arrange_planes(
+                proposed.name, normal, poles[rows], members, face
+            )
+            discontinuities += planes
+            ids[rows] = ["" if k < 0 else planes[k].id for k in number.tolist()]
             if scanline is not None:
-                line = on_scanline(normal, poles[own], members.places, scanline)
+                line = measure_scanline_spacing(normal, poles[rows], members.places, scanline)
         sets.append(
             DescribedSet(
-                **{**vars(one), **vars(arrangement)}, fit=fit_of(poles[own]), scanline=line
+                **{**vars(proposed), **vars(arrangement)}, fit=fit_set(poles[rows]), scanline=line
             )
         )
-    warnings, told = list(found.warnings), []
+    warnings, row_ids = list(proposal.warnings), []
     if pieces is not None and pieces.are_more_than_places:
-        told = ids.tolist()
-    elif any(one.p32_1_per_m is not None and one.p32_low95_1_per_m is None for one in sets):
+        row_ids = ids.tolist()
+    elif any(
+        proposed.p32_1_per_m is not None and proposed.p32_low95_1_per_m is None for proposed in sets
+    ):
         warnings.append(Finding("sets.each-pick-counts"))
     return replace(
-        found,
+        proposal,
         sets=tuple(sets),
-        discontinuities=tuple(all_),
-        discontinuity=tuple(told),
+        discontinuities=tuple(discontinuities),
+        discontinuity=tuple(row_ids),
         warnings=tuple(warnings),
     )
 
 
-def fit_of(poles: FloatArray) -> SetFit:
-    """Of one set (n, 3): Fisher's (1953) and Kent's (1982) distribution."""
-    told = set_statistics(poles)
-    one, other = told.fisher, told.kent
+def fit_set(poles: FloatArray) -> SetFit:
+    """Fit Fisher's (1953) and Kent's (1982) distribution to a set of poles (n, 3)."""
+    statistics = set_statistics(poles)
+    fisher_figures, kent_figures = statistics.fisher, statistics.kent
     better = None
-    if one is not None and one.kappa is not None:
-        better = "kent" if other is not None and other.elongated_p < LEVEL else "fisher"
+    if fisher_figures is not None and fisher_figures.kappa is not None:
+        better = (
+            "kent"
+            if kent_figures is not None and kent_figures.elongated_p < SIGNIFICANCE
+            else "fisher"
+        )
     return SetFit(
         better,
-        None if one is None else one.fit_p,
-        None if other is None else other.fit_p,
-        None if other is None else other.beta / other.kappa,
-        None if other is None else other.elongated_p,
-        None if better is not None else told.fisher_reason,
+        None if fisher_figures is None else fisher_figures.fit_p,
+        None if kent_figures is None else kent_figures.fit_p,
+        None if kent_figures is None else kent_figures.beta / kent_figures.kappa,
+        None if kent_figures is None else kent_figures.elongated_p,
+        None if better is not None else statistics.fisher_reason,
     )
 
 
-def sets_among(
+def propose_sets_of_poles(
     poles: FloatArray, options: SetOptions | None = None, *, places: FloatArray | None = None
 ) -> SetProposal:
     """Propose sets among poles.
@@ -286,7 +349,7 @@ def sets_among(
     options = SetOptions() if options is None else options
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
     warnings: list[Finding] = []
-    mixture, criteria = _mixture(poles, options.max_sets, exactly, seeds)
+    mixture, criteria = _fit_mixture(poles, options.max_sets, exactly, seeds)
     group = mixture.assigned()
     cones = cones95_deg(poles, mixture)
     order = list(range(mixture.k))
@@ -301,14 +364,12 @@ def sets_among(
             if seeds:
                 warnings.append(Finding("sets.empty-seed", number=number))
             continue
-        where = None if places is None else places[members]
-        sets.append(_described(names[j], poles[members], where, float(cones[j])))
+        member_places = None if places is None else places[members]
+        sets.append(_describe_set(names[j], poles[members], member_places, float(cones[j])))
     if exactly is not None and not seeds and len(sets) < exactly:
-        warnings.append(
-            Finding("sets.fewer", count=len(sets), minimum=LEAST_MEMBERS, wanted=exactly)
-        )
+        warnings.append(Finding("sets.fewer", count=len(sets), minimum=MIN_MEMBERS, wanted=exactly))
     if not seeds:
-        warnings += _girdle_remarks(poles, group, order, names)
+        warnings += _girdle_findings(poles, group, order, names)
     probability = mixture.posterior[np.arange(len(poles)), group]
     return SetProposal(
         n=len(poles),
@@ -324,21 +385,24 @@ def sets_among(
     )
 
 
-def _girdle_remarks(
+def _girdle_findings(
     poles: FloatArray, group: IntArray, order: Sequence[int], names: dict[int, str]
 ) -> list[Finding]:
     filled = [j for j in order if np.any(group == j)]
     if len(filled) < 2:
         return []
     means = np.array([fisher(poles[group == j], directed=False).mean.vector() for j in filled])
-    of = np.full(len(poles), -1)
+    groups = np.full(len(poles), -1)
     for number, j in enumerate(filled):
-        of[group == j] = number
+        groups[group == j] = number
     joined = {i: i for i in range(len(filled))}
-    for i, j in without_gap(poles, of, means):
+    for i, j in pairs_without_gap(poles, groups, means):
         old, new = joined[j], joined[i]
-        joined = {k: new if one == old else one for k, one in joined.items()}
-    girdles = [[k for k in joined if joined[k] == one] for one in dict.fromkeys(joined.values())]
+        joined = {k: new if girdle_id == old else girdle_id for k, girdle_id in joined.items()}
+    girdles = [
+        [k for k in joined if joined[k] == girdle_id]
+        for girdle_id in dict.fromkeys(joined.values())
+    ]
     return [
         Finding("sets.girdle", sets=[names[filled[k]] for k in girdle])
         for girdle in girdles
@@ -347,45 +411,45 @@ def _girdle_remarks(
 
 
 def parse_seeds(text: str | None) -> tuple[Plane, ...]:
-    """Planes as typed, 120/45,300/80. Raises UsageError."""
-    found = []
+    """Parse planes such as 120/45,300/80. Raises UsageError."""
+    planes = []
     for word in [] if text is None else text.split(","):
         try:
-            found.append(parse_plane(word, "dipdir/dip"))
+            planes.append(parse_plane(word, "dipdir/dip"))
         except InputError as error:
             finding = Finding("sets.seed-not-a-plane", text=word)
             raise UsageError(finding, field="--seeds") from error
-    return tuple(found)
+    return tuple(planes)
 
 
-def _mixture(
-    poles: FloatArray, most: int | None, exactly: int | None, seeds: Sequence[Plane]
+def _fit_mixture(
+    poles: FloatArray, max_sets: int | None, exactly: int | None, seeds: Sequence[Plane]
 ) -> tuple[Mixture, list[float]]:
     if exactly is not None and exactly > len(poles):
         raise UsageError(Finding("sets.too-many", sets=exactly, n=len(poles)), field="--exactly")
     if not seeds:
         if exactly is not None:
             return propose_clusters(poles, exactly, exactly=True)
-        return propose_clusters(poles, DEFAULT_MAX_SETS if most is None else most)
-    if most is not None and len(seeds) > most:
+        return propose_clusters(poles, DEFAULT_MAX_SETS if max_sets is None else max_sets)
+    if max_sets is not None and len(seeds) > max_sets:
         raise UsageError(
-            Finding("sets.too-many-seeds", seeds=len(seeds), max_sets=most), field="--seeds"
+            Finding("sets.too-many-seeds", seeds=len(seeds), max_sets=max_sets), field="--seeds"
         )
     axes = planes_to_poles([s.dip_direction_deg for s in seeds], [s.dip_deg for s in seeds])
-    near = np.abs(axes @ axes.T) > math.cos(math.radians(1.0))
-    if (near & ~np.eye(len(axes), dtype=bool)).any():
+    is_near = np.abs(axes @ axes.T) > math.cos(math.radians(1.0))
+    if (is_near & ~np.eye(len(axes), dtype=bool)).any():
         raise UsageError(Finding("sets.equal-seeds"), field="--seeds")
     return clusters_from_seeds(poles, axes), []
 
 
-def _described(
+def _describe_set(
     name: str, poles: FloatArray, places: FloatArray | None, cone95_deg: float = math.nan
 ) -> ProposedSet:
-    found = fisher(poles, directed=False)
-    normal = found.mean.vector()
+    fisher_mean = fisher(poles, directed=False)
+    normal = fisher_mean.mean.vector()
     direction, dip, _ = normals_to_planes(normal)
     gap, cv = spacing_along(normal, places)
-    cone = found.alpha95_deg
+    cone = fisher_mean.alpha95_deg
     if cone is not None and cone95_deg > cone:
         cone = cone95_deg
     return ProposedSet(
@@ -393,7 +457,7 @@ def _described(
         len(poles),
         float(direction[0]),
         float(dip[0]),
-        found.kappa,
+        fisher_mean.kappa,
         cone,
         gap,
         cv,
@@ -403,14 +467,16 @@ def _described(
 def spacing_along(
     normal: FloatArray, places: FloatArray | None
 ) -> tuple[float | None, float | None]:
-    """Mean gap of places (n, 3) along a normal, and the standard deviation of the gaps over it, as
-    if every plane reached past all others; None where fewer than two have a place."""
+    """Return the mean gap of persistent planes along a normal, and the relative deviation of gaps.
+
+    None if fewer than two of the places (n, 3) are known.
+    """
     if places is None:
         return None, None
-    known = places[np.isfinite(places).all(axis=1)]
-    if len(known) < 2:
+    located = places[np.isfinite(places).all(axis=1)]
+    if len(located) < 2:
         return None, None
-    gaps = np.diff(np.sort((known - known.mean(axis=0)) @ normal))
+    gaps = np.diff(np.sort((located - located.mean(axis=0)) @ normal))
     mean = float(gaps.mean())
     if len(gaps) < 2 or mean <= 0:
         return mean, None

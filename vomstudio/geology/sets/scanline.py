@@ -1,4 +1,4 @@
-"""A straight scanline as it is typed."""
+"""Parser of a straight scanline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.findings import Finding
 
 
 def parse_scanline(text: str | None) -> FloatArray | None:
-    """(2, 3) ends of "x,y,z,x,y,z", m; None for None. Raises UsageError."""
+    """Parse the ends (2, 3) of "x,y,z,x,y,z", m; None for None. Raises UsageError."""
     if text is None:
         return None
     try:

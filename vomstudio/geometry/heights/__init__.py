@@ -1,1 +1,1 @@
-"""What the heights of points over a plane tell beyond the plane."""
+"""Structure of the heights of points over a plane."""

@@ -1,9 +1,9 @@
-"""Whether a face bends as a whole, so that its plane is the attitude of this place alone.
+"""Bend of a whole face, which makes its plane the attitude of this place only.
 
-A face with roughness as long as itself is a piece of a wave: its plane may be known well, and the
-attitude of the surface over several such faces differs from it by as much as the face bends. How
-much that is, a quadratic surface through the means of equal cells of the face tells; of roughness
-that is shorter than the face it explains little.
+A face whose roughness is as long as itself is a piece of a wave: its plane may be well known, but
+the
+attitude of the surface over several such faces differs by as much as the face bends. A quadratic
+surface through the means of equal cells measures the bend; it explains little of shorter roughness.
 """
 
 from __future__ import annotations
@@ -15,28 +15,31 @@ from vomstudio.geometry.patches import equal_cells
 
 MAX_POINTS = 6_000
 CELLS, MIN_CELLS, POINTS_PER_CELL = 6, 4, 4
-CHANCE = 0.01
+SIGNIFICANCE = 0.01
 MIN_EXPLAINED = 0.4
-"""Share of the scatter of the cells' means about the plane that the quadratic surface explains."""
-SIGMAS = 4.0
-"""Width of a disc with even points, in their standard deviation."""
+"""Minimum share of the scatter of the cell means about the plane that the quadratic surface
+explains.
+"""
+DISC_WIDTH_SIGMA = 4.0
+"""Diameter of a disc of uniform points in standard deviations."""
 
 
-def bend_of(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
-    """Return by how much the attitude of a face differs from one edge to the opposite one.
+def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
+    """Measure the difference in attitude between opposite edges of a face.
 
     Parameters
     ----------
-    points : (n, 3)
-        Of the face, in any frame; every k-th of more than 6,000 is used.
-    normal : (3,)
-        Of its plane.
+    points : (n, 3) array_like
+        Points of the face, in any frame; every k-th of more than 6,000 is used.
+    normal : (3,) array_like
+        Normal of its plane.
 
     Returns
     -------
     float or None
-        Degrees, in the direction in which it bends most; None of faces that do not bend by more
-        than chance (1 %), whose roughness is shorter than they are, or of too few points.
+        Degrees, in the direction of the maximum bend. None for faces without a significant bend
+        (1 %),
+        with shorter roughness, or with too few points.
     """
     from scipy.special import fdtrc
 
@@ -52,26 +55,33 @@ def bend_of(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     cell = equal_cells(u, v, side)
     count = np.bincount(cell)
     a, b, mean = (np.bincount(cell, x) / count for x in (u, v, h))
-    wide, high = float(a.std()), float(b.std())
-    if not (wide > 0.0 and high > 0.0):
+    sigma_u, sigma_v = float(a.std()), float(b.std())
+    if not (sigma_u > 0.0 and sigma_v > 0.0):
         return None
-    a, b = a / wide, b / high
+    a, b = a / sigma_u, b / sigma_v
     plane = np.column_stack([np.ones_like(a), a, b])
     curved = np.column_stack([plane, a * a, a * b, b * b])
-    found = np.linalg.lstsq(curved, mean, rcond=None)[0]
-    straight = mean - plane @ np.linalg.lstsq(plane, mean, rcond=None)[0]
-    left = mean - curved @ found
-    before, after = float(straight @ straight), float(left @ left)
+    coefficients = np.linalg.lstsq(curved, mean, rcond=None)[0]
+    plane_residuals = mean - plane @ np.linalg.lstsq(plane, mean, rcond=None)[0]
+    quadratic_residuals = mean - curved @ coefficients
+    plane_squares, quadratic_squares = (
+        float(plane_residuals @ plane_residuals),
+        float(quadratic_residuals @ quadratic_residuals),
+    )
     free = len(mean) - curved.shape[1]
-    if before - after < MIN_EXPLAINED * before or not before > 0.0:
+    if plane_squares - quadratic_squares < MIN_EXPLAINED * plane_squares or not plane_squares > 0.0:
         return None
-    if after > 0.0 and fdtrc(3, free, (before - after) / 3.0 / (after / free)) > CHANCE:
+    if (
+        quadratic_squares > 0.0
+        and fdtrc(3, free, (plane_squares - quadratic_squares) / 3.0 / (quadratic_squares / free))
+        > SIGNIFICANCE
+    ):
         return None
     second = np.array(
         [
-            [2.0 * found[3] / wide**2, found[4] / wide / high],
-            [found[4] / wide / high, 2.0 * found[5] / high**2],
+            [2.0 * coefficients[3] / sigma_u**2, coefficients[4] / sigma_u / sigma_v],
+            [coefficients[4] / sigma_u / sigma_v, 2.0 * coefficients[5] / sigma_v**2],
         ]
     )
-    across = SIGMAS * np.diag([float(u.std()), float(v.std())])
-    return float(2.0 * np.degrees(np.arctan(0.5 * np.linalg.norm(second @ across, 2))))
+    extent = DISC_WIDTH_SIGMA * np.diag([float(u.std()), float(v.std())])
+    return float(2.0 * np.degrees(np.arctan(0.5 * np.linalg.norm(second @ extent, 2))))

@@ -1,10 +1,13 @@
-"""Whether the points of a patch lie at several levels, as on two planes a step apart, or in two
-layers, as of two scans that do not fit: one plane of all of them is between them.
+"""Levels of the points of a patch: two planes a step apart, or two layers of misaligned scans.
 
-Steps are told by means of small cells of the patch, which scatter much less than points, so that
-steps of twice the noise stand out: once the plane that the pieces have in common is taken off, the
-means are at some levels and hardly any between. Of a wave, or of roughness, many are between.
-Layers over each other have no such cells; they are told by two humps of the points' heights, which
+One plane of all points would lie between them. Steps are detected by the means of small cells,
+which
+scatter much less than points, so that steps of twice the noise are visible: after subtraction of
+the
+common plane, means are at some levels with few between. A wave or roughness has many between.
+Layers
+on top of each other have no such cells; they are detected by two peaks of the points' heights,
+which
 need three times the noise.
 """
 
@@ -17,37 +20,47 @@ from vomstudio.core.arrays import FloatArray, Int16Array
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.patches import equal_cells
 
-FEWEST = 200
-"""Fewer points tell no step of some times their noise."""
-_LOOKED_AT = 6_000
-# Points in a cell; cells a side at least, and those whose attitudes are taken. With fewer cells
-# waves are steps.
-_PER_CELL, _LEAST_SIDE, _WIDE = 16.0, 6, 5
-# Ours, of the local scatter, of the standard error of a cell's mean, and of the grid of a file.
-_STEP, _SURE, _GRIDS = 1.5, 4.5, 1.5
-# A level has at least such a share of the cells; between two there are at most so many beside those
-# of the smaller one. Of a sine wave's there are 0.7, of an even spread 1. Without any step means
-# scatter by their standard error.
-_LEAST_SHARE, _BETWEEN, _BAND = 0.07, 0.3, 0.2
-_FLAT = 1.6
-_TURNS, _MOST_LEVELS = 12, 4
-# Of heights: the width over which they are counted, of their standard deviation; the valley beside
-# the lower hump, within cells and on the whole, where waves have humps as well; humps that are no
-# chance.
-_SMOOTH, _VALLEY, _DEEP, _CHANCE = 0.35, 0.9, 0.6, 4.0
-_BINS = 256
-_EXACT = 1e-9
-_FARTHEST = 32_000
+MIN_POINTS = 200
+"""Fewer points do not show a step of a few times their noise."""
+MAX_POINTS = 6_000
+# Points per cell; minimum number of cells per side (fewer would turn waves into steps), and the
+# number of wide cells per side whose attitudes are used.
+POINTS_PER_CELL, MIN_CELLS_PER_SIDE, WIDE_CELLS_PER_SIDE = 16.0, 6, 5
+# Own choice: minimum step in local scatter, in standard errors of a cell mean, and in grid steps.
+MIN_STEP_NOISE, MIN_STEP_ERRORS, MIN_STEP_GRIDS = 1.5, 4.5, 1.5
+# Minimum share of the cells on a level; maximum number between two levels relative to the smaller
+# one (0.7 for a sine wave, 1 for a uniform spread). Without a step, means scatter by their error.
+MIN_LEVEL_SHARE, MAX_SHARE_BETWEEN, BAND_HALF_WIDTH = 0.07, 0.3, 0.2
+MAX_FLAT_SCATTER = 1.6
+MAX_ITERATIONS, MAX_LEVELS = 12, 4
+# Kernel width in standard deviations of the heights; maximum valley relative to the smaller peak,
+# within cells and overall, because waves have peaks too; minimum significance of peaks.
+KERNEL_WIDTH, MAX_VALLEY, MAX_VALLEY_OVERALL, MIN_PEAK_SIGMA = 0.35, 0.9, 0.6, 4.0
+N_BINS = 256
+MIN_RELATIVE_SCATTER = 1e-9
+MAX_STEPS = 32_000
 
 
 def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
-    """How far apart the levels are in which points (n, 3) of one patch lie, in their unit; None
-    where they lie in one, or cannot tell. normal : (3,) of the patch's plane."""
+    """Measure the distance between the levels of the points of a patch.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        In any frame and unit.
+    normal : (3,) array_like
+        Normal of the patch's plane.
+
+    Returns
+    -------
+    float or None
+        In the unit of the points; None for a single level or too few points.
+    """
     xyz = np.asarray(points, np.float64)
-    if len(xyz) < FEWEST:
+    if len(xyz) < MIN_POINTS:
         return None
-    if len(xyz) > _LOOKED_AT:
-        xyz = xyz[np.random.default_rng(0).choice(len(xyz), _LOOKED_AT, replace=False)]
+    if len(xyz) > MAX_POINTS:
+        xyz = xyz[np.random.default_rng(0).choice(len(xyz), MAX_POINTS, replace=False)]
     n = np.asarray(normal, np.float64)
     local = xyz - xyz.mean(axis=0)
     grid = float(np.abs(n) @ grid_steps(xyz))
@@ -56,148 +69,166 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     _, axes = np.linalg.eigh(flat.T @ flat)
     v, u = (flat @ axes).T
     extent = max(float(np.ptp(u)), float(np.ptp(v)))
-    if not h.std() > _EXACT * extent:
+    if not h.std() > MIN_RELATIVE_SCATTER * extent:
         return None
-    slopes = _slopes(u, v, h)
-    side = int(np.sqrt(len(u) / _PER_CELL))
-    if side < _LEAST_SIDE:
-        return _of_layers(h, _VALLEY, grid)
-    cell = equal_cells(_rounded(u), _rounded(v), side)
+    slopes = _median_slopes(u, v, h)
+    side = int(np.sqrt(len(u) / POINTS_PER_CELL))
+    if side < MIN_CELLS_PER_SIDE:
+        return _gap_between_layers(h, MAX_VALLEY, grid)
+    cell = equal_cells(_round_places(u), _round_places(v), side)
     count = np.bincount(cell, minlength=side * side).astype(np.float64)
     a, b, mean = (np.bincount(cell, x, side * side) / count for x in (u, v, h))
-    inside = h - mean[cell] - slopes[0] * (u - a[cell]) - slopes[1] * (v - b[cell])
-    # Within most cells there is no step.
-    square = np.bincount(cell, inside**2) / np.maximum(count - 1.0, 1.0)
+    cell_residuals = h - mean[cell] - slopes[0] * (u - a[cell]) - slopes[1] * (v - b[cell])
+    # Most cells contain no step.
+    square = np.bincount(cell, cell_residuals**2) / np.maximum(count - 1.0, 1.0)
     noise = float(np.sqrt(np.median(square)))
     error = noise / float(np.sqrt(np.median(count)))
-    least = max(_STEP * noise, _SURE * error, _GRIDS * grid)
-    gap = _of_cells(a, b, mean, slopes, _FLAT * error)
-    if gap is not None and gap >= least:
+    min_gap = max(MIN_STEP_NOISE * noise, MIN_STEP_ERRORS * error, MIN_STEP_GRIDS * grid)
+    gap = _gap_between_cells(a, b, mean, slopes, MAX_FLAT_SCATTER * error)
+    if gap is not None and gap >= min_gap:
         return gap
-    gap = _of_layers(h, _DEEP, grid)
-    return _of_layers(inside, _VALLEY, grid) if gap is None else gap
+    gap = _gap_between_layers(h, MAX_VALLEY_OVERALL, grid)
+    return _gap_between_layers(cell_residuals, MAX_VALLEY, grid) if gap is None else gap
 
 
 def level_findings(gap_m: float | None) -> list[Finding]:
-    """Return why a plane through points in such levels is not good; nothing for None."""
+    """Report levels that make a plane doubtful; no finding for None."""
     return [] if gap_m is None else [Finding("plane.levels", gap_m=gap_m)]
 
 
 def bend_findings(is_bent: bool) -> list[Finding]:
-    """Return why the plane of a piece of a curved face is not good; nothing for another."""
+    """Report a curved face that makes the plane of a piece doubtful."""
     return [Finding("plane.bowed")] if is_bent else []
 
 
 def grid_steps(points: FloatArray) -> FloatArray:
-    """(3,) of the grid on which a file's coordinates were rounded, 0 where there is none."""
+    """Return the grid (3,) to which a file's coordinates were rounded, 0 if there was no
+    rounding.
+    """
     steps = np.zeros(3)
     for axis in range(3):
-        apart = np.diff(np.sort(points[:500, axis]))
-        apart = np.sort(apart[apart > 0.0])
-        apart = apart[apart > 1e-6 * apart[len(apart) // 2]] if len(apart) else apart
-        if len(apart) < 2:
+        differences = np.diff(np.sort(points[:500, axis]))
+        differences = np.sort(differences[differences > 0.0])
+        differences = (
+            differences[differences > 1e-6 * differences[len(differences) // 2]]
+            if len(differences)
+            else differences
+        )
+        if len(differences) < 2:
             continue
-        step = float(apart[0])
-        off = apart / step
-        # On no grid differences are any multiple of the least one.
-        if float(np.abs(off - np.round(off)).max()) < 0.02 * max(1.0, 1e-3 * off.max()):
+        step = float(differences[0])
+        multiples = differences / step
+        # Without a grid, differences are not multiples of the smallest one.
+        if float(np.abs(multiples - np.round(multiples)).max()) < 0.02 * max(
+            1.0, 1e-3 * multiples.max()
+        ):
             steps[axis] = step
     return steps
 
 
 # --- steps ------------------------------------------------------------------------------------
-def _of_cells(
-    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, flat: float
+def _gap_between_cells(
+    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, max_scatter: float
 ) -> float | None:
-    """Of cells with their places and mean heights, which scatter by less than `flat` where there is
-    no step. slopes : of the pieces of the plane"""
-    for begin in (slopes, np.zeros(2)):
-        if float(np.std(mean - begin[0] * a - begin[1] * b)) < flat:
+    """Return the gap between levels of cells, whose scatter without a step is below
+    `max_scatter`.
+    """
+    for start_slopes in (slopes, np.zeros(2)):
+        if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:
             return None
-    for begin in (slopes, np.zeros(2)):
-        for levels in range(2, _MOST_LEVELS + 1):
-            gap = _levels(a, b, mean, begin, levels)
+    for start_slopes in (slopes, np.zeros(2)):
+        for levels in range(2, MAX_LEVELS + 1):
+            gap = _fit_levels(a, b, mean, start_slopes, levels)
             if gap is not None:
                 return gap
     return None
 
 
-def _levels(
+def _fit_levels(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, number: int
 ) -> float | None:
-    """The least distance between so many levels of cells, on a plane common to all."""
-    left = mean - slopes[0] * a - slopes[1] * b
-    low, high = np.quantile(left, [0.05, 0.95])
-    middles = np.asarray(np.linspace(float(low), float(high), number), np.float64)
+    """Return the smallest distance between levels of cells on a common plane."""
+    heights = mean - slopes[0] * a - slopes[1] * b
+    low, high = np.quantile(heights, [0.05, 0.95])
+    level_heights = np.asarray(np.linspace(float(low), float(high), number), np.float64)
     level = np.full(len(mean), -1)
-    for _ in range(_TURNS):
-        now = np.abs(left[:, None] - middles[None]).argmin(axis=1)
-        if np.bincount(now, minlength=number).min() < _LEAST_SHARE * len(mean):
+    for _ in range(MAX_ITERATIONS):
+        nearest = np.abs(heights[:, None] - level_heights[None]).argmin(axis=1)
+        if np.bincount(nearest, minlength=number).min() < MIN_LEVEL_SHARE * len(mean):
             return None
-        if (now == level).all():
+        if (nearest == level).all():
             break
-        level = now
-        own = np.zeros((len(mean), number + 2))
-        own[np.arange(len(mean)), level] = 1.0
-        own[:, number], own[:, number + 1] = a, b
-        slopes = np.asarray(np.linalg.lstsq(own, mean, rcond=None)[0][number:], np.float64)
-        left = mean - slopes[0] * a - slopes[1] * b
-        middles = np.asarray(np.bincount(level, left) / np.bincount(level), np.float64)
-    middles = np.sort(middles)
-    gaps = np.diff(middles)
-    for low, gap in zip(middles, gaps, strict=False):
-        place = (left - low) / gap
-        between = int((np.abs(place - 0.5) < _BAND).sum())
-        beside = min(int((np.abs(place - end) < _BAND).sum()) for end in (0.0, 1.0))
-        if between > _BETWEEN * beside:
+        level = nearest
+        design = np.zeros((len(mean), number + 2))
+        design[np.arange(len(mean)), level] = 1.0
+        design[:, number], design[:, number + 1] = a, b
+        slopes = np.asarray(np.linalg.lstsq(design, mean, rcond=None)[0][number:], np.float64)
+        heights = mean - slopes[0] * a - slopes[1] * b
+        level_heights = np.asarray(np.bincount(level, heights) / np.bincount(level), np.float64)
+    level_heights = np.sort(level_heights)
+    gaps = np.diff(level_heights)
+    for low, gap in zip(level_heights, gaps, strict=False):
+        position = (heights - low) / gap
+        n_between = int((np.abs(position - 0.5) < BAND_HALF_WIDTH).sum())
+        n_on_level = min(
+            int((np.abs(position - end) < BAND_HALF_WIDTH).sum()) for end in (0.0, 1.0)
+        )
+        if n_between > MAX_SHARE_BETWEEN * n_on_level:
             return None
     return float(gaps.min())
 
 
-def _slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
-    """Of the pieces of the patch, the median of some wide cells: a step is in few of them."""
-    cell = equal_cells(_rounded(u), _rounded(v), _WIDE)
+def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
+    """Return the median slope of wide cells, few of which contain a step."""
+    cell = equal_cells(_round_places(u), _round_places(v), WIDE_CELLS_PER_SIDE)
     count = np.bincount(cell)
     a, b, c = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, h))
     aa, ab, bb, ac, bc = (np.bincount(cell, x) for x in (a * a, a * b, b * b, a * c, b * c))
     area = aa * bb - ab * ab
-    sound = area > 1e-6 * aa * bb
-    if not sound.any():
+    is_valid = area > 1e-6 * aa * bb
+    if not is_valid.any():
         return np.zeros(2)
-    found = np.stack([bb * ac - ab * bc, aa * bc - ab * ac])[:, sound] / area[sound]
-    return np.asarray(np.median(found, axis=1))
+    slopes = np.stack([bb * ac - ab * bc, aa * bc - ab * ac])[:, is_valid] / area[is_valid]
+    return np.asarray(np.median(slopes, axis=1))
 
 
-def _rounded(x: FloatArray) -> Int16Array:
-    """In a lattice whole rows are at one place but for the tilt of the plane, and by that the
-    height of a point would choose its cell. Short integers are sorted in a tenth of the time."""
+def _round_places(x: FloatArray) -> Int16Array:
+    """Round positions so that points of a lattice row are in one cell regardless of the plane's
+    tilt.
+
+    Short integers are sorted ten times faster.
+    """
     steps = np.round(x / max(1e-3 * float(x.std()), 1e-300))
-    return np.clip(steps, -_FARTHEST, _FARTHEST).astype(np.int16)
+    return np.clip(steps, -MAX_STEPS, MAX_STEPS).astype(np.int16)
 
 
 # --- layers -----------------------------------------------------------------------------------
-def _of_layers(h: FloatArray, deep: float, grid: float) -> float | None:
-    """How far apart the two largest humps of heights are, if they are two with such a valley."""
+def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float | None:
+    """Return the distance between the two largest peaks of heights with a sufficient valley."""
     low, high = np.quantile(h, [0.002, 0.998])
-    own = h[(h >= low) & (h <= high)]
-    width = max(_SMOOTH * float(own.std()), 0.5 * grid)
+    inner = h[(h >= low) & (h <= high)]
+    width = max(KERNEL_WIDTH * float(inner.std()), 0.5 * grid)
     if not width > 0.0:
         return None
-    reach = 4.0 * width
-    count, edges = np.histogram(own, _BINS, (low - reach, high + reach))
+    margin = 4.0 * width
+    count, edges = np.histogram(inner, N_BINS, (low - margin, high + margin))
     step = edges[1] - edges[0]
-    away = np.arange(-int(reach / step), int(reach / step) + 1) * step
-    kernel = np.exp(-0.5 * (away / width) ** 2)
+    offsets = np.arange(-int(margin / step), int(margin / step) + 1) * step
+    kernel = np.exp(-0.5 * (offsets / width) ** 2)
     density = np.convolve(count, kernel, mode="same")
     peaks = np.flatnonzero((density[1:-1] > density[:-2]) & (density[1:-1] >= density[2:])) + 1
     if len(peaks) < 2:
         return None
     first, second = sorted(peaks[np.argsort(-density[peaks])[:2]].tolist())
-    lower = min(density[first], density[second])
+    smaller_peak = min(density[first], density[second])
     valley = float(density[first : second + 1].min())
-    # Of counts weighted by the kernel the variance is that of their squares.
-    chance = _CHANCE * float(np.sqrt(np.convolve(count, kernel**2, mode="same").max()))
+    # The variance of kernel-weighted counts is the sum of squared weights.
+    min_depth = MIN_PEAK_SIGMA * float(np.sqrt(np.convolve(count, kernel**2, mode="same").max()))
     gap = float(edges[second] - edges[first])
-    if valley > deep * lower or lower - valley < chance or lower < 0.1 * density.max():
+    if (
+        valley > max_valley * smaller_peak
+        or smaller_peak - valley < min_depth
+        or smaller_peak < 0.1 * density.max()
+    ):
         return None
-    return gap if gap > _GRIDS * grid else None
+    return gap if gap > MIN_STEP_GRIDS * grid else None

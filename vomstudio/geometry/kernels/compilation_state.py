@@ -13,19 +13,19 @@ import os
 import platform
 from pathlib import Path
 
-from vomstudio.geometry.kernels.machine_code import compiler, keep, kept
+from vomstudio.geometry.kernels.machine_code import compiler, load_code, store_code
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def noted() -> bool:
     """They were made ready, by this very program on this machine."""
-    return kept(_name()) is not None
+    return load_code(_name()) is not None
 
 
 def note() -> None:
     """All of them are ready now."""
-    keep(_name(), b"")
+    store_code(_name(), b"")
 
 
 def _name() -> str:

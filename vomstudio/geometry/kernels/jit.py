@@ -1,8 +1,9 @@
 """Compiled kernels: written in Python, compiled by numba once, and loaded without it afterwards.
 
-`import numba` takes longer than most of what a small command does. So nothing here imports it
-before something must be compiled: a kernel's machine code is kept on the disk and put into a later
-process by llvmlite alone (`machine_code`), or where that cannot be by numba's own cache.
+`import numba` takes longer than most of a small command. Nothing here imports it before a kernel
+must be
+compiled: its machine code is cached on the disk and loaded into a later process by llvmlite alone
+(`machine_code`), or else by numba's own cache.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from vomstudio.geometry.kernels.sources import COMPILING, Part, Source, linked
 
 
 class Kernel:
-    """A function of arrays and numbers, compiled for one signature when it is first called.
+    """Function of arrays and numbers, compiled for one signature on its first call.
 
-    It does not hold the GIL. What it is given must be exactly of its signature, else TypeError.
+    It releases the GIL. Arguments must match its signature exactly, else TypeError.
     """
 
     def __init__(self, function: Callable[..., Any], signature: str, fastmath: bool) -> None:
@@ -35,15 +36,18 @@ class Kernel:
         return (self._run or self.ready())(*args)
 
     def ready(self) -> Callable[..., Any]:
-        """Load it, or compile and keep it, which takes seconds; at once afterwards."""
+        """Load the kernel, or compile and cache it, which takes seconds once."""
         from vomstudio.geometry.kernels import machine_code
 
         with COMPILING:
             if self._run is None:
-                self._run = machine_code.entry(self.source, self.by_numba) or self.by_numba()
+                self._run = (
+                    machine_code.entry(self.source, self.compile_by_numba)
+                    or self.compile_by_numba()
+                )
             return self._run
 
-    def by_numba(self) -> Callable[..., Any]:
+    def compile_by_numba(self) -> Callable[..., Any]:
         """Compile by numba, or load from numba's cache.
 
         If no cache folder can be written, the kernel is compiled anew in each process.
@@ -86,15 +90,15 @@ def _numba_cache(folder: Path) -> Iterator[None]:
 
 
 def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
-    """A kernel that does not hold the GIL, compiled for one signature and kept on the disk.
+    """Declare a kernel that releases the GIL, compiled for one signature and cached on the disk.
 
-    fastmath : sums may be reordered and NaN are not expected; for kernels of pictures
+    `fastmath` allows reordered sums and excludes NaN, for kernels of pictures.
     """
     return lambda function: Kernel(function, signature, fastmath)
 
 
 def make_ready(*modules: ModuleType) -> None:
-    """Load, or compile, the kernels of these modules now, so that nobody waits for them later."""
+    """Load or compile the kernels of these modules now, to avoid delays later."""
     for module in modules:
         for value in vars(module).values():
             if isinstance(value, Kernel):
@@ -102,31 +106,36 @@ def make_ready(*modules: ModuleType) -> None:
 
 
 def part(function: Callable[..., Any]) -> Part:
-    """A piece of kernels. Compiled with the first one that calls it, and not loaded afterwards,
-    since it lies within the kept kernels."""
+    """Declare a part of kernels, compiled with the first one that calls it and contained in its
+    code.
+    """
     return Part(function)
 
 
 def step(function: Callable[..., Any]) -> Part:
-    """A step of one kernel, put into it as if it was written there: as fast, and with fastmath its
-    sums are in the same order. For what is called in one or two places, since each call is a copy.
+    """Declare a step of one kernel, inlined into it.
+
+    It is as fast as inline code, and with fastmath its sums have the same order. For one or two
+    calls only,
+    because each call is a copy.
     """
     return Part(function, inline="always")
 
 
 def fast_part(function: Callable[..., Any]) -> Part:
-    """As `part`, for kernels with fastmath."""
+    """Declare a `part` for kernels with fastmath."""
     return Part(function, fastmath=True)
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """The array as a kernel's signature wants it: contiguous, of this type, and writable; copied
-    only where it is not (one mapped from a file is read-only)."""
+    """Return the array as a kernel needs it: contiguous, of this type and writable; copied if
+    needed.
+    """
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
 
 
 class _Borrowed:
-    """Memory of an array under another flag, for as long as the array is needed."""
+    """Memory of an array with another flag, as long as the array exists."""
 
     def __init__(self, array: AnyArray) -> None:
         self.array = array
@@ -137,9 +146,11 @@ class _Borrowed:
 
 
 def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """As `for_kernels`, for kernels that do not write to it: an array that is merely read-only, as
-    one mapped from a file, is not copied. To write to the result ends the process."""
-    wanted = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
-    if wanted.flags.writeable or not wanted.size:
-        return for_kernels(wanted, dtype)
-    return np.asarray(_Borrowed(wanted))
+    """Return the array for kernels that do not write to it, without copying read-only memory.
+
+    Writing to the result ends the process.
+    """
+    required = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    if required.flags.writeable or not required.size:
+        return for_kernels(required, dtype)
+    return np.asarray(_Borrowed(required))

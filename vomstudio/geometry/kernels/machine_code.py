@@ -1,16 +1,21 @@
-"""Machine code of kernels, kept between runs and loaded without numba.
+"""Machine code of kernels, cached between runs and loaded without numba.
 
-Why not numba's own cache: reading it needs `import numba`, which takes longer than most commands.
-What numba compiles is kept as the object file that LLVM made of it, and llvmlite alone links it
-into a later process. It is the same code in both, so the results are the same to the bit.
+Reading numba's own cache needs `import numba`, which takes longer than most commands. The object
+file
+that LLVM makes of the kernel is therefore cached, and llvmlite alone links it into a later process.
+The
+code is identical, so the results are bitwise equal.
 
-A file is known by everything that its code was made of: the kernel's and its parts' instructions
-and constants, the signature, numba, llvmlite and the processor. So an edit of a part, an update or
-another machine never meets old code, and a file cut short is seen by its checksum. What the code
-wants from outside must be found in this process before it is linked, since LLVM ends the process
-where a symbol is missing. A kernel of which this cannot be said (it allocates memory, which needs
-numba's runtime, or takes what `Signature` does not know) has an empty file and is left to numba,
-and so is every kernel on other systems than Linux, where nobody has tried this.
+A file is identified by all inputs of its code: the instructions and constants of the kernel and its
+parts, the signature, numba, llvmlite and the processor. So an edit of a part, an update or another
+machine never uses old code, and a checksum detects a truncated file. External symbols of the code
+must
+exist in this process before it is linked, because LLVM ends the process if a symbol is missing.
+Kernels
+for which this is not certain (they allocate memory, which needs numba's runtime, or take types that
+`Signature` does not support) have an empty file and run by numba, as do all kernels on systems
+other
+than Linux, which are untested.
 """
 
 from __future__ import annotations
@@ -40,39 +45,44 @@ from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
-_KEPT_OF_ONE_KERNEL = 8
-_FROM_NUMBA = ("NRT_", "numba_", "Py", "_Py")
+MAX_VERSIONS = 8
+NUMBA_SYMBOLS = ("NRT_", "numba_", "Py", "_Py")
 _HEAD = struct.Struct("<H")
 _ENGINES: list[Any] = []
 """The code goes where its engine goes."""
 
 
-class _CannotBeKept(Exception):
+class _CannotCache(Exception):
     """The code is numba's to run."""
 
 
-def entry(source: Source, by_numba: Callable[[], Callable[..., Any]]) -> Callable[..., Any] | None:
+def entry(
+    source: Source, compile_by_numba: Callable[[], Callable[..., Any]]
+) -> Callable[..., Any] | None:
     """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
-    numba. by_numba : makes the kernel that says what an error inside of the code was."""
+    numba.
+
+    `compile_by_numba` makes the kernel that reports errors inside the code.
+    """
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
     try:
         signature = Signature(source.signature)
         name = _file_name(source)
-        found = kept(name)
-        if found is None:
-            found = _compiled(source, signature)
-            keep(name, found)
-        return _linked(signature, found, by_numba)
-    except (_CannotBeKept, ValueError):
+        code = load_code(name)
+        if code is None:
+            code = _compiled(source, signature)
+            store_code(name, code)
+        return _linked(signature, code, compile_by_numba)
+    except (_CannotCache, ValueError):
         return None
 
 
 def _linked(
-    signature: Signature, code: bytes, by_numba: Callable[[], Callable[..., Any]]
+    signature: Signature, code: bytes, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any]:
     if not code:
-        raise _CannotBeKept
+        raise _CannotCache
     (length,) = _HEAD.unpack_from(code)
     symbol = code[_HEAD.size : _HEAD.size + length].decode()
     function = signature.c_function()(_address(symbol, code[_HEAD.size + length :]))
@@ -80,7 +90,7 @@ def _linked(
     def run(*args: Any) -> Any:
         well, result = signature.call(function, args)
         # An exception inside of the code: numba can say which.
-        return result if well else by_numba()(*args)
+        return result if well else compile_by_numba()(*args)
 
     return run
 
@@ -89,8 +99,8 @@ def _address(symbol: str, code: bytes) -> int:
     """Where the entry lies, after the code was put into this process."""
     import llvmlite.binding as llvm
 
-    if any(llvm.address_of_symbol(name) is None for name in _wanted_symbols(code)):
-        raise _CannotBeKept
+    if any(llvm.address_of_symbol(name) is None for name in _missing_symbols(code)):
+        raise _CannotCache
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine()
@@ -100,15 +110,15 @@ def _address(symbol: str, code: bytes) -> int:
     engine.finalize_object()
     address = int(engine.get_function_address(symbol))
     if address == 0:
-        raise _CannotBeKept
+        raise _CannotCache
     _ENGINES.append(engine)
     return address
 
 
-def _wanted_symbols(code: bytes) -> list[str]:
+def _missing_symbols(code: bytes) -> list[str]:
     """What an ELF object file does not bring itself, by the *System V ABI*, ch. 4."""
     if code[:6] != b"\x7fELF\x02\x01":  # 64 bits, little-endian
-        raise _CannotBeKept
+        raise _CannotCache
     (sections_at,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQII", code, sections_at + k * size) for k in range(count)]
@@ -133,8 +143,8 @@ def _compiled(source: Source, signature: Signature) -> bytes:
     options: dict[str, Any] = {"nogil": True, "fastmath": source.fastmath, "_nrt": False}
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     try:
-        made = numba.njit(source.signature, **options)(linked(source.function))
-        result: Any = next(iter(made.overloads.values()))
+        compiled_kernel = numba.njit(source.signature, **options)(linked(source.function))
+        result: Any = next(iter(compiled_kernel.overloads.values()))
         symbol = result.fndesc.llvm_func_name
         arguments = (
             llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
@@ -147,7 +157,7 @@ def _compiled(source: Source, signature: Signature) -> bytes:
     sound = (
         form == "object"
         and [_type_name(argument.type) for argument in arguments] == signature.llvm_types()
-        and not any(name.startswith(_FROM_NUMBA) for name in _wanted_symbols(code))
+        and not any(name.startswith(NUMBA_SYMBOLS) for name in _missing_symbols(code))
     )
     return _HEAD.pack(len(symbol)) + symbol.encode() + code if sound else b""
 
@@ -183,7 +193,7 @@ def numba_cache_folder(source: Source) -> Path | None:
     """
     try:
         name = _file_name(source).removesuffix(".code")
-    except _CannotBeKept:
+    except _CannotCache:
         return None
     kernel, _, digest = name.rpartition("-")
     # Short names: numba adds long ones, and Windows limits the path to 260 characters.
@@ -198,7 +208,7 @@ def numba_cache_folder(source: Source) -> Path | None:
     return None
 
 
-def kept(name: str) -> bytes | None:
+def load_code(name: str) -> bytes | None:
     """What was kept under a name, None where nothing is or it was damaged."""
     for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
@@ -213,7 +223,7 @@ def _sealed(code: bytes) -> bytes:
     return _FORMAT + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
 
 
-def keep(name: str, code: bytes) -> None:
+def store_code(name: str, code: bytes) -> None:
     """In the first folder that can be written; in none if it must be."""
     for folder in cache_folders():
         draft = folder / f"{name}.{os.getpid()}.part"
@@ -231,7 +241,7 @@ def keep(name: str, code: bytes) -> None:
 def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
     """Remove the code of earlier versions and other machines, apart from the newest few."""
     entries = sorted(folder.glob(f"{kernel}-*.{suffix}"), key=lambda entry: entry.stat().st_mtime)
-    for entry in entries[:-_KEPT_OF_ONE_KERNEL]:
+    for entry in entries[:-MAX_VERSIONS]:
         if entry.is_dir():
             shutil.rmtree(entry, ignore_errors=True)
         else:
@@ -240,7 +250,7 @@ def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
 
 def _file_name(source: Source) -> str:
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for word in (*_surroundings(), source.signature, str(source.fastmath)):
+    for word in (*_environment(), source.signature, str(source.fastmath)):
         digest.update(f"{word}\n".encode())
     for word in _meaning(source.function):
         digest.update(f"{len(word)} {word}\n".encode())
@@ -249,14 +259,14 @@ def _file_name(source: Source) -> str:
 
 
 @cache
-def _surroundings() -> tuple[str, ...]:
+def _environment() -> tuple[str, ...]:
     """Of what every kernel's code depends."""
     import llvmlite
     import llvmlite.binding as llvm
 
     words = compiler()
     if not words[0]:
-        raise _CannotBeKept
+        raise _CannotCache
     return (
         *words,
         llvmlite.__version__,
@@ -321,4 +331,4 @@ def _value(value: Any) -> Iterator[str]:
         for item in value:
             yield from _value(item)
     else:
-        raise _CannotBeKept
+        raise _CannotCache

@@ -1,4 +1,4 @@
-"""A kernel over many elements at once on all processors, each over a piece of them."""
+"""Kernels over many elements on all processors, each over a piece of them."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from functools import partial
 
 from vomstudio.core.threads import PROCESSORS, thread_pool
 
-_SMALLEST = 50_000
-"""Elements of a piece: to hand it to a thread costs some tens of microseconds."""
+MIN_PIECE_SIZE = 50_000
+"""Minimum number of elements per piece; passing one to a thread takes some tens of microseconds."""
 
 Run = Callable[[Callable[[int, int], object]], None]
 
 
 @contextmanager
-def in_pieces(count: int) -> Iterator[Run]:
-    """What runs work(first, last) over pieces of `count` elements, as many as there are processors,
-    and returns when all are done. Few elements are one piece, in this thread. The work is a kernel,
-    which lets go of the GIL, and writes to its own elements only.
+def split_work(count: int) -> Iterator[Run]:
+    """Yield a function that runs work(first, last) over pieces of `count` elements.
+
+    There are as many pieces as processors; few elements are one piece in this thread. The work is a
+    kernel
+    that releases the GIL and writes to its own elements only.
     """
-    pieces = min(PROCESSORS, count // _SMALLEST)
+    pieces = min(PROCESSORS, count // MIN_PIECE_SIZE)
     if pieces < 2:
         yield partial(_alone, count)
         return

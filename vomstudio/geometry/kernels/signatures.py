@@ -1,5 +1,4 @@
-"""What a kernel takes and gives, read from its signature, and its arguments as machine code wants
-them."""
+"""Signatures of kernels, and their arguments in the form of the machine code."""
 
 from __future__ import annotations
 
@@ -27,13 +26,13 @@ _SCALARS: dict[str, tuple[Any, str]] = {
     "i8": (ctypes.c_int64, "i64"),
     "b1": (ctypes.c_bool, "i8"),
 }
-"""Types of single numbers: for ctypes, and in the words of LLVM."""
-_GIVEN: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
+"""Types of single numbers: for ctypes and for LLVM."""
+RESULT_TYPES: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
 
 
 @dataclass(frozen=True)
 class _Parameter:
-    """dimensions : 0 for a single number. contiguous : whether an array must be."""
+    """Parameter of a kernel; `dimensions` is 0 for a single number."""
 
     kind: str
     dtype: np.dtype[Any]
@@ -41,23 +40,23 @@ class _Parameter:
     contiguous: bool
 
     def flat(self, at: int, value: Any) -> tuple[Any, ...]:
-        """Raises TypeError, OverflowError."""
+        """Return the arguments of the machine code. Raises TypeError, OverflowError."""
         if self.dimensions == 0:
             return (self._number(value),)
-        sound = (
+        is_valid = (
             isinstance(value, np.ndarray)
             and value.dtype == self.dtype
             and value.ndim == self.dimensions
             and (value.flags.carray if self.contiguous else value.flags.behaved)
         )
-        if not sound:
+        if not is_valid:
             form = "contiguous " if self.contiguous else ""
             raise TypeError(
                 f"Argument {at} of a kernel must be a writable {form}array of {self.dtype} with"
                 f" {self.dimensions} dimensions."
             )
-        where = value.__array_interface__["data"][0]
-        return (0, 0, value.size, self.dtype.itemsize, where, *value.shape, *value.strides)
+        address = value.__array_interface__["data"][0]
+        return (0, 0, value.size, self.dtype.itemsize, address, *value.shape, *value.strides)
 
     def _number(self, value: Any) -> Any:
         if self.kind != "i8":
@@ -80,51 +79,59 @@ class _Parameter:
 
 
 class Signature:
-    """A signature as numba writes it, of arrays and numbers; results are numbers of 8 bytes.
+    """Signature of a kernel in numba's notation, with arrays, numbers, and results of 8 bytes.
 
-    numba hands an array over as two owners (none are needed), number of items, bytes of an item,
-    address, lengths and strides; before all arguments stand the places for results and for what
-    went wrong. Raises ValueError for a signature of other things.
+    numba passes an array as two owners (not needed), number of items, bytes of an item, address,
+    lengths and
+    strides; places for results and for errors precede all arguments. Raises ValueError for other
+    types.
     """
 
     def __init__(self, text: str) -> None:
         text = "".join(text.split())
-        found = re.fullmatch(r"(Tuple\(\([\w,]+\)\)|\w+)\((.*)\)", text)
-        if found is None:
+        match = re.fullmatch(r"(Tuple\(\([\w,]+\)\)|\w+)\((.*)\)", text)
+        if match is None:
             raise ValueError(f"'{text}' is no signature of arrays and numbers.")
-        given, taken = found.groups()
-        self._single = not given.startswith("Tuple")
-        names = [] if given == "void" else given.removeprefix("Tuple").strip("()").split(",")
+        result_type, argument_types = match.groups()
+        self._single = not result_type.startswith("Tuple")
+        names = (
+            []
+            if result_type == "void"
+            else result_type.removeprefix("Tuple").strip("()").split(",")
+        )
         kinds = {_LONG_NAMES.get(name, name) for name in names}
-        if len(kinds) > 1 or not kinds <= set(_GIVEN):
+        if len(kinds) > 1 or not kinds <= set(RESULT_TYPES):
             raise ValueError(f"'{text}' gives something else than numbers of one kind.")
         kind = kinds.pop() if kinds else None
         self._results = len(names)
         # There is always a place to write to, even where nothing comes back.
-        self._room: Any = _GIVEN.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
-        self._parameters = [_parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", taken)]
+        self._room: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
+        self._parameters = [
+            _parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", argument_types)
+        ]
 
     def c_function(self) -> Any:
-        """The type of the machine code's entry for ctypes, which lets go of the GIL for a call."""
+        """Return the ctypes type of the machine code's entry, which releases the GIL during a
+        call.
+        """
         types = [t for p in self._parameters for t in p.c_types()]
         return ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)
 
     def llvm_types(self) -> list[str]:
-        """Of the entry's arguments."""
+        """Return the LLVM types of the entry's arguments."""
         return ["ptr", "ptr", *(t for p in self._parameters for t in p.llvm_types())]
 
     def call(self, entry: Any, args: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Whether all went well, and the result. Raises TypeError, OverflowError for arguments that
-        the kernel does not take."""
+        """Return whether the call succeeded, and the result. Raises TypeError, OverflowError."""
         if len(args) != len(self._parameters):
             raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
         flat: list[Any] = []
-        for at, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
-            flat += parameter.flat(at, value)
-        room, wrong = self._room(), ctypes.c_void_p()
-        if entry(ctypes.addressof(room), ctypes.addressof(wrong), *flat) != 0:
+        for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
+            flat += parameter.flat(position, value)
+        results_buffer, error_pointer = self._room(), ctypes.c_void_p()
+        if entry(ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat) != 0:
             return False, None
-        results = tuple(room)[: self._results]
+        results = tuple(results_buffer)[: self._results]
         return True, (results[0] if self._results else None) if self._single else results
 
 

@@ -1,4 +1,4 @@
-"""What kernels are written as, before anything is compiled."""
+"""Sources of kernels before compilation."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from types import CellType, CodeType, FunctionType
 from typing import Any
 
 COMPILING = threading.RLock()
-"""Held while anything is compiled or loaded: two threads that need the same must not both do it."""
+"""Lock while anything is compiled or loaded, so that two threads do not do it twice."""
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A kernel's function, its signature as numba writes it, and whether sums may be reordered."""
+    """Function of a kernel, its signature in numba's notation, and whether sums may be
+    reordered.
+    """
 
     function: Callable[..., Any]
     signature: str
@@ -22,7 +24,7 @@ class Source:
 
 
 class Part:
-    """A piece of kernels, which numba meets first where a kernel is compiled that calls it."""
+    """Part of kernels, which numba compiles with the first kernel that calls it."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         self.function = function
@@ -30,7 +32,7 @@ class Part:
         self._compiled: Any = None
 
     def compiled(self) -> Any:
-        """As numba has it."""
+        """Return the function compiled by numba."""
         import numba
 
         with COMPILING:
@@ -43,7 +45,7 @@ class Part:
 
 
 def all_code(function: FunctionType) -> list[CodeType]:
-    """Of the function and of what is written inside of it."""
+    """Return the code of a function and of the functions inside it."""
     codes = [function.__code__]
     for code in codes:
         codes += [c for c in code.co_consts if isinstance(c, CodeType)]
@@ -51,7 +53,7 @@ def all_code(function: FunctionType) -> list[CodeType]:
 
 
 def linked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with its parts as numba knows them."""
+    """Return the function with its parts compiled by numba."""
     assert isinstance(function, FunctionType)
 
     def resolved(value: Any) -> Any:

@@ -1,1 +1,1 @@
-"""Sums over the points near places, of millions of places."""
+"""Sums over the points near millions of places."""

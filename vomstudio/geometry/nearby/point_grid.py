@@ -1,7 +1,7 @@
-"""Points sorted by the cells of a grid: sums over all that are near many places, in parallel.
+"""Points sorted by the cells of a grid: sums over the neighbours of many places, in parallel.
 
-Where a search tree hands out lists of neighbours, which for millions of places do not fit into
-memory, a compiled walk over the cells keeps the sums alone.
+Search trees return lists of neighbours, which for millions of places do not fit into memory; a
+compiled loop over the cells stores only the sums.
 """
 
 from __future__ import annotations
@@ -17,19 +17,23 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
 
-_MOST_CELLS = 2_000_000
-"""Along an axis, so that the number of a cell fits into 63 bits."""
-_PLACES_AT_ONCE = 20_000
+MAX_CELLS_PER_AXIS = 2_000_000
+"""Limit for cell numbers of 63 bits."""
+PLACES_PER_BLOCK = 20_000
 _MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class LocalPlanes:
-    """Of the points around each of k places.
+    """Planes of the points around each of k places.
 
-    count : (k,) of them; mean : (k, 3), normal : (k, 3) unit vector of no particular side,
-    spread : (k, 3) eigenvalues of their covariance (divisor n), from the least on; NaN where there
-        are too few
+    Attributes
+    ----------
+    count : (k,) ndarray of int
+    mean, normal : (k, 3) ndarray
+        Centroid, and unit normal in either direction.
+    spread : (k, 3) ndarray
+        Eigenvalues of the covariance (divisor n), ascending; NaN for too few points.
     """
 
     count: IntArray
@@ -39,11 +43,14 @@ class LocalPlanes:
 
 
 @dataclass(frozen=True, eq=False)
-class AlongAxes:
-    """Of the points in a cylinder around each of k places.
+class CylinderStatistics:
+    """Positions of the points in a cylinder around each of k places, along its axis from the place.
 
-    count : (k,); mean : (k,) of their positions along the axis, from the place on; deviation : (k,)
-        standard, divisor n - 1; NaN where there are too few
+    Attributes
+    ----------
+    count : (k,) ndarray of int
+    mean, deviation : (k,) ndarray
+        Mean and standard deviation (divisor n - 1); NaN for too few points.
     """
 
     count: IntArray
@@ -52,44 +59,52 @@ class AlongAxes:
 
 
 class PointGrid:
-    """points : (n, 3) in any unit; cell : length of a cell's side, best the radius that is asked
-    for. Points that are not finite are left out."""
+    """Grid of points (n, 3) in any unit; points that are not finite are ignored.
+
+    `cell` is the side of a cell, ideally the search radius.
+    """
 
     def __init__(self, points: FloatArray, cell: float) -> None:
         from vomstudio.geometry.kernels.cells import tabulate
 
-        finite = np.isfinite(points).all(axis=1)
-        sound = points[finite]
-        self.corner: FloatArray = np.floor(sound.min(axis=0)) if len(sound) else np.zeros(3)
-        local = sound - self.corner
-        high = local.max(axis=0) if len(sound) else np.zeros(3)
-        self.cell = float(max(cell, high.max() / _MOST_CELLS, 1e-12))
+        is_finite = np.isfinite(points).all(axis=1)
+        finite_points = points[is_finite]
+        self.corner: FloatArray = (
+            np.floor(finite_points.min(axis=0)) if len(finite_points) else np.zeros(3)
+        )
+        local = finite_points - self.corner
+        high = local.max(axis=0) if len(finite_points) else np.zeros(3)
+        self.cell = float(max(cell, high.max() / MAX_CELLS_PER_AXIS, 1e-12))
         self.counts = np.floor(high / self.cell).astype(np.int64) + 1
         keys = self._cells_of(local)
         order = np.argsort(keys, kind="stable")
-        self._order_given = order if finite.all() else np.flatnonzero(finite)[order]
+        self._order_given = order if is_finite.all() else np.flatnonzero(is_finite)[order]
         self._points = for_kernels(local[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
         self._columns = for_kernels(columns, np.int32)
-        named, begins = np.unique(rows, return_index=True)
-        size = 1 << (2 * len(named) + 1).bit_length()
+        names, begins = np.unique(rows, return_index=True)
+        size = 1 << (2 * len(names) + 1).bit_length()
         self._names, self._ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
         tabulate(
-            for_kernels(named, np.int64),
+            for_kernels(names, np.int64),
             for_kernels([*begins, len(rows)], np.int64),
             self._names,
             self._ends,
         )
 
     def tables(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray, IntArray]:
-        """The points less `corner`, sorted by their cells; the cell of each along x; names and ends
-        of rows of cells, as `kernels.cells.slot_of` looks them up; and which points these are."""
+        """Return the tables of the grid for kernels.
+
+        The points minus `corner`, sorted by cells; the cell of each along x; names and ends of rows
+        of cells,
+        as in `kernels.cells.slot_of`; and the input rows of the points.
+        """
         return (*self._sorted(), self._order_given)
 
     def planes(
         self, places: FloatArray, radius: float, progress: Progress | None = None
     ) -> LocalPlanes:
-        """Of the points within `radius` of each of the places (k, 3).
+        """Fit planes to the points within `radius` of each of the places (k, 3).
 
         Raises Cancelled through `progress`, whose steps are places.
         """
@@ -104,12 +119,12 @@ class PointGrid:
         def work(block: slice) -> None:
             rows = order[block]
             near = for_kernels(places[rows] - self.corner, np.float64)
-            n, found = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
-            planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *found)
+            n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
+            planes_near(*self._sorted(), self.cell, *self._size(), near, radius, n, *results)
             count[rows] = n
-            mean[rows], normal[rows], spread[rows] = found
+            mean[rows], normal[rows], spread[rows] = results
 
-        in_blocks(work, k, progress or Silent())
+        run_in_blocks(work, k, progress or Silent())
         return LocalPlanes(count, mean + self.corner, normal, spread)
 
     def curvatures(
@@ -119,28 +134,38 @@ class PointGrid:
         radius: float,
         progress: Progress | None = None,
     ) -> FloatArray:
-        """(k,) mean curvature at the places (k, 3) of the quadric through the points within
-        `radius`, one over the unit of the points; positive where the surface bends away from the
-        unit normals (k, 3). NaN where fewer than ten points tell none.
+        """Compute the mean curvature (k,) of quadrics through the points within `radius` of places.
 
-        Raises Cancelled through `progress`, whose steps are places.
+        In inverse units of the points, positive if the surface bends away from the unit normals (k,
+        3); NaN
+        for fewer than ten points. Raises Cancelled through `progress`, whose steps are places.
         """
         from vomstudio.geometry.kernels.quadrics import curvatures_near
 
-        found = np.full(len(places), np.nan)
+        curvatures = np.full(len(places), np.nan)
         order = self._order(places)
 
         def work(block: slice) -> None:
             rows = order[block]
             near = for_kernels(places[rows] - self.corner, np.float64)
-            ways, own = for_kernels(normals[rows], np.float64), np.full(len(rows), np.nan)
-            curvatures_near(
-                *self._sorted(), self.cell, *self._size(), near, ways, radius, np.zeros((6, 7)), own
+            block_normals, block_curvatures = (
+                for_kernels(normals[rows], np.float64),
+                np.full(len(rows), np.nan),
             )
-            found[rows] = own
+            curvatures_near(
+                *self._sorted(),
+                self.cell,
+                *self._size(),
+                near,
+                block_normals,
+                radius,
+                np.zeros((6, 7)),
+                block_curvatures,
+            )
+            curvatures[rows] = block_curvatures
 
-        in_blocks(work, len(places), progress or Silent())
-        return found
+        run_in_blocks(work, len(places), progress or Silent())
+        return curvatures
 
     def along(
         self,
@@ -149,9 +174,13 @@ class PointGrid:
         radius: float,
         reach: float,
         progress: Progress | None = None,
-    ) -> AlongAxes:
-        """Of the points in cylinders around the places (k, 3), along unit axes (k, 3), `reach` to
-        either side. Raises Cancelled through `progress`, whose steps are places."""
+    ) -> CylinderStatistics:
+        """Measure the points in cylinders around places (k, 3), along unit axes (k, 3).
+
+        The cylinders extend by `reach` to either side. Raises Cancelled through `progress`, whose
+        steps are
+        places.
+        """
         from vomstudio.geometry.kernels.cells import along_axes
 
         k = len(places)
@@ -163,16 +192,24 @@ class PointGrid:
         def work(block: slice) -> None:
             rows = order[block]
             near = for_kernels(places[rows] - self.corner, np.float64)
-            ways = for_kernels(axes[rows], np.float64)
-            n, found = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
+            block_axes = for_kernels(axes[rows], np.float64)
+            n, results = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
             along_axes(
-                *self._sorted(), self.cell, *self._size(), near, ways, radius, reach, n, *found
+                *self._sorted(),
+                self.cell,
+                *self._size(),
+                near,
+                block_axes,
+                radius,
+                reach,
+                n,
+                *results,
             )
             count[rows] = n
-            mean[rows], deviation[rows] = found
+            mean[rows], deviation[rows] = results
 
-        in_blocks(work, k, progress or Silent())
-        return AlongAxes(count, mean, deviation)
+        run_in_blocks(work, k, progress or Silent())
+        return CylinderStatistics(count, mean, deviation)
 
     def _cells_of(self, local: FloatArray) -> IntArray:
         cells = np.clip((local / self.cell).astype(np.int64), 0, self.counts - 1)
@@ -181,7 +218,7 @@ class PointGrid:
         )
 
     def _order(self, places: FloatArray) -> IntArray:
-        """Neighbours one after the other, whose points are still in the processor's cache."""
+        """Order places so that the points of neighbours remain in the processor's cache."""
         with np.errstate(invalid="ignore"):
             return np.argsort(self._cells_of(places - self.corner), kind="stable")
 
@@ -193,14 +230,14 @@ class PointGrid:
         return x, y, z
 
 
-def in_blocks(
-    work: Callable[[slice], Any], k: int, progress: Progress, size: int = _PLACES_AT_ONCE
+def run_in_blocks(
+    work: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
 ) -> None:
-    """Do work on k rows, in blocks of `size` rows and in threads: it must release the GIL.
+    """Run work on k rows in blocks of `size` rows and in threads; it must release the GIL.
 
     The steps of `progress` are rows. Raises Cancelled through `progress`.
     """
-    blocks = [slice(at, min(at + size, k)) for at in range(0, k, size)]
+    blocks = [slice(start, min(start + size, k)) for start in range(0, k, size)]
     results = map_parallel(work, blocks, min(_MAX_THREADS, PROCESSORS))
     for block, _ in zip(blocks, results, strict=True):
         progress.step(block.stop)

@@ -1,5 +1,7 @@
-"""What a mesh's faces share: corners at one place are one corner, faces on the same corners are one
-piece of surface, and free sides beside each other, as at the seam of two tiles, are one side."""
+"""Shared vertices of faces: coincident vertices are one, and so are faces on the same vertices.
+
+Free sides next to each other, such as at the seam of two tiles, are one side.
+"""
 
 from __future__ import annotations
 
@@ -9,68 +11,87 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coincident_points import place_keys, welded
 
-# Of the faces' sides: with more that are of one face only the corners may be beside each other.
-_LOOSE = 0.4
-_NEAR = 4e-3
-"""Of a usual side: the cells in which corners are at one place."""
-_MANY = 1.5
-"""For each face; where faces share corners there is one for two of them."""
-_APART, _FEW = 0.7, 20
-_WITHIN, _LOOKED_AT, _BESIDE = 0.75, 9, 2
-"""Ours: a gap is no more than so many times the two sides; so many are looked at and taken."""
+# Minimum share of sides of one face only at which vertices may be slightly apart.
+MIN_LOOSE_SHARE = 0.4
+WELD_SHARE = 4e-3
+"""Tolerance of coincident vertices relative to the median side."""
+MIN_CORNERS_PER_FACE = 1.5
+"""Connected faces have one vertex per two faces."""
+MAX_LOOSE_SHARE, MIN_FACES = 0.7, 20
+MAX_GAP_RATIO, MAX_CANDIDATES, MAX_NEIGHBOURS = 0.75, 9, 2
+"""Own choice: maximum gap relative to both sides, and numbers of candidates and neighbours."""
 
 
-def snapped(places: FloatArray, faces: IntArray) -> FloatArray:
-    """The places (n, 3), finite where faces (k, 3) have corners, with those moved together that are
-    much nearer to each other than a side is long. Only where hardly any faces share a side, as when
-    each has corners of its own that were rounded or transformed apart; else as they are."""
+def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
+    """Snap vertices that are much closer than a side is long.
+
+    Only if few faces share a side, as when each has its own rounded or transformed vertices;
+    otherwise the
+    places (n, 3) are returned unchanged. They are finite at the vertices of faces (k, 3).
+    """
     nodes = welded(places)[faces]
-    if not len(faces) or int(nodes.max()) < _MANY * len(faces):
+    if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):
         return places
-    loose = _loose(nodes)
+    loose_share = _loose_share(nodes)
     lengths = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)
-    if loose < _LOOSE or not (lengths > 0.0).any():
+    if loose_share < MIN_LOOSE_SHARE or not (lengths > 0.0).any():
         return places
-    near = _NEAR * float(np.median(lengths[lengths > 0.0]))
+    tolerance = WELD_SHARE * float(np.median(lengths[lengths > 0.0]))
     used = np.unique(faces)
-    number = _nearly_welded(places[used], near)
+    number = _weld_within(places[used], tolerance)
     first = np.full(int(number.max()) + 1, -1, np.int64)
     first[number[::-1]] = used[::-1]
     result = places.copy()
     result[used] = places[first[number]]
-    # Nothing is gained where the faces are apart in truth.
-    return result if _loose(welded(result)[faces]) < 0.9 * loose else places
+    # No gain if the faces are really separate.
+    return result if _loose_share(welded(result)[faces]) < 0.9 * loose_share else places
 
 
-def across_gaps(
+def neighbours_across_gaps(
     nodes: IntArray, corners: FloatArray, alone: BoolArray | None = None
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Faces, their sides (0 to 2) that are of one face only, and the faces that have such a side
-    beside that one: what is nearer than a side is long is as near as neighbours are, whether tiles
-    were cut there, rounded apart, overlap, or are not as fine as each other. nodes : (k, 3) numbers
-    of corners (k, 3, 3); alone : (k, 3) which sides are of one face, where these are not all faces.
-    Nothing where most faces are apart."""
+    """Find faces with free sides next to each other.
+
+    Sides closer than their length are neighbours, whether tiles were cut, rounded or overlap there,
+    or
+    have a different resolution. Empty if most faces are separate.
+
+    Parameters
+    ----------
+    nodes : (k, 3) ndarray of int
+        Numbers of the vertices.
+    corners : (k, 3, 3) ndarray
+    alone : (k, 3) ndarray of bool, optional
+        Sides of one face only, if `nodes` are not all faces.
+
+    Returns
+    -------
+    faces, sides, neighbours : ndarray of int
+        Sides are 0 to 2.
+    """
     from scipy.spatial import cKDTree
 
-    none = np.zeros(0, np.int64)
-    free = np.flatnonzero(_alone(nodes) if alone is None else alone.ravel())
-    if len(free) < 2 or (alone is None and len(nodes) >= _FEW and len(free) > _APART * nodes.size):
-        return none, none, none
-    face, side = free // 3, free % 3
+    no_rows = np.zeros(0, np.int64)
+    free_sides = np.flatnonzero(_are_alone(nodes) if alone is None else alone.ravel())
+    if len(free_sides) < 2 or (
+        alone is None and len(nodes) >= MIN_FACES and len(free_sides) > MAX_LOOSE_SHARE * nodes.size
+    ):
+        return no_rows, no_rows, no_rows
+    face, side = free_sides // 3, free_sides % 3
     begin, end = corners[face, side], corners[face, (side + 1) % 3]
     length = np.linalg.norm(end - begin, axis=1)
     middle = (begin + end) / 2.0
-    count = min(_LOOKED_AT, len(free))
-    apart, other = cKDTree(middle).query(middle, k=count)
-    beside = apart <= _WITHIN * (length[:, None] + length[other])
+    count = min(MAX_CANDIDATES, len(free_sides))
+    distances, other = cKDTree(middle).query(middle, k=count)
+    is_neighbour = distances <= MAX_GAP_RATIO * (length[:, None] + length[other])
     a, b = nodes[face, side], nodes[face, (side + 1) % 3]
-    for one in (a, b):
-        for two in (a, b):
-            # Sides of one border follow each other.
-            beside &= one[:, None] != two[other]
-    beside &= face[:, None] != face[other]
-    beside &= np.cumsum(beside, axis=1) <= _BESIDE
-    row, column = np.nonzero(beside)
+    for first_end in (a, b):
+        for second_end in (a, b):
+            # Consecutive sides of one border are not neighbours.
+            is_neighbour &= first_end[:, None] != second_end[other]
+    is_neighbour &= face[:, None] != face[other]
+    is_neighbour &= np.cumsum(is_neighbour, axis=1) <= MAX_NEIGHBOURS
+    row, column = np.nonzero(is_neighbour)
     return face[row], side[row], face[other[row, column]]
 
 
@@ -83,11 +104,11 @@ def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
         Numbers of the corners of each face.
     warnings : list of Finding
     """
-    if len(nodes) < _FEW or int(nodes.max()) < _MANY * len(nodes):
+    if len(nodes) < MIN_FACES or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(nodes):
         return
-    loose = _loose(nodes)
-    if loose > _APART:
-        warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * loose))
+    loose_share = _loose_share(nodes)
+    if loose_share > MAX_LOOSE_SHARE:
+        warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * loose_share))
 
 
 def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
@@ -107,52 +128,54 @@ def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
     """
     keys = place_keys(np.sort(nodes, axis=1).astype(np.float64))
     order = np.argsort(keys, kind="stable")
-    again = np.zeros(len(nodes), np.bool_)
-    # The sort is stable: the first of those that are alike comes first.
-    again[order[1:]] = np.diff(keys[order]) == 0
-    if again.any():
+    is_repeated = np.zeros(len(nodes), np.bool_)
+    # The sort is stable, so the first of equal faces remains the first.
+    is_repeated[order[1:]] = np.diff(keys[order]) == 0
+    if is_repeated.any():
         warnings.append(
-            Finding("mesh.faces-doubled", share_percent=max(100.0 * float(again.mean()), 1.0))
+            Finding("mesh.faces-doubled", share_percent=max(100.0 * float(is_repeated.mean()), 1.0))
         )
-    return ~again
+    return ~is_repeated
 
 
-def _loose(nodes: IntArray) -> float:
-    """Of the sides of faces, the share that is of one face only."""
-    return float(_alone(nodes).mean())
+def _loose_share(nodes: IntArray) -> float:
+    """Return the share of sides that belong to one face only."""
+    return float(_are_alone(nodes).mean())
 
 
-def _alone(nodes: IntArray) -> BoolArray:
-    """(3 k,) which sides of faces (k, 3) are of one face only."""
+def _are_alone(nodes: IntArray) -> BoolArray:
+    """Return which sides (3 k,) of faces (k, 3) belong to one face only."""
     key = _side_keys(nodes)
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
-    alone = np.empty(len(key), np.bool_)
-    alone[order] = ~(np.append(same, False) | np.append(False, same))
-    return alone
+    is_alone = np.empty(len(key), np.bool_)
+    is_alone[order] = ~(np.append(same, False) | np.append(False, same))
+    return is_alone
 
 
 def _side_keys(nodes: IntArray) -> IntArray:
-    """A number for each side of faces (k, 3), one after the other, the same for the same ends."""
+    """Return a number for each side of faces (k, 3), equal for equal ends."""
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
     return np.asarray(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
 
 
-def _nearly_welded(places: FloatArray, near: float) -> IntArray:
-    """Of places (n, 3) the number that those much nearer than `near` have in common: which are in
-    one cell of that side in one of four grids, each shifted by a quarter."""
+def _weld_within(places: FloatArray, tolerance: float) -> IntArray:
+    """Return common numbers of places (n, 3) much closer than the tolerance.
+
+    These are in one cell of this side in one of four grids, shifted by a quarter each.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     n = len(places)
     rows, columns, count = [], [], n
-    for part in range(4):
-        cells = np.floor(places / near + 0.25 * part)
-        which = welded(cells)
+    for shift in range(4):
+        cells = np.floor(places / tolerance + 0.25 * shift)
+        cell_of_place = welded(cells)
         rows.append(np.arange(n))
-        columns.append(count + which)
-        count += int(which.max()) + 1
+        columns.append(count + cell_of_place)
+        count += int(cell_of_place.max()) + 1
     source, target = np.concatenate(rows), np.concatenate(columns)
     graph = coo_matrix((np.ones(len(source), np.int8), (source, target)), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1][:n], np.int64)

@@ -1,4 +1,4 @@
-"""Polygons whose outline crosses itself, taken apart."""
+"""Polygons with self-crossing outlines."""
 
 from __future__ import annotations
 
@@ -8,25 +8,33 @@ import numpy as np
 
 from vomstudio.core.findings import Finding
 
-_SAME = 1e-9
+MAX_RELATIVE_CHANGE = 1e-9
 
 
-def taken_apart(polygons: Any) -> tuple[Any, list[Finding]]:
-    """The area of shapely polygons (n,), or of one, without crossings, and a sentence where there
-    were any: what such an outline encloses is not what its corners say."""
+def resolve_crossings(polygons: Any) -> tuple[Any, list[Finding]]:
+    """Resolve the self-crossings of shapely polygons (n,), or of one, and report changed areas.
+
+    Returns
+    -------
+    area : shapely geometry
+        Union without crossings.
+    findings : list of Finding
+    """
     import shapely
 
-    given = np.atleast_1d(np.asarray(polygons, object))
-    whole = shapely.make_valid(given)
-    before, after = shapely.area(given), shapely.area(whole)
-    off = ~shapely.is_valid(given) & (np.abs(after - before) > _SAME * np.maximum(before, after))
-    if not off.any():
-        return shapely.union_all(whole), []
-    return shapely.union_all(whole), [
+    polygons_array = np.atleast_1d(np.asarray(polygons, object))
+    valid = shapely.make_valid(polygons_array)
+    signed_areas, areas = shapely.area(polygons_array), shapely.area(valid)
+    has_changed = ~shapely.is_valid(polygons_array) & (
+        np.abs(areas - signed_areas) > MAX_RELATIVE_CHANGE * np.maximum(signed_areas, areas)
+    )
+    if not has_changed.any():
+        return shapely.union_all(valid), []
+    return shapely.union_all(valid), [
         Finding(
             "area.self-crossing",
-            count=int(off.sum()),
-            area_m2=float(after[off].sum()),
-            signed_area_m2=float(before[off].sum()),
+            count=int(has_changed.sum()),
+            area_m2=float(areas[has_changed].sum()),
+            signed_area_m2=float(signed_areas[has_changed].sum()),
         )
     ]

@@ -1,4 +1,4 @@
-"""Which part of a surface lies inside an outline that was drawn on it, and how large it is."""
+"""Part of a surface inside an outline drawn on it, and its area."""
 
 from __future__ import annotations
 
@@ -15,75 +15,103 @@ if TYPE_CHECKING:
     import shapely
 
 
-_CELLS = 256
-"""Along the longer side: most faces are told inside or outside by the cells that they lie in."""
-_SEEDS = 64
-"""Places on the outline where its surface is looked for."""
+N_CELLS = 256
+"""Cells along the longer side: most faces are entirely in inner or outer cells."""
+N_SEEDS = 64
+"""Number of points of the outline at which its surface is searched."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
-    """Triangles (k, 3, 3), also as seen along the outline's normal (k, 3, 2), the share of each
-    that is inside (k,), and the outline as it is seen."""
+    """Triangles (k, 3, 3), their projection along the outline's normal (k, 3, 2), the share of each
+    inside
+    (k,), and the projected outline.
+    """
 
     faces: FloatArray
-    seen: FloatArray
+    projected: FloatArray
     share: FloatArray
     polygon: shapely.Polygon
 
 
 def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
-    """Area of the part of a surface of triangles that an outline encloses, in their unit squared.
+    """Compute the area of the part of a triangulated surface inside an outline.
 
-    corners : (m, 3, 3) of the triangles around the outline; ring : (n, 3) points on the surface,
-    the first not repeated. What is enclosed is seen along the normal of the outline (that by which
-    it looks largest); faces that the outline cuts count in part. Only what hangs together with the
-    outline counts: not a wall behind it. None where the outline has no area, crosses itself as seen
-    along its normal, or has no surface under it.
+    The outline is projected along its normal, in which direction its area is largest; faces that it
+    cuts
+    count partially. Only faces connected to the outline count, so a wall behind is excluded.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) array_like
+        Triangles around the outline.
+    ring : (n, 3) array_like
+        Points on the surface, the first not repeated.
+
+    Returns
+    -------
+    float or None
+        In the square of the unit; None if the outline has no area, no surface, or crosses itself.
     """
-    found = _enclosed(corners, ring)
-    if found is None:
+    enclosed = _find_enclosed(corners, ring)
+    if enclosed is None:
         return None
-    edges = found.faces[:, 1:] - found.faces[:, :1]
+    edges = enclosed.faces[:, 1:] - enclosed.faces[:, :1]
     areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return float((areas * found.share).sum())
+    return float((areas * enclosed.share).sum())
 
 
 def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
-    """(k, 3, 3) triangles of the part of a surface that an outline encloses, as in `area_inside`;
-    those that the outline cuts are cut there."""
-    found = _enclosed(corners, ring)
-    if found is None:
+    """Return the triangles (k, 3, 3) of the part of a surface inside an outline, cut by the
+    outline.
+
+    The arguments are those of `area_inside`.
+    """
+    enclosed = _find_enclosed(corners, ring)
+    if enclosed is None:
         return None
-    whole = found.share >= 1.0 - 1e-9
+    is_whole = enclosed.share >= 1.0 - 1e-9
     return np.concatenate(
-        [found.faces[whole], _pieces(found.faces[~whole], found.seen[~whole], found.polygon)]
+        [
+            enclosed.faces[is_whole],
+            _clipped_pieces(
+                enclosed.faces[~is_whole], enclosed.projected[~is_whole], enclosed.polygon
+            ),
+        ]
     )
 
 
-def _pieces(faces: FloatArray, seen: FloatArray, polygon: shapely.Polygon) -> FloatArray:
-    """(p, 3, 3) triangles of what is inside of triangles (k, 3, 3) that are seen at (k, 3, 2)."""
+def _clipped_pieces(
+    faces: FloatArray, projected: FloatArray, polygon: shapely.Polygon
+) -> FloatArray:
+    """Return triangles (p, 3, 3) of the parts of faces (k, 3, 3) inside the polygon."""
     import shapely
 
-    faces, seen = faces[_broad(seen)], seen[_broad(seen)]
-    parts = shapely.intersection(shapely.polygons(seen), polygon)
-    pieces, of = shapely.get_parts(shapely.constrained_delaunay_triangles(parts), return_index=True)
+    faces, projected = faces[_is_broad(projected)], projected[_is_broad(projected)]
+    parts = shapely.intersection(shapely.polygons(projected), polygon)
+    pieces, face_row = shapely.get_parts(
+        shapely.constrained_delaunay_triangles(parts), return_index=True
+    )
     if not len(pieces):
         return np.zeros((0, 3, 3))
     places = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
-    # A place of a triangle has the same shares of its corners in space as seen.
-    a, u, v = seen[of, 0], seen[of, 1] - seen[of, 0], seen[of, 2] - seen[of, 0]
-    off = places - a[:, None]
-    whole = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None]
-    s = (off[..., 0] * v[:, None, 1] - off[..., 1] * v[:, None, 0]) / whole
-    t = (u[:, None, 0] * off[..., 1] - u[:, None, 1] * off[..., 0]) / whole
-    first, second = faces[of, 1] - faces[of, 0], faces[of, 2] - faces[of, 0]
+    # Barycentric coordinates are invariant under the projection.
+    a, u, v = (
+        projected[face_row, 0],
+        projected[face_row, 1] - projected[face_row, 0],
+        projected[face_row, 2] - projected[face_row, 0],
+    )
+    offsets = places - a[:, None]
+    double_area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None]
+    s = (offsets[..., 0] * v[:, None, 1] - offsets[..., 1] * v[:, None, 0]) / double_area
+    t = (u[:, None, 0] * offsets[..., 1] - u[:, None, 1] * offsets[..., 0]) / double_area
+    first, second = faces[face_row, 1] - faces[face_row, 0], faces[face_row, 2] - faces[face_row, 0]
     return np.asarray(
-        faces[of, :1] + s[..., None] * first[:, None] + t[..., None] * second[:, None]
+        faces[face_row, :1] + s[..., None] * first[:, None] + t[..., None] * second[:, None]
     )
 
 
-def _enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
+def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
     import shapely
 
     xyz = np.asarray(ring, np.float64).reshape(-1, 3)
@@ -98,35 +126,37 @@ def _enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
     polygon = shapely.Polygon(outline[:, :2])
     if not polygon.is_valid:
         return None
-    seen = (faces - origin) @ axes.T
+    projected = (faces - origin) @ axes.T
     low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
-    flat = seen[:, :, :2]
-    near = _reach(flat, low, high)
-    faces, seen = faces[near], seen[near]
+    projected_2d = projected[:, :, :2]
+    is_near = _meets_box(projected_2d, low, high)
+    faces, projected = faces[is_near], projected[is_near]
     if not len(faces):
         return None
-    share = _shares(seen[:, :, :2], polygon, low, high)
-    kept = share > 0.0
-    faces, seen, share = faces[kept], seen[kept], share[kept]
-    own = _hanging_together(faces, _under(seen, outline))
-    if own is None:
+    share = _shares(projected[:, :, :2], polygon, low, high)
+    has_share = share > 0.0
+    faces, projected, share = faces[has_share], projected[has_share], share[has_share]
+    is_connected = _connected_to(faces, _faces_under(projected, outline))
+    if is_connected is None:
         return None
-    return _Enclosed(faces[own], seen[own, :, :2], share[own], polygon)
+    return _Enclosed(
+        faces[is_connected], projected[is_connected, :, :2], share[is_connected], polygon
+    )
 
 
-def _reach(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
-    """(m,) whether the boxes of triangles (m, 3, 2) meet the box."""
-    found = np.ones(len(flat), np.bool_)
+def _meets_box(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+    """Return for triangles (m, 3, 2) whether their boxes meet the box."""
+    is_near = np.ones(len(flat), np.bool_)
     for axis in (0, 1):
         a, b, c = (flat[:, corner, axis] for corner in range(3))
-        # Reductions over short axes take ten times as long.
-        found &= np.maximum(np.maximum(a, b), c) >= low[axis]
-        found &= np.minimum(np.minimum(a, b), c) <= high[axis]
-    return found
+        # Reductions over short axes are ten times slower.
+        is_near &= np.maximum(np.maximum(a, b), c) >= low[axis]
+        is_near &= np.minimum(np.minimum(a, b), c) <= high[axis]
+    return is_near
 
 
 def _axes(local: FloatArray) -> FloatArray | None:
-    """(3, 3) rows: two axes of the outline's plane and its normal; None for no area."""
+    """Return two axes of the outline's plane and its normal as rows; None without an area."""
     normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(normal))
     if not size > 1e-12 * float((local**2).sum()):
@@ -140,39 +170,41 @@ def _axes(local: FloatArray) -> FloatArray | None:
 def _shares(
     flat: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """(m,) 0 to 1: which part of each triangle (m, 3, 2) is inside."""
+    """Return the share (m,) of each triangle (m, 3, 2) inside."""
     import shapely
 
-    step = float((high - low).max()) / _CELLS
+    step = float((high - low).max()) / N_CELLS
     count = np.maximum(np.ceil((high - low) / step).astype(int), 1) + 2
     start = low - step
-    border = _border(polygon, start, step, count)
+    border = _border_cells(polygon, start, step, count)
     middle = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
     places = (start + step * middle).reshape(-1, 2)
     inside = shapely.contains_xy(polygon, places[:, 0], places[:, 1]).reshape(count)
     first = np.clip(((flat.min(axis=1) - start) / step).astype(int), 0, count - 1)
     last = np.clip(((flat.max(axis=1) - start) / step).astype(int), 0, count - 1)
-    # Of a table of sums: how many cells of the border each triangle's box has.
+    # A table of sums gives the number of border cells in each triangle's box.
     sums = np.zeros(count + 1, np.int64)
     sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
     (x0, y0), (x1, y1) = first.T, last.T + 1
-    crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
-    share = np.where(crossed, 0.0, inside[x0, y0].astype(np.float64))
-    if crossed.any():
-        share[crossed] = _cut(flat[crossed], polygon)
+    is_crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
+    share = np.where(is_crossed, 0.0, inside[x0, y0].astype(np.float64))
+    if is_crossed.any():
+        share[is_crossed] = _cut_shares(flat[is_crossed], polygon)
     return share
 
 
-def _border(
+def _border_cells(
     polygon: shapely.Polygon, start: FloatArray, step: float, count: npt.NDArray[np.int_]
 ) -> BoolArray:
-    """Cells that the outline goes through, or passes beside."""
+    """Mark cells that the outline crosses or touches."""
     ends = np.asarray(polygon.exterior.coords)[:, :2]
-    pieces = np.diff(ends, axis=0)
-    many = np.maximum(np.ceil(2.0 * np.linalg.norm(pieces, axis=1) / step).astype(int), 1)
-    which = np.repeat(np.arange(len(pieces)), many)
-    along = (np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)) / many[which]
-    places = ends[which] + along[:, None] * pieces[which]
+    segments = np.diff(ends, axis=0)
+    n_steps = np.maximum(np.ceil(2.0 * np.linalg.norm(segments, axis=1) / step).astype(int), 1)
+    segment = np.repeat(np.arange(len(segments)), n_steps)
+    along = (np.arange(len(segment)) - np.repeat(np.cumsum(n_steps) - n_steps, n_steps)) / n_steps[
+        segment
+    ]
+    places = ends[segment] + along[:, None] * segments[segment]
     cells = np.clip(((places - start) / step).astype(int), 1, count - 2)
     border = np.zeros(count, np.bool_)
     for dx in (-1, 0, 1):
@@ -181,67 +213,65 @@ def _border(
     return border
 
 
-def _cut(flat: FloatArray, polygon: shapely.Polygon) -> FloatArray:
-    """(k,) shares of triangles that the outline may go through."""
+def _cut_shares(flat: FloatArray, polygon: shapely.Polygon) -> FloatArray:
+    """Return the shares (k,) of triangles that the outline may cross."""
     import shapely
 
     middle = flat.mean(axis=1)
-    # Seen from their edge they have no area to cut: they are where their middle is.
+    # Triangles seen edge-on have no area, so their middle decides.
     share: FloatArray = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
-    broad, area = _broad(flat), _flat_areas(flat)
-    triangles = shapely.polygons(flat[broad])
-    share[broad] = np.clip(
-        shapely.area(shapely.intersection(triangles, polygon)) / area[broad], 0, 1
+    is_broad, area = _is_broad(flat), _flat_areas(flat)
+    triangles = shapely.polygons(flat[is_broad])
+    share[is_broad] = np.clip(
+        shapely.area(shapely.intersection(triangles, polygon)) / area[is_broad], 0, 1
     )
     return share
 
 
 def _flat_areas(flat: FloatArray) -> FloatArray:
-    """(k,) of triangles (k, 3, 2)."""
+    """Return the areas of triangles (k, 3, 2)."""
     a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
     return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
 
-def _broad(flat: FloatArray) -> BoolArray:
-    """(k,) whether triangles (k, 3, 2) are not seen from their edge."""
+def _is_broad(flat: FloatArray) -> BoolArray:
+    """Return whether triangles (k, 3, 2) are not edge-on."""
     longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
     return np.asarray(_flat_areas(flat) > 1e-9 * longest)
 
 
-def _under(seen: FloatArray, outline: FloatArray) -> IntArray:
-    """Rows of the triangles (m, 3, 3) on which places of the outline lie: of those that are seen
-    there, the nearest."""
-    corners = [[np.ascontiguousarray(seen[:, k, axis]) for k in range(3)] for axis in (0, 1)]
+def _faces_under(projected: FloatArray, outline: FloatArray) -> IntArray:
+    """Return the rows of the nearest triangles (m, 3, 3) under points of the outline."""
+    corners = [[np.ascontiguousarray(projected[:, k, axis]) for k in range(3)] for axis in (0, 1)]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
-    found = []
-    for place in outline[:: max(1, len(outline) // _SEEDS)]:
+    rows_found = []
+    for place in outline[:: max(1, len(outline) // N_SEEDS)]:
         x, y = float(place[0]), float(place[1])
-        there = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
-        rows = np.flatnonzero(there)
+        covers = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
+        rows = np.flatnonzero(covers)
         if not len(rows):
             continue
-        off = np.abs(_depth(seen[rows], place[:2]) - place[2])
-        found.append(int(rows[int(np.argmin(off))]))
-    return np.array(sorted(set(found)), np.int64)
+        distances = np.abs(_depth(projected[rows], place[:2]) - place[2])
+        rows_found.append(int(rows[int(np.argmin(distances))]))
+    return np.array(sorted(set(rows_found)), np.int64)
 
 
 def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
-    """(k,) height of the triangles' planes at a place that is in the box of each; infinite where
-    that is outside of the triangle."""
+    """Return the heights (k,) of triangles at a place; infinite outside of a triangle."""
     a = triangles[:, 0]
     b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, place - a[:, :2]
-    whole = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    double_area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / whole
-        t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / whole
+        s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / double_area
+        t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / double_area
     depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
     outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
     return np.asarray(np.where(outside, np.inf, depth), np.float64)
 
 
-def _hanging_together(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
-    """Which faces (k, 3, 3) can be reached from one of the seeds over shared corners."""
+def _connected_to(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
+    """Return which faces (k, 3, 3) are connected to one of the seeds over shared vertices."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

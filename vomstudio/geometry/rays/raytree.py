@@ -1,8 +1,10 @@
-"""Single rays against a model: what a line of sight meets first, in float64; and the nearest face.
+"""Single rays against a model, in float64: first hits and nearest faces.
 
 Boxes over the faces (or points), sorted along a Morton curve and paired upward into a complete
-binary tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d
-trees, HPG). A million faces are ready within a second.
+binary
+tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d trees,
+HPG).
+A million faces take less than a second.
 """
 
 from __future__ import annotations
@@ -17,20 +19,26 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 
-_LEAF = 4
+LEAF_SIZE = 4
 SURFACE_THICKNESS = 4.0
-"""Points of a cloud that lie at most this many reaches behind the first one on a ray belong to the
-same surface."""
+"""Points of a cloud within this multiple of the reach behind the first one on a ray belong to the
+same
+surface.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class RayHits:
-    """What n rays met first.
+    """First hits of n rays.
 
-    index : (n,) int64 row of the face or point, -1 where nothing was met
-    distance : (n,) from the start, in lengths of the direction; infinite where nothing was met
-    weights : (n, 3) barycentric weights of the face's corners; NaN for points and where nothing
-        was met
+    Attributes
+    ----------
+    index : (n,) ndarray of int
+        Row of the face or point, -1 without a hit.
+    distance : (n,) ndarray
+        From the start, in lengths of the direction; infinite without a hit.
+    weights : (n, 3) ndarray
+        Barycentric weights of the face's vertices; NaN for points and without a hit.
     """
 
     index: IntArray
@@ -40,11 +48,15 @@ class RayHits:
 
 @dataclass(frozen=True, eq=False)
 class NearestFaces:
-    """The face of a mesh that is nearest to each of n places.
+    """Nearest faces of a mesh to n places.
 
-    index : (n,) int64 row of the face, -1 of a place that is not finite
-    weights : (n, 3) barycentric weights of its corners at its nearest point, exactly 0 for corners
-        that an edge or a corner on which it lies does not have; NaN with index -1
+    Attributes
+    ----------
+    index : (n,) ndarray of int
+        Row of the face, -1 for a place that is not finite.
+    weights : (n, 3) ndarray
+        Barycentric weights of its vertices at the nearest point, exactly 0 for vertices that do not
+        belong to the nearest edge or vertex; NaN with index -1.
     """
 
     index: IntArray
@@ -52,12 +64,12 @@ class NearestFaces:
 
 
 class RayTree:
-    """The faces of a mesh, or the points of a cloud with a reach, ready for rays.
+    """Faces of a mesh, or points of a cloud with a reach, prepared for rays.
 
-    reach : m; how far from a ray a point may lie to be met. Unused for a mesh.
-
-    Coordinates are the model's own. Sums are made relative to a whole-numbered corner, so that
-    UTM costs no digits.
+    `reach` is the maximum distance of a point from a ray that hits it, m; unused for a mesh.
+    Coordinates are
+    those of the model. Sums are relative to an integer corner, so that UTM coordinates lose no
+    digits.
     """
 
     def __init__(self, data: Mesh | PointCloud, reach: float = 0.0) -> None:
@@ -71,8 +83,8 @@ class RayTree:
             self._faces = np.zeros((0, 3), np.int32)
         low = data.bounds[0] if len(points) else np.zeros(3)
         if not np.isfinite(low).all():
-            whole = points[np.isfinite(points).all(axis=1)]
-            low = whole.min(axis=0) if len(whole) else np.zeros(3)
+            finite_points = points[np.isfinite(points).all(axis=1)]
+            low = finite_points.min(axis=0) if len(finite_points) else np.zeros(3)
         self.corner: FloatArray = np.floor(low)
         self._points = for_kernels(points - self.corner, np.float64)
         if isinstance(data, Mesh):
@@ -87,9 +99,12 @@ class RayTree:
     def cast(
         self, starts: npt.ArrayLike, ways: npt.ArrayLike, last: npt.ArrayLike = np.inf
     ) -> RayHits:
-        """First hits of rays from starts (n, 3) or (3,) along ways (n, 3), before `last` (in
-        lengths of the way). Of a cloud the point that is nearest to the ray on the first surface.
-        Rays that are not finite meet nothing.
+        """Return the first hits of rays from starts (n, 3) or (3,) along ways (n, 3), before
+        `last`.
+
+        `last` is in lengths of the direction. For a cloud it is the point nearest to the ray on the
+        first
+        surface. Rays that are not finite have no hit.
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
@@ -117,7 +132,7 @@ class RayTree:
                 *stack_space(),
             )
         elif isinstance(self.data, PointCloud):
-            thick = SURFACE_THICKNESS * self.reach
+            thickness = SURFACE_THICKNESS * self.reach
             first_points(
                 self._points,
                 *tree,
@@ -125,7 +140,7 @@ class RayTree:
                 ways,
                 ends,
                 self.reach,
-                thick,
+                thickness,
                 index,
                 distance,
                 *stack_space(),
@@ -133,7 +148,7 @@ class RayTree:
         return RayHits(index, distance, weights)
 
     def nearest(self, places: FloatArray) -> NearestFaces:
-        """Of a mesh, the nearest point of its surface to each of the places (n, 3)."""
+        """Return the nearest points of a mesh to the places (n, 3)."""
         from vomstudio.geometry.kernels.nearest import nearest_faces
         from vomstudio.geometry.kernels.raytree import stack_space
 
@@ -141,28 +156,39 @@ class RayTree:
         index, weights = np.full(n, -1, np.int64), np.full((n, 3), np.nan)
         if len(self._order) and isinstance(self.data, Mesh):
             local = places - self.corner
-            # Along the curve, so that what one needs is still at hand for the next.
+            # In the order of the curve, so that neighbours use the same data in the cache.
             rows = _along_curve(local)
             near = for_kernels(local[rows], np.float64)
-            found, shares = np.full(len(rows), -1, np.int64), np.full((len(rows), 3), np.nan)
+            nearest_rows, nearest_weights = (
+                np.full(len(rows), -1, np.int64),
+                np.full((len(rows), 3), np.nan),
+            )
             tree = (self._order, self._low, self._high)
-            nearest_faces(self._points, self._faces, *tree, near, found, shares, *stack_space())
-            index[rows], weights[rows] = found, shares
+            nearest_faces(
+                self._points,
+                self._faces,
+                *tree,
+                near,
+                nearest_rows,
+                nearest_weights,
+                *stack_space(),
+            )
+            index[rows], weights[rows] = nearest_rows, nearest_weights
         return NearestFaces(index, weights)
 
     def position(self, index: int, weights: FloatArray) -> FloatArray:
-        """(3,) of a hit, from the model's own coordinates."""
+        """Return the position (3,) of a hit from the model's coordinates."""
         return np.asarray(self.positions(np.array([index]), weights[None])[0])
 
     def positions(self, index: IntArray, weights: FloatArray) -> FloatArray:
-        """(n, 3) of hits, from the model's own coordinates."""
+        """Return the positions (n, 3) of hits from the model's coordinates."""
         if isinstance(self.data, Mesh):
             corners = self._points[self._faces[index]]
             return np.asarray(np.einsum("nk,nkc->nc", weights, corners) + self.corner)
         return np.array(self.data.points[index], np.float64)
 
     def normal(self, index: int) -> FloatArray | None:
-        """(3,) unit normal of a face or point; None where it has none."""
+        """Return the unit normal (3,) of a face or point, or None."""
         if isinstance(self.data, Mesh):
             a, b, c = self._points[self._faces[index]]
             normal = np.cross(b - a, c - a)
@@ -175,22 +201,22 @@ class RayTree:
 
 
 def _along_curve(middles: FloatArray) -> IntArray:
-    """Order of points (n, 3) along a Morton curve; those that are not finite are left out."""
-    sound = np.flatnonzero(np.isfinite(middles).all(axis=1))
-    if not len(sound):
+    """Return the order of finite points (n, 3) along a Morton curve."""
+    finite_rows = np.flatnonzero(np.isfinite(middles).all(axis=1))
+    if not len(finite_rows):
         return np.zeros(0, np.int64)
-    middles = middles[sound]
+    middles = middles[finite_rows]
     low, high = middles.min(axis=0), middles.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
     cells = ((middles - low) / size * ((1 << 20) - 1)).astype(np.uint64)
-    code = np.zeros(len(sound), np.uint64)
+    code = np.zeros(len(finite_rows), np.uint64)
     for axis in range(3):
         code |= _spread(cells[:, axis]) << np.uint64(axis)
-    return np.asarray(sound[np.argsort(code, kind="stable")], np.int64)
+    return np.asarray(finite_rows[np.argsort(code, kind="stable")], np.int64)
 
 
 def _spread(x: UInt64Array) -> UInt64Array:
-    """Two zero bits after each of 20 bits."""
+    """Insert two zero bits after each of 20 bits."""
     for shift, mask in (
         (32, 0x1F00000000FFFF),
         (16, 0x1F0000FF0000FF),
@@ -203,13 +229,15 @@ def _spread(x: UInt64Array) -> UInt64Array:
 
 
 def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Boxes (2 k - 1, 3) of the complete tree over sorted items; node i has children 2 i + 1 and
-    2 i + 2, the last k are leaves of _LEAF items each."""
-    count = max(-(-len(low) // _LEAF), 1)
+    """Return the boxes (2 k - 1, 3) of the complete tree over sorted items.
+
+    Node i has children 2 i + 1 and 2 i + 2, the last k are leaves of LEAF_SIZE items each.
+    """
+    count = max(-(-len(low) // LEAF_SIZE), 1)
     leaves = 1 << (count - 1).bit_length()
     lows, highs = np.full((2 * leaves - 1, 3), np.inf), np.full((2 * leaves - 1, 3), -np.inf)
     if len(low):
-        starts = np.arange(0, len(low), _LEAF)
+        starts = np.arange(0, len(low), LEAF_SIZE)
         lows[leaves - 1 : leaves - 1 + count] = np.minimum.reduceat(low, starts)
         highs[leaves - 1 : leaves - 1 + count] = np.maximum.reduceat(high, starts)
     while leaves > 1:

@@ -1,9 +1,11 @@
-"""Clouds as octrees, of whose nodes only those that a view needs are drawn or even there.
+"""Clouds as octrees, of which only the nodes that a view needs are loaded and drawn.
 
-Every node holds a thin, even sample of the points in its cube; its children fill in what is
-between. A point is known by its row in the whole file. Of a cloud that is too large to be held that
-is the number of points in the nodes that stand before its own in the file, plus its place within
-the node: ids stay the same whatever is loaded, and are the rows of the same file read whole.
+Every node contains a thin, even sample of the points in its cube; its children add the points
+between.
+The id of a point is its row in the whole file. In a cloud that does not fit into memory it is the
+number of points in the preceding nodes of the file plus the row in the node, so ids do not depend
+on
+what is loaded and equal the rows of the same file read as a whole.
 """
 
 from __future__ import annotations
@@ -25,21 +27,27 @@ if TYPE_CHECKING:
 
 
 POINT_BUDGET = 5_000_000
-"""Points of a cloud that may be there at a time, unless told otherwise."""
-FETCHED_AT_ONCE = 50_000
-"""Points of a file that are unpacked together: several nodes use several processors, but whoever
-unpacks them keeps every other thread waiting meanwhile."""
-FINE_PIXELS = 1.5
-"""Nodes are asked for until neighbouring points of the node above are no further apart."""
+"""Default number of points of a cloud in memory."""
+FETCH_BATCH_POINTS = 50_000
+"""Number of points of a file that are unpacked together: several nodes use several processors, but
+unpacking blocks every other thread.
+"""
+MAX_SPACING_PIXELS = 1.5
+"""Nodes are requested until the points of the parent node are closer than this."""
 
 
 @dataclass(frozen=True)
 class View:
-    """What a viewer sees of a cloud, all in the cloud's file frame.
+    """View of a cloud, in the cloud's file frame.
 
-    right, up, direction : rows of a rotation; direction points away from the viewer
-    half_height : tangent of the half angle, or half the height of the picture where orthographic
-    pixels : height of the picture
+    Attributes
+    ----------
+    axes : (3, 3) tuple
+        Rows of a rotation: right, up, and the direction away from the viewer.
+    half_height : float
+        Tangent of the half angle, or half the height of an orthographic picture.
+    pixels : int
+        Height of the picture.
     """
 
     position: tuple[float, float, float]
@@ -53,7 +61,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """The points of a node: `rows` of `cloud`, which are `ids` of the whole."""
+    """Points of a node: `rows` of `cloud`, whose ids in the whole are `ids`."""
 
     cloud: PointCloud
     rows: IntegerArray
@@ -61,14 +69,26 @@ class Piece:
 
 
 class CloudNodes:
-    """The nodes of a cloud, of which a view needs some.
+    """Nodes of a cloud, some of which a view needs.
 
-    bounds : (n, 2, 3) boxes; spacing : (n,) distance of neighbouring points of a node
-    counts : (n,) points of each node; parents : (n,) row of the node above, -1 for none
-    budget : how many points may be there at a time
-    first : rows of the nodes that stand for the whole
-    in_order : points that follow each other in a node are neighbours
-    at_once : nodes with so many points together are best fetched at once
+    Attributes
+    ----------
+    bounds : (n, 2, 3) ndarray
+        Boxes.
+    spacing : (n,) ndarray
+        Distance of neighbouring points of a node.
+    counts : (n,) ndarray of int
+        Number of points of each node.
+    parents : (n,) ndarray of int
+        Row of the parent node, -1 for none.
+    budget : int
+        Maximum number of points in memory.
+    first : tuple of int
+        Rows of the nodes that represent the whole.
+    in_order : bool
+        True if consecutive points of a node are neighbours.
+    at_once : int
+        Number of points of a batch to fetch.
     """
 
     in_order = False
@@ -91,39 +111,48 @@ class CloudNodes:
         return len(self.counts)
 
     def fetch(self, rows: Sequence[int]) -> list[Piece]:
-        """The points of nodes, from wherever they are. Raises InputError."""
+        """Return the points of nodes. Raises InputError."""
         raise NotImplementedError
 
     def let_go(self, row: int, piece: Piece) -> None:
-        """A node that has been fetched is not needed any more."""
+        """Release a node that was fetched."""
 
-    def choose(self, view: View, most: int) -> IntArray:
-        """Rows of the nodes that a picture needs, the most needed first, of at most `most` points:
-        those in view whose parents' points are more than FINE_PIXELS apart."""
+    def choose(self, view: View, max_points: int) -> IntArray:
+        """Select the nodes that a picture needs, the most important first.
+
+        These are visible nodes whose parents' points are more than MAX_SPACING_PIXELS apart, up to
+        `max_points` points.
+        """
         position = np.array(view.position)
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         q = ((low + high) / 2.0 - position) @ np.array(view.axes).T
         radius = np.linalg.norm(high - low, axis=1) / 2.0
-        off = np.maximum(np.maximum(low - position, position - high), 0.0)
-        distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", off, off)), view.near)
+        offsets = np.maximum(np.maximum(low - position, position - high), 0.0)
+        distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", offsets, offsets)), view.near)
         reach = np.ones(len(self)) if view.orthographic else distance
-        apart = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
-        tall = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
-        # The planes that bound a view in perspective lean: a ball reaches further across them.
-        up = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
-        side = 1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
-        seen = (
-            (np.abs(q[:, 1]) <= tall + radius * up)
-            & (np.abs(q[:, 0]) <= tall * view.aspect + radius * side)
+        spacing_pixels = 2.0 * self.spacing * view.pixels / (2.0 * view.half_height * reach)
+        half_width = view.half_height * (1.0 if view.orthographic else np.maximum(q[:, 2], 0.0))
+        # The planes of a perspective view are inclined, so a ball extends further across them.
+        vertical_slope = 1.0 if view.orthographic else np.hypot(1.0, view.half_height)
+        horizontal_slope = (
+            1.0 if view.orthographic else np.hypot(1.0, view.half_height * view.aspect)
+        )
+        is_visible = (
+            (np.abs(q[:, 1]) <= half_width + radius * vertical_slope)
+            & (np.abs(q[:, 0]) <= half_width * view.aspect + radius * horizontal_slope)
             & (q[:, 2] + radius > 0.0)
         )
-        rows = np.flatnonzero(seen & ((apart > FINE_PIXELS) | (self.parents < 0)))
-        rows = rows[np.lexsort((-self.spacing[rows], -apart[rows]))]
-        return np.asarray(rows[np.cumsum(self.counts[rows]) <= most])
+        rows = np.flatnonzero(
+            is_visible & ((spacing_pixels > MAX_SPACING_PIXELS) | (self.parents < 0))
+        )
+        rows = rows[np.lexsort((-self.spacing[rows], -spacing_pixels[rows]))]
+        return np.asarray(rows[np.cumsum(self.counts[rows]) <= max_points])
 
     def closing(self, rows: IntArray) -> dict[int, float]:
-        """The spacing at which the points of shown nodes close the surface together: of each the
-        finest spacing of those shown below it."""
+        """Return the spacing at which the points of shown nodes cover the surface.
+
+        It is the finest spacing of the shown nodes below each.
+        """
         finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
         for row in sorted(finest, key=lambda r: float(self.spacing[r])):
             parent = int(self.parents[row])
@@ -133,7 +162,7 @@ class CloudNodes:
 
 
 class ArrangedNodes(CloudNodes):
-    """Of a cloud that is there as a whole."""
+    """Nodes of a cloud in memory."""
 
     in_order = True
 
@@ -151,17 +180,21 @@ class ArrangedNodes(CloudNodes):
     def fetch(self, rows: Sequence[int]) -> list[Piece]:
         starts, order = self._arrangement.starts, self._arrangement.rows
         points = [order[starts[row] : starts[row + 1]] for row in rows]
-        return [Piece(self._cloud, own, own) for own in points]
+        return [Piece(self._cloud, rows_of_node, rows_of_node) for rows_of_node in points]
 
 
 class NodeStore(CloudNodes):
-    """What has been read of a file's nodes. Any thread may use it.
+    """Store of the loaded nodes of a file, usable from any thread.
 
-    starts : (n,) number of each node's first point in the file
-    read : reads the points of nodes, one after the other; raises InputError
+    Attributes
+    ----------
+    starts : (n,) ndarray of int
+        Number of each node's first point in the file.
+    read : callable
+        Reads the points of nodes in order; raises InputError.
     """
 
-    at_once = FETCHED_AT_ONCE
+    at_once = FETCH_BATCH_POINTS
 
     def __init__(
         self,
@@ -184,13 +217,13 @@ class NodeStore(CloudNodes):
 
     @property
     def usual_spacing(self) -> float:
-        """Of the nodes that hold most of the points: their median."""
+        """Median spacing of the nodes, weighted by their points."""
         order = np.argsort(self.spacing)
         below = np.cumsum(self.counts[order])
         return float(self.spacing[order][np.searchsorted(below, self.total / 2.0)])
 
     def loaded(self) -> dict[int, PointCloud]:
-        """What is there now, by row."""
+        """Return the loaded nodes by row."""
         with self._lock:
             return dict(self._loaded)
 
@@ -199,80 +232,84 @@ class NodeStore(CloudNodes):
             self._loaded[row] = cloud
 
     def fetch(self, rows: Sequence[int]) -> list[Piece]:
-        there = self.loaded()
-        missing = [row for row in rows if row not in there]
+        loaded = self.loaded()
+        missing = [row for row in rows if row not in loaded]
         if missing:
-            clouds = parts_of(self._read(missing), self.counts[missing].tolist())
+            clouds = split_cloud(self._read(missing), self.counts[missing].tolist())
             for row, cloud in zip(missing, clouds, strict=True):
-                there[row] = cloud
+                loaded[row] = cloud
                 self.put(row, cloud)
         pieces = []
         for row in rows:
-            own = np.arange(len(there[row].points))
-            pieces.append(Piece(there[row], own, own + self.starts[row]))
+            rows_of_node = np.arange(len(loaded[row].points))
+            pieces.append(Piece(loaded[row], rows_of_node, rows_of_node + self.starts[row]))
         return pieces
 
     def let_go(self, row: int, piece: Piece) -> None:
         with self._lock:
-            # Unless it has been read anew since.
+            # Unless it has been read again.
             if self._loaded.get(row) is piece.cloud:
                 del self._loaded[row]
                 self._trees.pop(row, None)
 
     def read(self, row: int) -> PointCloud:
-        """A node from the file; it is not kept. Raises InputError."""
+        """Read a node from the file without storing it. Raises InputError."""
         return self._read([row])
 
     def nodes_of(self, ids: IntArray) -> IntArray:
-        """(k,) the row of the node that holds each point."""
-        at = np.searchsorted(self.starts[self._order], ids, side="right") - 1
-        return np.asarray(self._order[at], np.int64)
+        """Return the row (k,) of the node that contains each point."""
+        index = np.searchsorted(self.starts[self._order], ids, side="right") - 1
+        return np.asarray(self._order[index], np.int64)
 
     def points_of(self, ids: IntArray) -> FloatArray:
-        """(k, 3) float64 as in the file. What is not there is read. Raises InputError."""
+        """Return coordinates (k, 3) float64 as in the file; missing nodes are read. Raises
+        InputError.
+        """
         ids = np.asarray(ids, np.int64)
-        out = np.empty((len(ids), 3))
+        points = np.empty((len(ids), 3))
         rows = self.nodes_of(ids)
         order = np.argsort(rows, kind="stable")
         cuts = np.flatnonzero(np.diff(rows[order])) + 1
         for group in np.split(order, cuts) if len(ids) else ():
             row = int(rows[group[0]])
             cloud = self._loaded.get(row) or self.read(row)
-            out[group] = cloud.points[ids[group] - self.starts[row]]
-        return out
+            points[group] = cloud.points[ids[group] - self.starts[row]]
+        return points
 
     def touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
-        """The nodes that are there and whose cubes touch a box."""
-        there = self.loaded()
-        rows = np.fromiter(there, np.int64, len(there))
+        """Return the loaded nodes whose cubes touch a box."""
+        loaded = self.loaded()
+        rows = np.fromiter(loaded, np.int64, len(loaded))
         cubes = self.bounds[rows]
         meets = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
-        return [(row, there[row]) for row in rows[meets].tolist()]
+        return [(row, loaded[row]) for row in rows[meets].tolist()]
 
     def tree(self, row: int, cloud: PointCloud) -> cKDTree:
-        found = self._trees.get(row)
-        if found is None:
+        tree = self._trees.get(row)
+        if tree is None:
             from scipy.spatial import cKDTree
 
-            found = cKDTree(cloud.points, leafsize=32, compact_nodes=False, balanced_tree=False)
+            tree = cKDTree(cloud.points, leafsize=32, compact_nodes=False, balanced_tree=False)
             with self._lock:
                 if self._loaded.get(row) is cloud:
-                    self._trees[row] = found
-        return found
+                    self._trees[row] = tree
+        return tree
 
 
-def parents_of(keys: IntegerArray) -> IntArray:
-    """(n,) rows of the nodes above those with keys (level, x, y, z) (n, 4), -1 where there is
-    none."""
+def parent_rows(keys: IntegerArray) -> IntArray:
+    """Return the rows (n,) of the parents of nodes with keys (level, x, y, z) (n, 4), -1 for
+    none.
+    """
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
-    up = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
-    return np.array([rows.get(tuple(key), -1) for key in up.tolist()], np.int64)
+    parent_keys = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
+    return np.array([rows.get(tuple(key), -1) for key in parent_keys.tolist()], np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class StreamedCloud(PointCloud):
-    """The first levels of a large cloud, which stand for all of it wherever a sample will do, and
-    the store of its nodes."""
+    """First levels of a large cloud, which represent all of it as a sample, and the store of its
+    nodes.
+    """
 
     store: NodeStore = field(kw_only=True)
     """Its first nodes, one after the other, are those whose points are here."""
@@ -280,7 +317,7 @@ class StreamedCloud(PointCloud):
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """(2, 3) of the whole."""
+        """Bounding box (2, 3) of the whole."""
         return self.box
 
     @property
@@ -294,10 +331,10 @@ class StreamedCloud(PointCloud):
         return PointCloud(self.points, self.colors, self.normals, self.fields)
 
 
-def parts_of(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
-    """A cloud in runs of so many points, which share its memory."""
-    out, at = [], 0
+def split_cloud(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
+    """Split a cloud into runs of points, which share its memory."""
+    clouds, start = [], 0
     for count in counts:
-        out.append(cloud.of_rows(slice(at, at + count)))
-        at += count
-    return out
+        clouds.append(cloud.of_rows(slice(start, start + count)))
+        start += count
+    return clouds

@@ -1,4 +1,4 @@
-"""The surface that a brush works on, of whichever kind of data a model has."""
+"""Surface on which a brush works, for every kind of model."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 
-_FACE_POINTS = 20_000
+MAX_FACE_POINTS = 20_000
 
 
-def surface_of(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
+def create_surface(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
     if isinstance(data, StreamedCloud):
         return StreamedSurface(data)
     return MeshSurface(data) if isinstance(data, Mesh) else CloudSurface(data)
 
 
 class StreamedSurface(CloudSurface):
-    """The surface of the nodes that are there. The brush, the spacing and the face around a trace
-    therefore know what is loaded for the present view, which is what is seen."""
+    """Surface of the loaded nodes.
+
+    Brush, spacing and the face around a trace use what is loaded for the present view.
+    """
 
     def __init__(self, cloud: StreamedCloud) -> None:
         super().__init__(cloud)
@@ -29,7 +31,7 @@ class StreamedSurface(CloudSurface):
         self._box = cloud.box
 
     def build(self) -> None:
-        # Or the first stroke would wait for them.
+        # Import in advance, so that the first stroke is not delayed.
         import scipy.sparse.csgraph
         import scipy.spatial  # noqa: F401
 
@@ -44,49 +46,51 @@ class StreamedSurface(CloudSurface):
     def corners(self, ids: IntArray) -> FloatArray:
         return self._store.points_of(ids)
 
-    def _in_ball(self, centre: FloatArray, radius: float) -> IntArray:
+    def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         centre = np.asarray(centre, np.float64)
-        found = [np.zeros(0, np.int64)]
+        ids = [np.zeros(0, np.int64)]
         for row, cloud in self._store.touching(centre - radius, centre + radius):
             near = self._store.tree(row, cloud).query_ball_point(centre, radius)
-            found.append(np.asarray(near, np.int64) + self._store.starts[row])
-        return np.concatenate(found)
+            ids.append(np.asarray(near, np.int64) + self._store.starts[row])
+        return np.concatenate(ids)
 
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         point = np.asarray(point, np.float64)
-        best, where = np.full(count, np.inf), np.zeros((count, 3))
-        there = self._store.loaded()
-        rows = np.fromiter(there, np.int64, len(there))
+        distances_best, places_best = np.full(count, np.inf), np.zeros((count, 3))
+        loaded = self._store.loaded()
+        rows = np.fromiter(loaded, np.int64, len(loaded))
         low, high = self._store.bounds[rows, 0], self._store.bounds[rows, 1]
-        away = np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0), axis=1)
-        for k in np.argsort(away, kind="stable"):
-            if away[k] > best[-1]:
+        box_distances = np.linalg.norm(
+            np.maximum(np.maximum(low - point, point - high), 0.0), axis=1
+        )
+        for k in np.argsort(box_distances, kind="stable"):
+            if box_distances[k] > distances_best[-1]:
                 break
             row = int(rows[k])
-            cloud = there[row]
+            cloud = loaded[row]
             distance, index = self._store.tree(row, cloud).query(
-                point, k=min(count, len(cloud.points)), distance_upper_bound=best[-1]
+                point, k=min(count, len(cloud.points)), distance_upper_bound=distances_best[-1]
             )
             distance, index = np.atleast_1d(distance), np.atleast_1d(index)
-            good = np.isfinite(distance)
-            distances = np.concatenate([best, distance[good]])
-            places = np.concatenate([where, cloud.points[index[good]]])
+            is_finite = np.isfinite(distance)
+            distances = np.concatenate([distances_best, distance[is_finite]])
+            places = np.concatenate([places_best, cloud.points[index[is_finite]]])
             order = np.argsort(distances, kind="stable")[:count]
-            best, where = distances[order], places[order]
-        return np.asarray(where[np.isfinite(best)])
+            distances_best, places_best = distances[order], places[order]
+        return np.asarray(places_best[np.isfinite(distances_best)])
 
     def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        found = [np.zeros((0, 3))]
+        points = [np.zeros((0, 3))]
         for _, cloud in self._store.touching(low, high):
             inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
-            found.append(cloud.points[inside])
-        near = np.concatenate(found)
-        return near[:: max(1, len(near) // _FACE_POINTS)]
+            points.append(cloud.points[inside])
+        near = np.concatenate(points)
+        return near[:: max(1, len(near) // MAX_FACE_POINTS)]
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
         near = self._near_box(centre - radius, centre + radius)
-        off = near - centre
-        near = near[np.einsum("ij,ij->i", off, off) <= radius**2]
+        offsets = near - centre
+        near = near[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
         if len(near) < 3:
             return None
         centred = near - near.mean(axis=0)

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
+from vomstudio.geology.view_attitudes import camera_rotations, nadir_to_view_angles
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, NamedTable
 from vomstudio.io.text.rows import shorten
@@ -234,6 +234,6 @@ def _read_geo_attitudes(path: Path) -> AttitudeTable:
             [Finding("photo.angles-not-measured", photos=len(photos), photo=photos[0])]
         )
     note = Finding("cameras.opendronemap-angles", file=path.name)
-    angles = of_nadir_body(geo.angles[rows])
+    angles = nadir_to_view_angles(geo.angles[rows])
     norths = ("true",) * len(rows)
     return attitude_table(photos, angles, None, norths, doubted=True, notes=(note,))

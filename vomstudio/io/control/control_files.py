@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.coordinate_limits import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.control.registry import choose_format, find_formats
 
@@ -16,7 +16,7 @@ def read_control(path: str | Path) -> list[ControlPoint]:
     path = Path(path)
     points = choose_format(path).points(path)
     for point in points:
-        if (finding := why_no_coordinate(point.position)) is not None:
+        if (finding := check_coordinates(point.position)) is not None:
             raise InputError(finding, file=path, field=point.label)
     return points
 

@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
 from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shorten
@@ -107,7 +107,7 @@ def read_geo(path: Path) -> GeoFile:
             field=_COLUMNS[6 + int(column)],
         )
     for row, column in np.ndindex(len(table), table.shape[1] - 6):
-        if (finding := why_no_error(float(table[row, 6 + column]))) is not None:
+        if (finding := check_error(float(table[row, 6 + column]))) is not None:
             raise InputError(finding, file=path, line=lines[row], field=_COLUMNS[6 + column])
     return GeoFile(
         path, crs, line, tuple(photos), tuple(lines), table[:, :3], table[:, 3:6], table[:, 6:]

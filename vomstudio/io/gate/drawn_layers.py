@@ -19,7 +19,7 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.geometry.outlines.self_crossing import taken_apart
+from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
@@ -224,7 +224,7 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
 
     shapes, messages = _close_outlines(shapely.force_2d(raw.shapes))
     layer = _build_layer(replace(raw, shapes=shapes), _AREAS, messages, True)
-    area, crossing = taken_apart(layer.shapes)
+    area, crossing = resolve_crossings(layer.shapes)
     return area, replace(layer, warnings=(*layer.warnings, *crossing))
 
 

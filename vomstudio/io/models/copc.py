@@ -29,11 +29,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import (
-    FETCHED_AT_ONCE,
+    FETCH_BATCH_POINTS,
     NodeStore,
     StreamedCloud,
-    parents_of,
-    parts_of,
+    parent_rows,
+    split_cloud,
 )
 from vomstudio.io.gis.axis_units import refusal, stated_axes, unit_findings
 from vomstudio.io.gis.crs import sidecar_crs
@@ -251,7 +251,7 @@ class CopcFile:
             if len(chunk) != size or not is_valid_chunk(chunk, int(points), self.top):
                 raise self._damaged(tr("a node does not agree with the hierarchy"))
             chunks.append(chunk)
-        records = decompress(chunks, nodes.points.tolist(), self.top, FETCHED_AT_ONCE)
+        records = decompress(chunks, nodes.points.tolist(), self.top, FETCH_BATCH_POINTS)
         if records is None:
             raise self._damaged(tr("a node cannot be decompressed"))
         return records.reshape(-1).view(self._layout.kind)
@@ -375,13 +375,15 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
         nodes.spacing,
         nodes.points,
         starts,
-        parents_of(nodes.keys),
+        parent_rows(nodes.keys),
         read,
         budget,
         rows,
     )
     weakref.finalize(store, file.close)
-    for row, part in zip(rows, parts_of(overview, nodes.points[list(rows)].tolist()), strict=True):
+    for row, part in zip(
+        rows, split_cloud(overview, nodes.points[list(rows)].tolist()), strict=True
+    ):
         store.put(row, part)
     return StreamedCloud(
         overview.points,

@@ -14,7 +14,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.coordinate_limits import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import decode_text
 
@@ -96,7 +96,7 @@ def checked_origin(numbers: object) -> tuple[float, float, float] | None:
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             return None
-        if not abs(number) <= FARTHEST_M:
+        if not abs(number) <= MAX_COORDINATE_M:
             return None
     x, y, z = (float(number) for number in numbers)
     return x, y, z

@@ -22,8 +22,13 @@ from vomstudio.core.threads import run_in_thread
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.model_transform import moved
-from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points
+from vomstudio.geometry.model_transform import transform_model
+from vomstudio.geometry.resolution import (
+    NEIGHBOUR_COUNTS,
+    FewPoints,
+    effective_resolution,
+    resolving_points,
+)
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
@@ -141,7 +146,7 @@ def resolution(data: Mesh | PointCloud) -> float:
         return point_resolution
     edge = point_spacing(data.undivided)
     # Few vertices determine neither density nor noise.
-    has_few_vertices = len(data.undivided.vertices) < COUNTS[0]
+    has_few_vertices = len(data.undivided.vertices) < NEIGHBOUR_COUNTS[0]
     return edge if has_few_vertices or np.isnan(point_resolution) else max(edge, point_resolution)
 
 
@@ -321,7 +326,7 @@ def _reprojected(
     )
     data, turned_about = loaded.data, loaded.turned_about
     if options.up == "y" and turned_about is None:
-        data, turned_about = moved(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
+        data, turned_about = transform_model(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
     if isinstance(data, Mesh):
         data = replace(data, vertices=conversion.apply(data.vertices))
     else:

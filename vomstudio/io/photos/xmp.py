@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vomstudio.core.errors import InputError
-from vomstudio.geology.view_attitudes import of_nadir_body
+from vomstudio.geology.view_attitudes import nadir_to_view_angles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.xml_tree import Element, parse_xml
 
@@ -149,7 +149,7 @@ def _angles(tags: Mapping[str, str]) -> tuple[Angles, bool]:
     if yaw is None or pitch is None:
         return (None, None, None), False
     is_zero = not (yaw or pitch or roll)
-    yaw, pitch, roll = of_nadir_body([yaw, pitch, roll or 0.0])[0].tolist()
+    yaw, pitch, roll = nadir_to_view_angles([yaw, pitch, roll or 0.0])[0].tolist()
     return (wrap360(yaw), pitch, roll), is_zero
 
 

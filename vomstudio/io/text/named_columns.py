@@ -16,7 +16,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_no_error
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_error
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.commented_rows import commented_finding
 from vomstudio.io.text.file_text import MAX_OBJECTS
@@ -207,7 +207,7 @@ class NamedTable:
         for row in np.flatnonzero(values <= 0):
             raise self.at(int(row), Finding("table.not-positive"), title)
         for line, value in enumerate(values.tolist()):
-            if (finding := why_no_error(value)) is not None:
+            if (finding := check_error(value)) is not None:
                 raise self.at(line, finding, title)
         return values
 
@@ -254,7 +254,7 @@ class NamedTable:
     def require_coordinates(self, places: FloatArray) -> None:
         """Raise InputError for coordinates (n, 3) that are out of range."""
         for row, place in enumerate(places.tolist()):
-            if (finding := why_no_coordinate((place[0], place[1], place[2]))) is not None:
+            if (finding := check_coordinates((place[0], place[1], place[2]))) is not None:
                 raise self.at(row, finding, "x")
 
     def at(self, row: int, cause: Finding, title: str) -> InputError:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geology.common_rotation_errors import Turns, together
+from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
@@ -47,7 +47,7 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
             row_errors.append((("column", model), variance * np.eye(3)))
         else:
             row_errors.append((None, None))
-    turns = together(row_errors)
+    turns = shared_rotations(row_errors)
     return turns if turns.known else None
 
 

@@ -25,7 +25,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.coordinate_limits import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.io.text.column_names import doubtful_cell, normalise_name
 from vomstudio.io.text.file_text import MAX_LINES
 from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
@@ -455,7 +455,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
 
 def _refuse_large_coordinates(table: TextTable, columns: list[int], points: FloatArray) -> None:
     """Raise InputError for coordinates too large for metres, whose squares may overflow."""
-    far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
+    far = np.isfinite(points) & (np.abs(points) > MAX_COORDINATE_M)
     if far.any():
         row, place = np.argwhere(far)[0]
         raise InputError(

@@ -93,7 +93,7 @@ def check_scene(
     findings = list(sort_by_severity(findings))
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
-    expected_planes = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
+    expected_planes = planes or (None if middle is None else PlaneSizes.from_pixel_size(middle))
     metric = _is_metric(scene)
     textbook = None if expected_planes is None else expected_planes.textbook
     figures = tuple(

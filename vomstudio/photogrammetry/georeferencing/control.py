@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
+from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, fit_bowing
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -181,11 +181,11 @@ def place_by_control(
 def _bowing(points: Sequence[PointFit], adjusted: bool, extent: FloatArray) -> Bowing | None:
     known = [p for p in points if p.role in ("control", "check") and p.residual_m]
     judges = [p for p in known if p.role == "check"]
-    if adjusted and len(judges) >= FEWEST:
+    if adjusted and len(judges) >= MIN_BOWING_POINTS:
         known = judges
     places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
     residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
-    return bowing_of(places, residuals, extent=extent)
+    return fit_bowing(places, residuals, extent=extent)
 
 
 def _marked_points(

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import bowing_of
+from vomstudio.geology.bowing import fit_bowing
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -155,7 +155,7 @@ def place_by_gps(
         adjusted=entered.adjusted,
         decisions=(entered.reason, *(lens.reason for lens in entered.lenses)),
         lenses=entered.lenses,
-        bowing=bowing_of(world[used], residuals[used], extent=better.points + np.array(origin)),
+        bowing=fit_bowing(world[used], residuals[used], extent=better.points + np.array(origin)),
         names=tuple(photo.name for photo in placed),
         positions=world,
         residuals_m=residuals,

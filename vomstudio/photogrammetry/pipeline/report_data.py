@@ -311,7 +311,7 @@ def planes_of_model(
     known = [value for value in (resolution(cloud), resolution(mesh)) if math.isfinite(value)]
     if not known:
         return None
-    return PlaneSizes.of_model(max(known), registration_deg=rotation95_deg(registration))
+    return PlaneSizes.from_resolution(max(known), registration_deg=rotation95_deg(registration))
 
 
 def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:

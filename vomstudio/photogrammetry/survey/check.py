@@ -90,7 +90,7 @@ def report(
     findings = list(sort_by_severity(findings))
     known = [value for value in gsd if value is not None]
     middle = float(np.median(known)) if known else None
-    planes = None if middle is None else PlaneSizes.of_pixels(middle)
+    planes = None if middle is None else PlaneSizes.from_pixel_size(middle)
     figures = tuple(
         PhotoFigures(
             photo.name,
@@ -141,7 +141,7 @@ def _hint(photos: Sequence[Photo]) -> tuple[Finding, ...]:
     pixel = length_text(gsd_m, 2)
     return (
         Finding("survey.pixel-size-at-distance", distance_m=distance_m, pixel=pixel),
-        expected_planes(PlaneSizes.of_pixels(gsd_m)),
+        expected_planes(PlaneSizes.from_pixel_size(gsd_m)),
     )
 
 

@@ -192,7 +192,7 @@ def assess(
         return first, resolved, expected_planes(planes, metric=metric, source="model")
     if gsd_m is not None:
         covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, metric=metric))
-        return first, covered, expected_planes(PlaneSizes.of_pixels(gsd_m), metric=metric)
+        return first, covered, expected_planes(PlaneSizes.from_pixel_size(gsd_m), metric=metric)
     return first, *hint
 
 

@@ -9,8 +9,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.plane_sizes import (
     PIXELS_PER_RESOLUTION,
+    TARGET_ERROR_DEG,
     TEXTBOOK_RESOLUTIONS,
-    WANTED_DEG,
     PlaneSizes,
 )
 from vomstudio.geometry.units import length_text
@@ -68,10 +68,12 @@ def expected_planes(
     source : {"photos", "model"}
         Source of the resolution.
     """
-    smallest = planes.size_for(WANTED_DEG)
+    smallest = planes.size_for(TARGET_ERROR_DEG)
     if smallest is None:
         return Finding(
-            "survey.no-planes", wanted_deg=WANTED_DEG, registration_deg=planes.registration_deg
+            "survey.no-planes",
+            wanted_deg=TARGET_ERROR_DEG,
+            registration_deg=planes.registration_deg,
         )
     return Finding(
         "survey.planes-by-photos" if source == "photos" else "survey.planes-by-model",
@@ -89,7 +91,7 @@ def planes_in_short(planes: PlaneSizes) -> str:
         large=length_text(planes.textbook, 2),
         better=planes.error_deg(planes.textbook),
     )
-    smallest = planes.size_for(WANTED_DEG)
+    smallest = planes.size_for(TARGET_ERROR_DEG)
     if smallest is None:
         return large
     small = tr(

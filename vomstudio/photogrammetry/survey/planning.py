@@ -141,7 +141,7 @@ class SurveyPlan(PrintableResult):
     @property
     def planes(self) -> PlaneSizes:
         """Return the expected errors of planes by size, without that of the registration."""
-        return PlaneSizes.of_pixels(self.gsd_m)
+        return PlaneSizes.from_pixel_size(self.gsd_m)
 
     @property
     def plane_error(self) -> tuple[PlaneError, ...]:

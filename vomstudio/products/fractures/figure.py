@@ -9,13 +9,13 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.fractures.length_laws import Fit, law_of
-from vomstudio.geology.fractures.network import Lengths, Mapped
+from vomstudio.geology.fractures.length_laws import LengthFit, find_law
+from vomstudio.geology.fractures.network import Lengths, MappedNetwork
 from vomstudio.geology.fractures.nodes import NodeCounts
-from vomstudio.geology.fractures.pieces import segments_of
+from vomstudio.geology.fractures.pieces import line_segments
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.notation import format_wind
-from vomstudio.geology.roses import rose_of
+from vomstudio.geology.roses import count_rose
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.rose import choose_rings
@@ -40,7 +40,7 @@ _LAWS = {
 
 def write_fractures(
     target: str | Path | IO[bytes],
-    mapped: Mapped,
+    mapped: MappedNetwork,
     *,
     format: str,
     style: NetStyle = PRINT,
@@ -58,7 +58,7 @@ def write_fractures(
     )
 
 
-def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:
+def draw_fractures(figure: Figure, mapped: MappedNetwork, style: NetStyle = PRINT) -> list[Axes]:
     """Draw map, rose, nodes, lengths and intensity; return their axes."""
     figure.set_facecolor(style.paper)
     places = {
@@ -93,7 +93,7 @@ def _color(i: int, style: NetStyle) -> str:
     return style.color(OKABE_ITO[i % len(OKABE_ITO)])
 
 
-def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     import shapely
     from matplotlib.collections import LineCollection
 
@@ -189,7 +189,7 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_title(title, fontsize=style.font_pt, weight="bold", color=style.ink, pad=4)
 
 
-def _orientation(mapped: Mapped) -> tuple[str, str, str]:
+def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
     """Return the directions to the left, right and up on the map; "" for the sides of a picture."""
     plane = mapped.found.plane
     is_map = plane is None or plane.is_horizontal
@@ -207,11 +207,11 @@ def _round_length(length: float) -> float:
     return next(power * step for step in (5.0, 2.0, 1.0) if power * step <= length * (1 + 1e-9))
 
 
-def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
-    start, end, _ = segments_of(mapped.pieces.lines)
+def _draw_rose(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
+    start, end, _ = line_segments(mapped.pieces.lines)
     plane = mapped.found.plane
     directions = end - start
-    rose = rose_of(
+    rose = count_rose(
         trace_azimuths_deg(directions, plane),
         axial=True,
         bin_deg=BIN_DEG,
@@ -249,7 +249,7 @@ def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
     return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
 
 
-def _draw_triangle(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+def _draw_triangle(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     ax.set_aspect("equal")
     ax.set_axis_off()
     ax.set_xlim(-0.14, 1.14)
@@ -325,7 +325,7 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     )
 
 
-def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+def _draw_lengths(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     from scipy.stats import CensoredData, ecdf
 
     _plain_axes(ax, style)
@@ -412,12 +412,12 @@ def _draw_fits(ax: Axes, length: Lengths, grid: Any, style: NetStyle) -> None:
         )
 
 
-def _survival(fit: Fit, x: Any) -> Any:
-    law, u = law_of(fit)
+def _survival(fit: LengthFit, x: Any) -> Any:
+    law, u = find_law(fit)
     return np.exp(law.log_s(x, u))
 
 
-def _draw_sizes(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+def _draw_sizes(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
     _plain_axes(ax, style)
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)

@@ -16,19 +16,19 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
-from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
-from vomstudio.geology.fractures.pieces import circle_area, pieces_of
-from vomstudio.geology.fractures.scanlines import in_ranges
+from vomstudio.geology.fractures.network import MappedNetwork, SamplingRegion, fracture_network
+from vomstudio.geology.fractures.pieces import circle_area, clip_traces
+from vomstudio.geology.fractures.scanlines import assign_ranges
 from vomstudio.geology.fractures.trace_plane import (
     TracePlane,
     find_trace_plane,
     trace_azimuths_deg,
-    vertices_in_space,
+    vertices_with_heights,
 )
-from vomstudio.geology.fractures.windows import directions_of
+from vomstudio.geology.fractures.windows import trace_directions
 from vomstudio.geology.notation import format_plane, plane_option
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.outlines.self_crossing import taken_apart
+from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     RawLayer,
@@ -72,10 +72,10 @@ def map_fractures(
     crs: str | None = None,
     area: ObjectArray | None = None,
     scanlines: ObjectArray | None = None,
-    counted: Counted | None = None,
+    counted: SamplingRegion | None = None,
     sets: Sequence[str] | None = None,
     progress: Progress | None = None,
-) -> Mapped:
+) -> MappedNetwork:
     """Compute the figures of a map of traces, or of three-dimensional traces on their plane.
 
     Parameters
@@ -123,23 +123,25 @@ def map_fractures(
     warnings: list[Finding] = list(drawn.warnings)
     if place is not None:
         circle = placed.circle(place)
-        counted = Counted(circle_area(*circle), circle=circle)
+        counted = SamplingRegion(circle_area(*circle), circle=circle)
     elif options.area is not None:
         raw = read_raw_areas(Path(options.area), progress=progress, model=ModelFrame(drawn.crs))
         polygon, read = extract_area(placed.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
-        counted = Counted(polygon)
+        counted = SamplingRegion(polygon)
     elif area is not None:
-        polygon, crossings = taken_apart(placed.window(raw_shapes(area, "area"), "area").shapes)
-        counted = Counted(polygon, warnings=tuple(crossings))
+        polygon, crossings = resolve_crossings(
+            placed.window(raw_shapes(area, "area"), "area").shapes
+        )
+        counted = SamplingRegion(polygon, warnings=tuple(crossings))
     elif options.scanline is not None:
         raw = read_raw_lines(Path(options.scanline), progress=progress, model=ModelFrame(drawn.crs))
         read = extract_lines(placed.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
-        counted = Counted(scanlines=read.shapes)
+        counted = SamplingRegion(scanlines=read.shapes)
     elif scanlines is not None:
         shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
-        counted = Counted(scanlines=shapes)
+        counted = SamplingRegion(scanlines=shapes)
     if sets is None:
         sets = sets_of(drawn, options.by, strikes, plane)
     elif lines is None or len(sets) != len(lines):
@@ -200,7 +202,7 @@ class _Placed:
 
 def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
     """Place traces on their plane if they are three-dimensional or one is given."""
-    lines, lacks_heights = vertices_in_space(raw.shapes)
+    lines, lacks_heights = vertices_with_heights(raw.shapes)
     plane = find_trace_plane(lines) if attitude is None else None
     if attitude is not None:
         plane = _given_plane(attitude, lines, int(lacks_heights.sum()))
@@ -276,7 +278,9 @@ def sets_of(
     Without both, by the attribute `set` if there is one, else None.
     """
     if strikes:
-        row = in_ranges(trace_azimuths_deg(directions_of(pieces_of(drawn.shapes)), plane), strikes)
+        row = assign_ranges(
+            trace_azimuths_deg(trace_directions(clip_traces(drawn.shapes)), plane), strikes
+        )
         names = [f"{low:03g}-{high:03g}" for low, high in strikes]
         return ["" if i < 0 else names[i] for i in row]
     if column is not None:

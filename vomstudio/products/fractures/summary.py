@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.coverage.face_coverage import LookedAt
+from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.geology.fractures.network import FractureNetwork
 from vomstudio.geology.fractures.trace_plane import TracePlane
 from vomstudio.project.tables.number_format import azimuth, figures, number
@@ -195,7 +195,7 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
     return text
 
 
-def coverage_rows(coverage: LookedAt) -> list[str]:
+def coverage_rows(coverage: FaceCoverage) -> list[str]:
     """Describe the coverage of a face, line by line."""
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))

@@ -15,7 +15,7 @@ from vomstudio.geology.common_rotation_errors import (
     Region,
     Turns,
     cone,
-    moved,
+    move_vectors,
     principal_axis,
     region,
 )
@@ -455,7 +455,7 @@ def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
         return None
     vectors = s.vectors()
     values, axes = orientation_tensor(vectors)
-    covariance = principal_axis(moved(vectors, s.turns), values, axes, 0).covariance()[0]
+    covariance = principal_axis(move_vectors(vectors, s.turns), values, axes, 0).covariance()[0]
     fisher_cone = None
     if no_fisher_reason(vectors, False) is None:
         alpha = fisher(vectors, False).alpha95_deg

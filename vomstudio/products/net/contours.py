@@ -129,7 +129,7 @@ def describe_density(net: NetContents) -> dict[str, Any] | None:
         return None
     look, parts = net.contouring, []
     for of, v in contour_groups(net):
-        place, top = densities.densest(v, net.contour, look.sigma)
+        place, top = densities.find_maximum(v, net.contour, look.sigma)
         line = Line.from_vector(place)
         parts.append(
             {

@@ -18,7 +18,7 @@ from vomstudio.geology.orientation import (
     normals_to_planes,
     vectors_to_lines,
 )
-from vomstudio.geology.rotations import meetings, turned, untilted
+from vomstudio.geology.rotations import pairwise_intersections, rotate_vectors, untilt
 from vomstudio.products.net.contents import (
     OKABE_ITO,
     TYPED_LINE,
@@ -179,9 +179,9 @@ class Turning:
         """Rotate vectors (n, 3)."""
         v = np.asarray(vectors, np.float64)
         if self.plane is not None:
-            v = untilted(v, self.plane)
+            v = untilt(v, self.plane)
         if self.axis is not None:
-            v = turned(v, self.axis, self.angle_deg)
+            v = rotate_vectors(v, self.axis, self.angle_deg)
         return v
 
     def rotate_set(self, s: NetSet) -> NetSet:
@@ -246,7 +246,7 @@ def add_intersections(net: NetContents) -> NetContents:
             Finding("net.number-of-planes", count=count, maximum=MAX_PLANES),
             field="--intersections",
         )
-    lines = meetings(np.vstack(poles))
+    lines = pairwise_intersections(np.vstack(poles))
     trend, plunge = vectors_to_lines(lines)[:2]
     intersections = NetSet(
         tr("Intersections"), "line", trend, plunge, color=OKABE_ITO[-1], marker="x"

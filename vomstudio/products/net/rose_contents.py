@@ -15,14 +15,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import (
     HISTOGRAM_OF,
-    LINES_HAVE,
+    LINE_ANGLES,
     Histogram,
     Rose,
-    angles_of,
-    azimuths_of,
-    histogram_of,
-    rose_of,
-    weights_of,
+    column_weights,
+    count_histogram,
+    count_rose,
+    select_angles,
+    table_angles,
 )
 from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import NetSet
@@ -114,9 +114,9 @@ def roses_of_table(
     UsageError
         If a column is missing or not numeric.
     """
-    angles = azimuths_of(table, of)
-    weights = None if weight is None else weights_of(table, weight)
-    is_suitable = table.is_plane != (of in LINES_HAVE)
+    angles = table_angles(table, of)
+    weights = None if weight is None else column_weights(table, weight)
+    is_suitable = table.is_plane != (of in LINE_ANGLES)
     roses, empty = {}, []
     for name, members in members_of(table, by).items():
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
@@ -153,12 +153,12 @@ def roses_of_sets(
         Name of the weights.
     by_area : bool
     """
-    required_kind = "line" if of in LINES_HAVE else "plane"
+    required_kind = "line" if of in LINE_ANGLES else "plane"
     roses, counted, empty = {}, {}, []
     for s in sets:
         if s.kind != required_kind or not len(s):
             continue
-        angles = angles_of(s.azimuth_deg, s.angle_deg, of)
+        angles = select_angles(s.azimuth_deg, s.angle_deg, of)
         w = None
         if weights is not None:
             set_weights = [weights.get(id_) for id_ in s.ids]
@@ -176,8 +176,8 @@ def _one(
     of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
 ) -> Rose | Histogram:
     if of in HISTOGRAM_OF:
-        return histogram_of(angles, bin_deg=bin_deg, weights=weights)
-    return rose_of(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)
+        return count_histogram(angles, bin_deg=bin_deg, weights=weights)
+    return count_rose(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)
 
 
 def check_roses(contents: RoseContents, path: Path | None) -> None:
@@ -191,7 +191,7 @@ def check_roses(contents: RoseContents, path: Path | None) -> None:
     if contents.roses:
         return
     raise GeometryError(
-        Finding("rose.no-lines" if contents.of in LINES_HAVE else "rose.no-planes"),
+        Finding("rose.no-lines" if contents.of in LINE_ANGLES else "rose.no-planes"),
         file=path,
         field="--of",
     )

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from vomstudio.core.words import tr
-from vomstudio.geology.density import densest
+from vomstudio.geology.density import find_maximum
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import (
@@ -90,7 +90,7 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     for of, vectors in groups:
         if len(vectors) < _MIN_FEATURES:
             continue
-        place, top = densest(vectors, method, look.sigma)
+        place, top = find_maximum(vectors, method, look.sigma)
         line = Line.from_vector(place)
         unit = "% / 1 %" if method == "schmidt" else "σ"
         label = tr(

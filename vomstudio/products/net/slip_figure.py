@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
+from vomstudio.geology.faults.kinematics import compressed_share, fault_movements, p_axes, t_axes
 from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import lines_to_vectors
@@ -58,7 +58,7 @@ def write_slip_figure(
 def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Axes, Axes]:
     """Draw two nets over the whole figure, which is cleared first."""
     figure.clear()
-    normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
+    normals, slips = fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
     left_axes = figure.add_axes((0.01, 0.12, 0.48, 0.86))
     right_axes = figure.add_axes((0.51, 0.12, 0.48, 0.86))
     for ax in (left_axes, right_axes):

@@ -109,7 +109,7 @@ def draw_slope(
 
 def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[_Panel]:
     rows = table.is_plane
-    normals = slopes.in_face_frame(
+    normals = slopes.to_face_frame(
         face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     )
     lines = _some_intersections(normals, set_numbers(table))

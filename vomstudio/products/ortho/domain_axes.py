@@ -11,7 +11,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis, projection_axes
-from vomstudio.geology.fold_planes import FoldFilter, choose_planes
+from vomstudio.geology.fold_planes import FoldFilter, select_planes
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
@@ -67,7 +67,7 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
 
 def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
     """Return the planes for the fold axis, and the number of those that are not good."""
-    selection = choose_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
+    selection = select_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
     return [item for item, use in zip(items, selection.use, strict=True) if use], selection.not_good
 
 

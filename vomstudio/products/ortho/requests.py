@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
 from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis
-from vomstudio.geology.fold_planes import LeftOut
+from vomstudio.geology.fold_planes import ExcludedRows
 from vomstudio.geology.folding.figures import BetaFigures
 from vomstudio.geology.notation import plane_option
 from vomstudio.geology.table_folds import TableFold
@@ -60,7 +60,7 @@ class FoldView:
     reasons: tuple[Finding, ...]
     used: int
     not_good: int | None
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedRows, ...]
     cost: Finding
 
 

@@ -18,7 +18,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
-from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
+from vomstudio.geology.beds.extended import (
+    PlaneDistances,
+    PlaneEstimate,
+    PlaneSeries,
+    bands,
+    repeat_planes,
+)
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -102,7 +108,7 @@ class ExtendedPlane(PrintableResult):
     within_share: float
     warnings: tuple[Finding, ...]
     traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
-    bands: Bands | None = field(default=None, metadata=HIDDEN)
+    bands: PlaneDistances | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, Float32Array]:
         """Return fields of the model's points: distance, error and number of the nearest plane.
@@ -120,7 +126,7 @@ class ExtendedPlane(PrintableResult):
 
 def extend(
     data: Mesh | PointCloud,
-    belief: PlaneBelief,
+    belief: PlaneEstimate,
     options: ExtendOptions = DEFAULT_OPTIONS,
     spacing: float | None = None,
 ) -> ExtendedPlane:
@@ -154,7 +160,7 @@ def extend(
     finite = points[np.isfinite(points).all(axis=1)]
     if not len(finite):
         raise GeometryError(Finding("model.no-points"))
-    repeats = repeated(belief, finite, thickness_m, thickness_error_m)
+    repeats = repeat_planes(belief, finite, thickness_m, thickness_error_m)
     point_bands = bands(belief, repeats, points)
     beds, traces = [], []
     for number in repeats.numbers.tolist():
@@ -194,11 +200,11 @@ def extend(
     )
 
 
-_SINGLE_PLANE = Repeats(np.zeros(1, np.int64), None)
+_SINGLE_PLANE = PlaneSeries(np.zeros(1, np.int64), None)
 
 
 def band_edges(
-    mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _SINGLE_PLANE, number: int = 0
+    mesh: Mesh, belief: PlaneEstimate, repeats: PlaneSeries = _SINGLE_PLANE, number: int = 0
 ) -> tuple[FloatArray, FloatArray]:
     """Return the lines on a mesh at which the band of a plane ends.
 
@@ -242,7 +248,11 @@ def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
 
 
 def _cut_near_plane(
-    data: Mesh | PointCloud, belief: PlaneBelief, repeats: Repeats, number: int, spacing: float
+    data: Mesh | PointCloud,
+    belief: PlaneEstimate,
+    repeats: PlaneSeries,
+    number: int,
+    spacing: float,
 ) -> Cut:
     """Cut only the part of the model near the plane, to be fast for many planes."""
     offset = repeats.offset(number)
@@ -285,17 +295,19 @@ def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArr
     return np.asarray(points[rows[0]] + near[first] + share[:, None] * (near[second] - near[first]))
 
 
-def _trace(line: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
+def _trace(line: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int) -> Trace:
     return Trace(number, line, _error95(line, belief, repeats, number))
 
 
-def _error95(points: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> FloatArray:
-    variance = belief.sd(points) ** 2 + number**2 * repeats.of_thickness
+def _error95(
+    points: FloatArray, belief: PlaneEstimate, repeats: PlaneSeries, number: int
+) -> FloatArray:
+    variance = belief.position_sd(points) ** 2 + number**2 * repeats.thickness_variance
     return np.asarray(belief.t95 * np.sqrt(variance))
 
 
-def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
-    """Return the half-angles of the joint 95 % region, degrees."""
+def _half_angles(belief: PlaneEstimate) -> tuple[float, float]:
+    """Return the half-angles of the joint 95 % region of a plane, degrees."""
     from vomstudio.geometry.plane_errors import joint_quantile
     from vomstudio.geometry.rotation_errors import CHI2_TWO
 
@@ -303,7 +315,7 @@ def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
     limit = CHI2_TWO
     if np.isfinite(free):
         limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.of_tilts) * limit)))
+    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.tilt_variances) * limit)))
     return float(small), float(large)
 
 

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.geology.fractures.network import Counted
+from vomstudio.geology.fractures.network import SamplingRegion
 from vomstudio.geology.fractures.trace_plane import TracePlane, best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
@@ -56,7 +56,7 @@ def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
     return face.panels[0].world(points[:, 0], points[:, 1])
 
 
-def map_files(traces: Path, counted: Counted) -> dict[str, Path]:
+def map_files(traces: Path, counted: SamplingRegion) -> dict[str, Path]:
     """Return the files of `write_map`: the traces, and area or scanlines if they have a file."""
     files = {"traces": traces}
     if counted.scanlines is not None:
@@ -71,7 +71,7 @@ def write_map(
     lines: Sequence[FloatArray],
     names: Sequence[str],
     sets: Sequence[str],
-    counted: Counted,
+    counted: SamplingRegion,
     face: Curtain,
     *,
     crs: str,

@@ -22,16 +22,16 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.gaps import lacking
-from vomstudio.geology.roughness.planar_part import Holding, where_it_holds
+from vomstudio.geology.roughness.gaps import missing_variance
+from vomstudio.geology.roughness.planar_part import PlanarPart, find_planar_part
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import level_findings, level_gap
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.resolution import COUNTS, of_neighbours
+from vomstudio.geometry.resolution import NEIGHBOUR_COUNTS, neighbour_statistics
 from vomstudio.geometry.vectors import strike_and_dip_lines
 from vomstudio.io.models.opening import resolution
 from vomstudio.products.elevation.heights import draw_heights
@@ -247,7 +247,7 @@ def analyse(
             Finding("patch.too-small", count=cells, least=MIN_CELLS, cell_m=plan.grid.gsd)
         )
     row = _row(fit, points, area, edge, model, frame, thresholds)
-    holding = where_it_holds(deviations, noise)
+    holding = find_planar_part(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, holding, edge, model, frame, thresholds)
     rounding = _ROUNDING_UNITS * max(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
@@ -256,7 +256,7 @@ def analyse(
     off = (points - fit.centroid) @ np.asarray(fit.axes).T
     is_cloud = not (isinstance(data, Mesh) and len(data.faces))
     known_at = np.isfinite(off).all(axis=1)
-    lack = lacking(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
+    lack = missing_variance(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
     rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
@@ -303,14 +303,14 @@ def _row(
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
     finite = points[np.isfinite(points).all(axis=1)]
-    bend = bend_of(finite, fit.normal)
+    bend = measure_bend(finite, fit.normal)
     verdict = judge(
         fit,
         resolution_m=resolution_m,
         outcrop_normal=None,
         kind="patch",
         thresholds=thresholds,
-        seen=level_findings(level_gap(finite, fit.normal)),
+        surface_findings=level_findings(level_gap(finite, fit.normal)),
         bend_deg=bend,
     )
     return plane_row(
@@ -337,8 +337,8 @@ def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tupl
     points = points[np.isfinite(points).all(axis=1)]
     local = points - points.mean(axis=0)
     at = local[:: max(1, len(local) // _NOISE_SAMPLES)]
-    _, near = cKDTree(local).query(at, k=min(COUNTS[0], len(local)))
-    _, noises = of_neighbours(local[near])
+    _, near = cKDTree(local).query(at, k=min(NEIGHBOUR_COUNTS[0], len(local)))
+    _, noises = neighbour_statistics(local[near])
     return float(np.median(noises[np.isfinite(noises)])), "points"
 
 
@@ -347,7 +347,7 @@ def _trim(
     fit: PlaneFit,
     deviations: FloatArray,
     plan: HeightPlan,
-    holding: Holding,
+    holding: PlanarPart,
     edge: float,
     model: str,
     frame: str,
@@ -409,12 +409,12 @@ def _roughness(
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
         return {**results, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
-    variations = increments.variations(deviations, plan.grid.gsd, shortest)
+    variations = increments.measure_variations(deviations, plan.grid.gsd, shortest)
     if variations is None:
         reason = Finding("roughness.small-patch", shortest_m=shortest)
         return {**results, "hurst_reason": reason, "smoothest_reason": reason}
-    exponent = increments.exponent(variations, noise, lack)
-    resolved_range = increments.range_told(variations, noise)
+    exponent = increments.fit_exponent(variations, noise, lack)
+    resolved_range = increments.resolved_range(variations, noise)
     if (
         exponent is None
         and resolved_range is not None
@@ -436,13 +436,13 @@ def _roughness(
             DirectionRoughness(
                 *_line(variation.angle_deg, plan, plane), variation.H, variation.error95
             )
-            for variation in increments.exponents(variations, noise, lack)
+            for variation in increments.fit_directional_exponents(variations, noise, lack)
         )
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
         )
-    unbent = increments.variations(flat, plan.grid.gsd, shortest)
-    line = None if unbent is None else increments.smoothest(unbent, noise)
+    unbent = increments.measure_variations(flat, plan.grid.gsd, shortest)
+    line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
     elif not line.claimed:
@@ -521,7 +521,7 @@ def _profiles(
 def _warnings(
     bent_share: float,
     trim: Trim | None,
-    holding: Holding,
+    holding: PlanarPart,
     deviations: FloatArray,
     noise: float,
     cell: float,

@@ -23,7 +23,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.matrices import Point
 from vomstudio.io.gate.points import ModelFrame, points_to_world
@@ -258,7 +258,7 @@ def _invalid_points(row: _Row, points: FloatArray) -> Finding | None:
         return Finding("import.too-few-points", count=minimum)
     if not np.isfinite(row.points[:, 2]).all():
         return Finding("import.no-heights")
-    return why_no_coordinate(points.ravel().tolist())
+    return check_coordinates(points.ravel().tolist())
 
 
 def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
@@ -267,7 +267,7 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
         return None
     low, high = bounds
     distances = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-    return why_not_at(points[int(np.argmax(distances))], bounds)
+    return check_near_model(points[int(np.argmax(distances))], bounds)
 
 
 # --- files -----------------------------------------------------------------------------------

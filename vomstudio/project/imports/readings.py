@@ -18,7 +18,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_on_earth
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_on_earth
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gate.points import ModelFrame, points_to_world
@@ -291,9 +291,9 @@ def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
-    finding = why_no_coordinate(value for value in (x, y, z) if value is not None)
+    finding = check_coordinates(value for value in (x, y, z) if value is not None)
     if longitude is not None and latitude is not None:
-        finding = finding or why_not_on_earth(longitude, latitude)
+        finding = finding or check_on_earth(longitude, latitude)
     if finding is not None:
         raise InputError(finding)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:

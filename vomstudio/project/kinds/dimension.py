@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
-from vomstudio.geology.intersections import stray95, t95
+from vomstudio.geology.intersections import deviation95, t95
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
@@ -134,7 +134,7 @@ def _thickness(
         return {}, Finding("thickness.plane-lost")
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
-    tilt = stray95(plane, step - across * plane.normal, joint=False)
+    tilt = deviation95(plane, step - across * plane.normal, joint=False)
     if tilt is not None:
         roughness = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
         figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))

@@ -13,10 +13,10 @@ from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import (
-    Moved,
+    MovedVectors,
     Turns,
-    meeting,
-    moved,
+    intersect_planes,
+    move_vectors,
     principal_axis,
     region,
     region_of_line,
@@ -123,7 +123,7 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
         intersection = intersection_line(*means)
     except GeometryError as error:
         return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
-    covariance = meeting(*moved_means).covariance()[0] if turns.known else None
+    covariance = intersect_planes(*moved_means).covariance()[0] if turns.known else None
     direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
     total = region_of_line(
@@ -158,10 +158,10 @@ def _measure(at: MeasurementContext, feature: Intersection) -> Measurement:
     )
 
 
-def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> Moved:
+def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> MovedVectors:
     """Return the mean of a group's planes as moved by their registrations."""
     normals = np.array([plane.normal for plane in planes])
-    moved_normals = moved(normals, turns)
+    moved_normals = move_vectors(normals, turns)
     if len(planes) == 1:
         return moved_normals
     return principal_axis(moved_normals, *orientation_tensor(normals), 0)

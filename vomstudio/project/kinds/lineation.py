@@ -13,8 +13,13 @@ from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology import orientation
-from vomstudio.geology.common_rotation_errors import laid_into, moved, region, region_of_line
-from vomstudio.geology.intersections import UncertainPlane, stray95
+from vomstudio.geology.common_rotation_errors import (
+    move_vectors,
+    project_line,
+    region,
+    region_of_line,
+)
+from vomstudio.geology.intersections import UncertainPlane, deviation95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
@@ -160,9 +165,9 @@ def _registration_covariance(
     turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
     if not turns.of([0] if base is None else [0, 1]).known:
         return None
-    line = moved(direction, turns.of([0]))
+    line = move_vectors(direction, turns.of([0]))
     if base is not None:
-        line = laid_into(line, moved(base.normal, turns.of([1])))
+        line = project_line(line, move_vectors(base.normal, turns.of([1])))
     return np.asarray(line.covariance()[0])
 
 
@@ -173,7 +178,7 @@ def _projected_error(
 
     Its error is that of the fit within the plane, and that of the plane across it.
     """
-    across = stray95(base, direction)
+    across = deviation95(base, direction)
     if across is None or fit.confidence95_deg is None:
         return None, None, None
     fit_error_deg, plane_error_deg = fit.confidence95_deg, float(np.degrees(np.arctan(across)))

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
-from vomstudio.geology.beds.lithologies import WORDS, color_of_rock
+from vomstudio.geology.beds.lithologies import LITHOLOGIES, color_of_rock
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.matrices import Point
@@ -39,7 +39,7 @@ from vomstudio.project.measurement import (
 from vomstudio.project.records import Model, Picked, Repeatable
 
 GROUP = KindGroup("lithologies", _("Lithologies"), "layers")
-CHOICES = (("", _("not known")), *((word, word) for word in WORDS))
+CHOICES = (("", _("not known")), *((word, word) for word in LITHOLOGIES))
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,10 @@ def _measure(at: MeasurementContext, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
-        seen=(*level_findings(length_in_metres(patch.level_gap, rows)), *bend_findings(patch.bent)),
+        surface_findings=(
+            *level_findings(length_in_metres(patch.level_gap, rows)),
+            *bend_findings(patch.bent),
+        ),
         bend_deg=patch.bend_deg,
     )
     verdict = note_earlier_rule(verdict, patch.rule, measured=resolution is not None)

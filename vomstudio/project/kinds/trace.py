@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.core.words import to_translate as _
-from vomstudio.geology.doubtful_stretches import rest_of
+from vomstudio.geology.doubtful_stretches import fit_remaining_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
@@ -113,7 +113,9 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
     for trace, frame, face, trace_points, (fit, problem), tilt, length in inputs:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
         doubtful_parts = (
-            rest_of(trace_points, trace.doubtful) if trace.doubtful and fit is not None else None
+            fit_remaining_plane(trace_points, trace.doubtful)
+            if trace.doubtful and fit is not None
+            else None
         )
         stretch = (
             None
@@ -130,7 +132,7 @@ def measure(at: MeasurementContext, traces: Sequence[Trace]) -> list[Measurement
                     outcrop_normal=face,
                     thresholds=at.thresholds,
                     registration_deg=tilt,
-                    seen=() if doubtful_parts is None else doubtful_parts.findings(),
+                    surface_findings=() if doubtful_parts is None else doubtful_parts.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,

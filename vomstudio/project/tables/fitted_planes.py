@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.plane_bands import PlaneBand, band_of
+from vomstudio.geology.plane_bands import PlaneBand, find_plane_band
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
@@ -91,7 +91,7 @@ def fitted_planes(
         if fit.error is not None:
             skipped.append({"id": name, "reason": fit.error})
             continue
-        band = band_of(fit, resolution_m=resolution_m)
+        band = find_plane_band(fit, resolution_m=resolution_m)
         if band is not None:
             bands[name] = band
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)

@@ -13,7 +13,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.point_grid import run_in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.registration.surface_points import Counterparts
 
@@ -93,7 +93,7 @@ class MeshSides:
         def work(rows: slice) -> None:
             distance[rows], beyond_edge[rows], normal[rows] = self._block(places[rows])
 
-        in_blocks(work, n, progress or Silent(), _BLOCK_SIZE)
+        run_in_blocks(work, n, progress or Silent(), _BLOCK_SIZE)
         return Counterparts(distance, beyond_edge, normal)
 
     def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -123,7 +123,7 @@ class ClipHandles(QObject):
         value = along_axis(origin, direction, self.box.face_centre(axis, side), axis)
         if value is None:
             return
-        self.box = self.box.with_face(axis, side, value)
+        self.box = self.box.move_face(axis, side, value)
         self._annotations.forget()
         self._cut()
         self._picture.stir()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geometry.coordinate_limits import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.geometry.vectors import wrap360
 
 VERTICAL_DEG = 89.0
@@ -335,7 +335,7 @@ class Camera:
         values = np.concatenate([position, right, up, pivot, [distance, angle]])
         if values.shape != (14,) or not np.isfinite(values).all() or distance <= 0.0:
             raise ValueError("not a camera state: numbers missing or not finite")
-        if why_no_coordinate([*position, *pivot, distance]) is not None:
+        if check_coordinates([*position, *pivot, distance]) is not None:
             raise ValueError("not a camera state: too far from anything")
         if not 1.0 <= angle <= 120.0 or np.linalg.norm(np.cross(right, up)) < 1e-6:
             raise ValueError("not a camera state: the view angle or the axes cannot be")

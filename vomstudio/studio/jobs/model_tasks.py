@@ -248,7 +248,7 @@ class ExportedModel:
 
 
 def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
     from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
@@ -256,7 +256,7 @@ def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
 
     choose_writer(request.out)
     folder = model_cache.folder_of(request.path, request.cache)
-    data = moved(model_cache.load(request.path, folder, progress).data, request.to_world)
+    data = transform_model(model_cache.load(request.path, folder, progress).data, request.to_world)
     registration = request.registration
     if registration is not None:
         registration = change_file_frame(registration, request.to_world)

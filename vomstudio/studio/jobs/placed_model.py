@@ -49,6 +49,6 @@ def read_in_file_frame(model: PlacedModel, progress: Progress) -> LoadedModel:
 
 def load_in_world(model: PlacedModel, progress: Progress) -> Mesh | PointCloud:
     """Return the model in World, metres."""
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
 
-    return moved(read_in_file_frame(model, progress).data, model.to_world)
+    return transform_model(read_in_file_frame(model, progress).data, model.to_world)

@@ -145,7 +145,7 @@ class ElevationRequest:
 def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevation:
     import numpy as np
 
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
     from vomstudio.io.models import model_cache
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
@@ -153,7 +153,7 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
 
     folder = model_cache.folder_of(request.path, request.cache)
     loaded = model_cache.load(request.path, folder, progress)
-    data = moved(loaded.data, request.to_world)
+    data = transform_model(loaded.data, request.to_world)
     options = request.options
     plan = plan_heights(
         data,

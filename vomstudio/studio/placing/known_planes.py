@@ -14,7 +14,7 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.geology.notation import parse_line, parse_plane
-from vomstudio.geology.quality import wider_of
+from vomstudio.geology.quality import governing_half_angles
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.project.kinds import kind_of
@@ -86,7 +86,7 @@ def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
     """Return the standard deviation in any direction, degrees."""
     largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
     if plane and measured.fit is not None:
-        largest, smallest = wider_of(
+        largest, smallest = governing_half_angles(
             measured.fit,
             measured.judged_as,
             measured.resolution_m,

@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Progress
 from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.geometry import transform
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.frames import UNDECLARED
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registration_frames import change_file_frame
@@ -446,7 +446,7 @@ def _segment(text: str, option: str) -> Segment:
 def _require_error(sigma: Sequence[float], option: str) -> None:
     """Raise UsageError for an implausible error. sigma : at most one value"""
     for value in sigma:
-        if (problem := why_no_error(value)) is not None:
+        if (problem := check_error(value)) is not None:
             raise UsageError(problem, field=option)
 
 

@@ -15,7 +15,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
-from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.matrices import Matrix, Point
 from vomstudio.geometry.registrations import Method, ReadNorth, Registration, RegistrationPoint
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
@@ -60,7 +60,7 @@ def parse_click_sigma(text: str, field: str) -> float:
         value = np.nan
     if np.isnan(value):
         raise UsageError(Finding("number.not-a-length", text=text[:40]), field=field)
-    if value != 0.0 and (problem := why_no_error(value)) is not None:
+    if value != 0.0 and (problem := check_error(value)) is not None:
         raise UsageError(problem, field=field)
     return value
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.signals import Signal
-from vomstudio.geology.coverage.cells import CellGrid, Exposed, exposed_faces, exposed_points
-from vomstudio.geology.coverage.face_coverage import LookedAt, looked_at
+from vomstudio.geology.coverage.cells import CellGrid, ExposedArea, measure_faces, measure_points
+from vomstudio.geology.coverage.face_coverage import FaceCoverage, measure_coverage
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -42,12 +42,12 @@ def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
 
 def compute_exposed(
     grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
-) -> Exposed:
+) -> ExposedArea:
     """Measure the exposed surface in the cells; areas in the square of the file's unit."""
     if isinstance(data, Mesh) and len(data.faces):
-        return exposed_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
+        return measure_faces(grid_in_file_frame(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
-    return exposed_points(grid_in_file_frame(grid), points, resolution or 0.0)
+    return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)
 
 
 def picked_lines(
@@ -74,12 +74,12 @@ def picked_lines(
 
 
 def compute_coverage(
-    grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[FloatArray]
-) -> LookedAt:
+    grid: FaceGrid, model: Model | None, exposed: ExposedArea, lines: Iterable[FloatArray]
+) -> FaceCoverage:
     """Compute the coverage of a grid by the `lines` of `picked_lines`."""
     grid_in_world = world_grid(grid, model)
     unit = (grid_in_world.cell / grid.cell) ** 2
-    return looked_at(
+    return measure_coverage(
         grid_in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
     )
 
@@ -105,14 +105,14 @@ class FaceGrids:
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
-        self._exposed: dict[str, tuple[_Geometry, Exposed | None]] = {}
+        self._exposed: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
         """Return the grids of the project in the order of their creation."""
         return self._projects.of(FaceGrid)
 
-    def exposed(self, grid_id: str) -> Exposed | None:
+    def exposed(self, grid_id: str) -> ExposedArea | None:
         """Return the surface in the cells of a grid; None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
         entry = self._exposed.get(grid_id)
@@ -144,7 +144,7 @@ class FaceGrids:
             return
         self._exposed[grid.id] = (geometry, None)
 
-        def store(exposed: Exposed | None) -> None:
+        def store(exposed: ExposedArea | None) -> None:
             self._exposed[grid.id] = (geometry, exposed)
             self.changed.emit(grid.id)
 

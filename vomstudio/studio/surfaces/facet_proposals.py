@@ -19,7 +19,7 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.field_style import FieldStyle
-from vomstudio.geometry.patches import runs_of
+from vomstudio.geometry.patches import ids_to_runs
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.patch import Patch
@@ -364,7 +364,7 @@ def _proposals(
                 model.id,
                 model.content_hash,
                 "face" if result.element == "face" else "point",
-                runs_of(rows),
+                ids_to_runs(rows),
                 int(of["n"][i]),
                 _triple(of["mean"][i]),
                 (

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.results import FLAT, Result
-from vomstudio.geology.coverage.face_coverage import LookedAt
+from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.studio.headless_project import HeadlessProject
@@ -31,7 +31,7 @@ class GridShare(Result):
     id: str
     name: str
     model: str
-    coverage: LookedAt = field(metadata=FLAT)
+    coverage: FaceCoverage = field(metadata=FLAT)
 
 
 def grid_shares(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:

@@ -13,10 +13,10 @@ from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.heights.bends import bend_of
+from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.patches import Moments, moments, outline, runs_of
+from vomstudio.geometry.patches import Moments, ids_to_runs, moments, outline
 from vomstudio.project.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.studio.tools.painted_area import MAX_DOTS, known_ids, local_corners
@@ -135,7 +135,7 @@ def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
         )
     return {
         **_moments_and_area(surface, ids, points, patch_moments),
-        "runs": runs_of(ids),
+        "runs": ids_to_runs(ids),
         "outline": ring,
         "resolution": surface.resolution_near(points),
     }
@@ -157,5 +157,5 @@ def _moments_and_area(
         "rule": SURROUNDINGS_RULE,
         "bent": False,
         "level_gap": level_gap(points, normal),
-        "bend_deg": bend_of(points, normal),
+        "bend_deg": measure_bend(points, normal),
     }

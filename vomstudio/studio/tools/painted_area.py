@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.records import Model, Painted
 from vomstudio.studio.tools.interaction_types import Area
 
@@ -20,7 +20,7 @@ MAX_BORDERED_FACES = 30_000
 
 def known_ids(patch: Painted, count: int) -> IntArray:
     """Return the indices (k,) of a patch that exist in a model with `count` elements."""
-    ids = ids_of(patch.runs)
+    ids = runs_to_ids(patch.runs)
     return ids[ids < count]
 
 

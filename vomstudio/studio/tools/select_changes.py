@@ -11,7 +11,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.element_selection import Combine, ElementSelection
@@ -107,7 +107,7 @@ class SelectChanges:
         from vomstudio.extraction.selection.visible_region import element_count
 
         mask = np.zeros(element_count(data), np.bool_)
-        ids = ids_of(patch.runs)
+        ids = runs_to_ids(patch.runs)
         mask[ids[ids < len(mask)]] = True
         self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take a patch"))
 

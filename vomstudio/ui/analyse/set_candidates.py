@@ -163,9 +163,9 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
 
 def propose(of: Candidates, options: SetOptions) -> Proposed:
     """Propose sets among the candidates; runs in any thread. Raises UsageError."""
-    from vomstudio.geology.sets.proposals import sets_among
+    from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
-    found = sets_among(of.poles, options, places=of.places)
+    found = propose_sets_of_poles(of.poles, options, places=of.places)
     names: list[str] = []
     number = 1
     while len(names) < len(found.sets):
@@ -189,12 +189,12 @@ def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
 
 def remarks_on(made: Proposed, options: SetOptions) -> list[Finding]:
     """Return warnings about the proposed sets and their candidates."""
-    from vomstudio.geology.sets.axial_mixture import LEAST_MEMBERS
+    from vomstudio.geology.sets.axial_mixture import MIN_MEMBERS
 
     found = made.found
     said = [*found.warnings, *made.of.remarks]
     if not found.sets and options == SetOptions():
-        said.insert(0, Finding("sets.none-distinct", minimum=LEAST_MEMBERS))
+        said.insert(0, Finding("sets.none-distinct", minimum=MIN_MEMBERS))
     if any(one.kappa is None and one.n > 1 for one in found.sets):
         said.append(Finding("sets.parallel"))
     return said

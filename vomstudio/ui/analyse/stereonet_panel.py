@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
-from vomstudio.geology.roses import LINES_HAVE
+from vomstudio.geology.roses import LINE_ANGLES
 from vomstudio.products.net.contents import NetContents, NetSet, compute_means
 from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.net_options import MAX_PLANES, add_intersections
@@ -368,7 +368,7 @@ class StereonetPanel(QWidget):
         if contents.roses:
             self._roses = DrawnRoses.of(contents, wanted)
             self.canvas.show_net(self._roses)
-        elif contents.of in LINES_HAVE:
+        elif contents.of in LINE_ANGLES:
             self.canvas.say(tr("No visible lines with such an angle."))
         else:
             self.canvas.say(tr("No visible planes with such an angle."))

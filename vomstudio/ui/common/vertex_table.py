@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTab
 
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
-from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
 from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.units import UNPLACED
 from vomstudio.project.records import Model, get
@@ -108,8 +108,8 @@ class VertexTable(QTableWidget):
         model = self._model()
         opened = None if model is None else self._studio.models.get(model.id)
         if opened is None:
-            return why_no_coordinate(point)
-        return why_not_at(point, opened.data.bounds)
+            return check_coordinates(point)
+        return check_near_model(point, opened.data.bounds)
 
 
 def parse_number(text: str) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.beds.parallel import LEVEL, ParallelBeds, SamePlane, parallel_beds
+from vomstudio.geology.beds.parallel import SIGNIFICANCE, ParallelBeds, SamePlane, parallel_beds
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import length_text
@@ -77,7 +77,7 @@ def _result_lines(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> 
 
 def _of_two(each: SamePlane, names: dict[str, str], *, metric: bool) -> str:
     p = tr("p &lt; 0.001") if each.p < _LEAST_P else tr("p = {p:.2g}", p=each.p)
-    said = tr("two beds") if each.p < LEVEL else tr("may be one bed")
+    said = tr("two beds") if each.p < SIGNIFICANCE else tr("may be one bed")
     return tr(
         "From {first} up to {second}: {distance} ± {error} across (95 %); {said}, {p}",
         first=escape(names[each.first]),

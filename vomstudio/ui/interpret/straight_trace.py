@@ -17,13 +17,13 @@ def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[s
     band = band_of_measured(measured)
     if band is None:
         return []
-    from vomstudio.geology.band_figures import band_figures, band_lines
+    from vomstudio.geology.band_figures import band_lines, describe_band
 
     features = studio.session.features()
     priors = priors_among(
         features, studio.measured(f.id for f in features), lambda f: _name(studio, f), feature_id
     )
-    found = band_figures(band, priors)
+    found = describe_band(band, priors)
     likely = found.likely
     plane = None
     if likely is not None:

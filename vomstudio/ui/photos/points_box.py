@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.coordinate_limits import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
@@ -312,7 +312,7 @@ class PointsBox(QGroupBox):
             if x is None or y is None or z is None:
                 # The others are still to be typed.
                 return
-            if (said := why_no_coordinate((x, y, z))) is not None:
+            if (said := check_coordinates((x, y, z))) is not None:
                 self.message.emit(said, "warning")
                 return
             if sigma is not None and not sigma > 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.model_agreement import Agreement, OrientedPlane, agreement
+from vomstudio.geology.model_agreement import Agreement, OrientedPlane, compare_orientations
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
@@ -64,7 +64,7 @@ class AgreementTable(QWidget):
             self.agreement = None
             self.hide()
             return
-        found = self.agreement = agreement(planes[0], planes[1])
+        found = self.agreement = compare_orientations(planes[0], planes[1])
         self.said.setText(_summary_text(found))
         self.table.fill(
             [
@@ -87,20 +87,21 @@ class AgreementTable(QWidget):
         return measured_planes(self._studio, features)
 
 
-def _summary_text(agreement: Agreement) -> str:
-    if not agreement.n:
+def _summary_text(compare_orientations: Agreement) -> str:
+    if not compare_orientations.n:
         return tr("No plane was measured on both: none has the same name or lies near another one.")
     said = tr(
         "Planes measured on both: {n} ({named} matched by name, {near} by nearness). Angle: median "
         "{median}, RMS {rms}.",
-        n=agreement.n,
-        named=agreement.by_name,
-        near=agreement.by_nearness,
-        median=degrees(agreement.median_angle_deg),
-        rms=degrees(agreement.rms_angle_deg),
+        n=compare_orientations.n,
+        named=compare_orientations.by_name,
+        near=compare_orientations.by_nearness,
+        median=degrees(compare_orientations.median_angle_deg),
+        rms=degrees(compare_orientations.rms_angle_deg),
     )
-    if agreement.agree_share is None:
+    if compare_orientations.agree_share is None:
         return said
     return f"{said} " + tr(
-        "{share:.0f} % agree within their stated 95 % errors.", share=100.0 * agreement.agree_share
+        "{share:.0f} % agree within their stated 95 % errors.",
+        share=100.0 * compare_orientations.agree_share,
     )

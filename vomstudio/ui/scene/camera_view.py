@@ -126,7 +126,7 @@ class CameraView(QObject):
         for path, to_world in self._wanted():
             own, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
-            made += [each.moved(matrix, origin) for each in own]
+            made += [each.transform(matrix, origin) for each in own]
         return made
 
     def refresh(self) -> None:

@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
 from vomstudio.project.records import Model
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 from vomstudio.rendering.view.scalars import (
@@ -292,17 +292,17 @@ class DisplayPanel(QWidget):
                 self._studio.warn(said)
                 self._show_clip()
                 return
-            self._display.set_clip(box.with_face(axis, side, value))
+            self._display.set_clip(box.move_face(axis, side, value))
 
     def _why_not_there(self, axis: int, value: float) -> Finding | None:
         """Return a finding if a face of the box would be far from all models."""
         around = self._models_box()
         if around is None:
-            return why_no_coordinate((value,))
+            return check_coordinates((value,))
         bounds = np.array([around.low, around.high])
         point = bounds.mean(axis=0)
         point[axis] = value
-        return why_not_at(point.tolist(), bounds)
+        return check_near_model(point.tolist(), bounds)
 
     # --- what is shown here ------------------------------------------------------------------
     def _scale(self) -> Scale | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.coverage.cells import Exposed
+from vomstudio.geology.coverage.cells import ExposedArea
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, UNMEASURABLE
 from vomstudio.project.edit import Edit
 from vomstudio.project.grid_edits import marks_of
@@ -77,7 +77,7 @@ class FaceGridDrawings:
         self._shown[grid_id] = set(drawings)
         self._drawn.change({**dict.fromkeys(gone), **drawings})
 
-    def _drawings(self, grid: FaceGrid, model: Model, exposed: Exposed) -> list[FeatureDrawing]:
+    def _drawings(self, grid: FaceGrid, model: Model, exposed: ExposedArea) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)
         turn = cells.cell * np.stack([cells.right, cells.up, cells.normal])
         none = np.zeros((0, 3, 3), np.float32)

@@ -144,7 +144,7 @@ class _LithologyEditor(QStyledItemDelegate):
         box.setParent(parent)
         box.setMinimumWidth(_LEAST_WORDS)
         box.addItem("")
-        box.addItems(lithologies.words())
+        box.addItems(lithologies.lithology_choices())
         box.activated.connect(lambda _: self._chosen(box))
         return box
 

@@ -53,7 +53,7 @@ from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 
 if TYPE_CHECKING:
-    from vomstudio.geology.faults.cutoffs import CutOffs
+    from vomstudio.geology.faults.cutoffs import Cutoffs
     from vomstudio.geology.faults.displacement import Displacement
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
     from vomstudio.geology.measured import Measured
@@ -67,7 +67,7 @@ class Answered:
     """What the command is asked, and what it says. names, cuts : of each pair"""
 
     names: tuple[str, ...]
-    cuts: tuple[CutOffs, ...]
+    cuts: tuple[Cutoffs, ...]
     fault: Plane
     bed: Plane
     rake_deg: float | None
@@ -379,12 +379,12 @@ def _write_points(result: Answered, path: Path) -> None:
 
 def _cut(
     name: str, one: FloatArray, other: FloatArray, fault: Plane, through: FloatArray
-) -> CutOffs:
+) -> Cutoffs:
     """Raises InputError that names the pair."""
-    from vomstudio.geology.faults.cutoffs import cut_offs
+    from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:
-        return cut_offs(one, other, fault, through)
+        return find_cutoffs(one, other, fault, through)
     except GeometryError as error:
         raise InputError(cause_of(error), field=name) from error
 

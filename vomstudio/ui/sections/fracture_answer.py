@@ -21,7 +21,7 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.sections.drawing_view import Mark
 
 if TYPE_CHECKING:
-    from vomstudio.geology.fractures.network import Counted, Mapped
+    from vomstudio.geology.fractures.network import MappedNetwork, SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.ortho.vector_drawing import Drawing
     from vomstudio.products.section.section_lines import Curtain
@@ -87,10 +87,10 @@ class FractureAnswer:
     face: Curtain
     plane: TracePlane
     lines: list[FloatArray]
-    counted: Counted
+    counted: SamplingRegion
     drawing: Drawing
     mark: Mark | None
-    mapped: Mapped | None
+    mapped: MappedNetwork | None
     why: Finding | None = None
 
 
@@ -133,7 +133,7 @@ def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
 
 def answer(question: FractureQuestion) -> FractureAnswer:
     """In a thread: what `vomstudio fractures` says of these traces on their face."""
-    from vomstudio.geology.fractures.network import Counted
+    from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.section.trace_map import face_of, map_to_face
@@ -150,7 +150,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     if q.counted_in == WINDOW and not place:
         place = _place_around(np.concatenate(lines), q.options.snap_m)
     mark = mark_of(q.counted_in, place)
-    counted = Counted()
+    counted = SamplingRegion()
     why = wanted_of(q.counted_in, place)
     if q.counted_in in (CIRCLE, SCANLINE) and not place:
         why = Finding("fractures.no-mark")
@@ -194,33 +194,33 @@ def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
     return flat.reshape(-1, 4, 2)
 
 
-def _of_cells(cells: FloatArray) -> Counted:
+def _of_cells(cells: FloatArray) -> SamplingRegion:
     """Cells side by side are one area."""
     import shapely
 
-    from vomstudio.geology.fractures.network import Counted
+    from vomstudio.geology.fractures.network import SamplingRegion
 
     # Corners that are the same but for the rounding would leave slits between cells.
     size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
-    return Counted(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
+    return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
 
-def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Counted:
+def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> SamplingRegion:
     import shapely
 
-    from vomstudio.geology.fractures.network import Counted
+    from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.pieces import circle_area
-    from vomstudio.geometry.outlines.self_crossing import taken_apart
+    from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 
     if mark is None:
-        return Counted()
+        return SamplingRegion()
     if counted_in == CIRCLE:
         x, y, radius = place
-        return Counted(circle_area(x, y, radius), circle=(x, y, radius))
+        return SamplingRegion(circle_area(x, y, radius), circle=(x, y, radius))
     if counted_in == WINDOW:
-        area, said = taken_apart(shapely.Polygon(mark.points))
-        return Counted(area, warnings=tuple(said))
-    return Counted(scanlines=_shapes([mark.points]))
+        area, said = resolve_crossings(shapely.Polygon(mark.points))
+        return SamplingRegion(area, warnings=tuple(said))
+    return SamplingRegion(scanlines=_shapes([mark.points]))
 
 
 def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
@@ -255,7 +255,7 @@ def _drawing(
     )
 
 
-def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
+def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
     """In a thread: the figure as PNG."""
     from vomstudio.products.fractures.figure import write_fractures
 
@@ -264,7 +264,7 @@ def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
     return file.getvalue()
 
 
-def write_figure(mapped: Mapped, path: Path) -> None:
+def write_figure(mapped: MappedNetwork, path: Path) -> None:
     """In a thread: the figure, as svg, pdf or png."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures

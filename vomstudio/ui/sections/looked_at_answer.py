@@ -11,8 +11,8 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.coverage.cells import Exposed, grid_around
-from vomstudio.geology.coverage.face_coverage import LookedAt
+from vomstudio.geology.coverage.cells import ExposedArea, create_grid
+from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.view_frame import ViewFrame
@@ -45,7 +45,7 @@ def lay(asked: NewGrid) -> FaceGrid:
     points = points[np.isfinite(points).all(axis=1)]
     middle = points.mean(axis=0) if len(points) else np.zeros(3)
     cell = asked.cell_m or proposed_cell(points, frame)
-    grid = grid_around(points - middle, frame.right, -frame.down, cell)
+    grid = create_grid(points - middle, frame.right, -frame.down, cell)
     back = transform.invert(rows)
     scale = transform.scale_of(rows)
     origin = transform.apply(back, [grid.origin + middle])[0]
@@ -88,16 +88,16 @@ def _tuple(vector: FloatArray) -> tuple[float, float, float]:
 class ShareQuestion:
     grid: FaceGrid
     model: Model | None
-    exposed: Exposed
+    exposed: ExposedArea
     lines: list[FloatArray]
 
 
-def answer(question: ShareQuestion) -> LookedAt:
+def answer(question: ShareQuestion) -> FaceCoverage:
     """In a thread."""
     return compute_coverage(question.grid, question.model, question.exposed, question.lines)
 
 
-def figures_html(found: LookedAt, unit: str) -> str:
+def figures_html(found: FaceCoverage, unit: str) -> str:
     """unit : of lengths, "m" where they are metres"""
     rows = [
         (tr("Looked at"), _percent(found.looked_at_share)),

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLineEdit, QPushButton
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
-from vomstudio.geology.coverage.face_coverage import LookedAt
+from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.project import grid_edits
 from vomstudio.project.records import FaceGrid, Model, get, get_feature
@@ -39,7 +39,7 @@ from vomstudio.ui.sections.looked_at_answer import (
 _MODEL, _SELECTED = "model", "selected"
 
 
-class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
+class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
     """Panel of grids over faces, and of their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -107,7 +107,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         self.model.list_models()
         self._list_grids()
 
-    def _answer(self, question: ShareQuestion) -> LookedAt:
+    def _answer(self, question: ShareQuestion) -> FaceCoverage:
         return answer(question)
 
     def _list_grids(self) -> None:
@@ -148,7 +148,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         lines = picked_lines(studio.records, studio.measured(own), grid.model_id)
         return ShareQuestion(grid, model, exposed, lines)
 
-    def _result_text(self, result: LookedAt) -> str:
+    def _result_text(self, result: FaceCoverage) -> str:
         return tr(
             "{cells} cells of {side:.3g} {unit} contain rock.",
             cells=result.cells,
@@ -161,7 +161,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         model = None if grid is None else get(self._studio.records, grid.model_id, Model)
         return "m" if model is not None and model.frame.has_metres else tr("units")
 
-    def _show(self, result: LookedAt | None, message: str) -> None:
+    def _show(self, result: FaceCoverage | None, message: str) -> None:
         super()._show(result, "" if result is None else message)
         if result is None:
             self.figures.say(message)

@@ -54,14 +54,14 @@ class SectionAnswer:
 
 def answer(question: SectionQuestion) -> SectionAnswer:
     """In a thread: the section that `vomstudio section` makes."""
-    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.model_transform import transform_model
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import Directions, assign_domain_axes
 
     q = question
-    data = moved(q.data, q.to_world)
+    data = transform_model(q.data, q.to_world)
     cut = cut_model(data, q.curtain, q.options.slab_m)
     features = q.records is not None and any(
         isinstance(record, Feature) for record in q.records.values()

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE
-from vomstudio.geology.plane_matching import BothWays
+from vomstudio.geology.plane_matching import MutualAgreement
 from vomstudio.studio.surfaces.facet_proposals import Proposals
 
 
@@ -53,7 +53,7 @@ def share_text(proposals: Proposals, open_rows: Collection[int], accepted: Colle
     return text
 
 
-def agreement_text(agreement: BothWays) -> str:
+def agreement_text(agreement: MutualAgreement) -> str:
     """Return how many facets and picked planes agree with each other."""
     text = tr(
         "Picked planes with a facet beside them: {near} of {picked}; {found} of these agree with "

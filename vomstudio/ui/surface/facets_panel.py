@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.extraction.facet_options import DEFAULT_ANGLE_DEG, FacetOptions
-from vomstudio.geology.plane_matching import agreement_both_ways
+from vomstudio.geology.plane_matching import compare_proposals
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.units import Axes
 from vomstudio.project import catalogue
@@ -286,7 +286,7 @@ class FacetsPanel(ProposalsPanel):
             and getattr(f, "runs", None) not in same
         ]
         chosen = [(proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)]
-        agreement = agreement_both_ways(measured_planes(studio, picks), planes_of(studio, chosen))
+        agreement = compare_proposals(measured_planes(studio, picks), planes_of(studio, chosen))
         if agreement.picked:
             lines.append(agreement_text(agreement))
         return "\n".join(line for line in lines if line)

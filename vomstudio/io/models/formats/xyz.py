@@ -18,7 +18,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.coordinate_limits import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.io.gate.stated_crs import crs_in_comments
 from vomstudio.io.models.formats._common import (
     BLOCK_ROWS,
@@ -398,7 +398,7 @@ def _cloud(
         del values, table[i]
     far = np.zeros(len(points), bool)
     for column in points.T:
-        beyond = np.abs(column) > FARTHEST_M
+        beyond = np.abs(column) > MAX_COORDINATE_M
         column[beyond] = np.nan
         far |= beyond
     if far.any():

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.errors import VomError
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
-from vomstudio.geology.roses import LINES_HAVE
+from vomstudio.geology.roses import LINE_ANGLES
 from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import (
     AnyEllipse,
@@ -157,7 +157,7 @@ class NetSource:
             weight=tr("length") if weights is not None else None,
             by_area=wishes.by_area,
         )
-        kind = "line" if wishes.view in LINES_HAVE else "plane"
+        kind = "line" if wishes.view in LINE_ANGLES else "plane"
         left = sum(len(s) for s in sets if s.kind == kind) - sum(
             rose.n for rose in found.roses.values()
         )

@@ -20,11 +20,11 @@ from PySide6.QtWidgets import (
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.beds.extended import belief_of_fit, repeated
+from vomstudio.geology.beds.extended import plane_estimate_from_fit, repeat_planes
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.model_transform import moved
+from vomstudio.geometry.model_transform import transform_model
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
@@ -212,12 +212,12 @@ def _carry_on(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
     """Carry a plane on through the model, in World. Runs in a worker thread."""
-    world = moved(data, model.to_world)
-    belief = belief_of_fit(fit)
+    world = transform_model(data, model.to_world)
+    belief = plane_estimate_from_fit(fit)
     found = extend(world, belief, options)
     edges = [np.zeros((0, 2, 3))]
     if isinstance(world, Mesh):
-        beds = repeated(belief, world.vertices, options.thickness_m, options.thickness_error_m)
+        beds = repeat_planes(belief, world.vertices, options.thickness_m, options.thickness_error_m)
         for bed in found.beds:
             edges += band_edges(world, belief, beds, bed.bed)
     return found, ([trace.points for trace in found.traces], np.concatenate(edges))

@@ -23,8 +23,8 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.model_transform import moved
-from vomstudio.geometry.patches import ids_of
+from vomstudio.geometry.model_transform import transform_model
+from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.figure import describe_figures, draw_surface
@@ -152,7 +152,7 @@ class SurfaceDialog(QDialog):
         patch = get(self._studio.records, self._patch.id, Patch)
         if found is None or opened is None or patch is None:
             return
-        ids = ids_of(self._patch.runs)
+        ids = runs_to_ids(self._patch.runs)
         holds = found.holds
         if isinstance(opened.data, Mesh):
             corners = opened.data.faces[ids]
@@ -186,7 +186,7 @@ class SurfaceDialog(QDialog):
 
 def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
     """Rows of the model's points that the patch has, in ascending order."""
-    ids = ids_of(patch.runs)
+    ids = runs_to_ids(patch.runs)
     return np.unique(data.faces[ids]) if isinstance(data, Mesh) else ids
 
 
@@ -197,9 +197,9 @@ def _look(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    ids = ids_of(patch.runs)
+    ids = runs_to_ids(patch.runs)
     part = extract_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
-    part = moved(part, model.to_world)
+    part = transform_model(part, model.to_world)
     found = analyse(part, noise_m=options.noise_m, model=model.name)
     dpi = 100.0 * ratio
     figure = Figure(figsize=(_SIZE[0] / 100.0, _SIZE[1] / 100.0), dpi=dpi)

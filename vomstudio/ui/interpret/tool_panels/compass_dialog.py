@@ -195,7 +195,7 @@ def _angle_text(angle_deg: float | None) -> str:
 def parse_place(text: str) -> tuple[float, float] | None:
     """Longitude and latitude of a text that has the latitude first; None for an empty one. Raises
     UsageError."""
-    from vomstudio.geometry.coordinate_limits import why_not_on_earth
+    from vomstudio.geometry.coordinate_limits import check_on_earth
 
     if not text.strip():
         return None
@@ -204,7 +204,7 @@ def parse_place(text: str) -> tuple[float, float] | None:
         raise UsageError(Finding("place.invalid", text=text.strip()))
     latitude = float(found[1]) * (-1.0 if found[2].upper() == "S" else 1.0)
     longitude = float(found[3]) * (-1.0 if found[4].upper() == "W" else 1.0)
-    if (why := why_not_on_earth(longitude, latitude)) is not None:
+    if (why := check_on_earth(longitude, latitude)) is not None:
         raise UsageError(why)
     return longitude, latitude
 
