@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.products.report.reconstruction import LABELS, write_report
 
 
-def found(**more: Any) -> dict[str, Any]:
+def result(**more: Any) -> dict[str, Any]:
     photo = {
         "name": "a<b>.jpg",
         "width": 600,
@@ -51,7 +51,7 @@ def found(**more: Any) -> dict[str, Any]:
 
 
 def page(tmp_path: Path, **more: Any) -> str:
-    write_report(tmp_path / "r.html", found(**more))
+    write_report(tmp_path / "r.html", result(**more))
     return (tmp_path / "r.html").read_text("utf-8")
 
 
