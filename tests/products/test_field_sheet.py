@@ -53,7 +53,7 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert messages["Footprint"] == "20 x 13.3 m"
     assert messages["Spacing"] == "6 m along, 4 m up"
     assert messages["Overlap"] == "70 %"
-    straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
+    straight, oblique = len(plan.select_kind("perpendicular")), len(plan.select_kind("oblique"))
     assert messages["Photos"] == (
         f"{straight + oblique}: {straight} perpendicular, {oblique} oblique"
     )
@@ -391,7 +391,7 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
     legend = front.get_legend()
     assert legend is not None
     assert above.get_legend() is None
-    straight, oblique = (len(plan.of_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
+    straight, oblique = (len(plan.select_kind(kind)) for kind in ("perpendicular", "oblique"))  # type: ignore[arg-type]
     messages = {
         text.get_text(): handle
         for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
@@ -416,12 +416,12 @@ def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
     few = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     for plan in (many, few):
         expected = sum(
-            0 < len(plan.of_kind(kind)) <= 400
+            0 < len(plan.select_kind(kind)) <= 400
             for kind in ("perpendicular", "oblique")  # type: ignore[arg-type]
         )
         for axes in draw_field_sheet(plan, pictures_only=True).axes:
             assert sum(isinstance(c, Quiver) for c in axes.collections) == expected
-    assert len(many.of_kind("perpendicular")) > 400
+    assert len(many.select_kind("perpendicular")) > 400
 
 
 @pytest.mark.parametrize("ending", ["pdf", "svg", "html"])

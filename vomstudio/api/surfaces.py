@@ -12,7 +12,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
-from vomstudio.products.surface.patch import extract_around as within
+from vomstudio.products.surface.patch import extract_around
 from vomstudio.products.surface.patch import parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
@@ -20,7 +20,7 @@ from vomstudio.products.surface.surface_options import SurfaceOptions
 def surface(
     model: Any,
     *,
-    extract_around: Any = None,
+    around: Any = None,
     noise_m: float | None = None,
     gsd_m: float | None = None,
     progress: Reported = None,
@@ -81,14 +81,14 @@ def surface(
     """
     options = options_from_arguments(
         SurfaceOptions,
-        around=None if extract_around is None else _around_text(extract_around),
+        around=None if around is None else _around_text(around),
         noise_m=noise_m,
         gsd_m=gsd_m,
     )
     data, crs, _ = load_placed(model, "model")
     with arguments_named(SurfaceOptions):
         if options.around is not None:
-            data = within(data, *parse_around(options.around))
+            data = extract_around(data, *parse_around(options.around))
         result = analyse(
             data,
             noise_m=options.noise_m,
