@@ -12,8 +12,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
-from vomstudio.products.surface.patch import extract_around
-from vomstudio.products.surface.patch import parse_around
+from vomstudio.products.surface.patch import extract_around, parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
 
