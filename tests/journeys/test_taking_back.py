@@ -57,7 +57,7 @@ def seen(window) -> dict[str, Any]:
     studio, camera = window.studio, window.viewport.camera
     tool = studio.open_tool
     clip = studio.display.clip_shown
-    chosen = getattr(tool, "chosen", None)
+    chosen = getattr(tool, "selection", None)
     hidden = studio.workspace.elements.all_hidden()
     return {
         "records": dict(studio.records),
@@ -318,7 +318,7 @@ def test_mistakes_while_navigating(ready):
 
 def state_of(window) -> tuple[Any, ...]:
     tool = window.studio.open_tool
-    chosen = getattr(tool, "chosen", None)
+    chosen = getattr(tool, "selection", None)
     return (
         {f.id: f for f in window.studio.session.features()},
         None if tool is None else tool.name,
