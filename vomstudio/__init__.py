@@ -64,15 +64,15 @@ __all__ = [*sorted([*_PLACES, *_ELSEWHERE, "errors"]), "__version__"]
 
 def __getattr__(name: str) -> object:
     if name == "errors":
-        found: object = importlib.import_module("vomstudio.core.errors")
+        value: object = importlib.import_module("vomstudio.core.errors")
     elif name in _PLACES:
-        found = getattr(importlib.import_module(f"vomstudio.api.{_PLACES[name]}"), name)
+        value = getattr(importlib.import_module(f"vomstudio.api.{_PLACES[name]}"), name)
     elif name in _ELSEWHERE:
-        found = getattr(importlib.import_module(_ELSEWHERE[name]), name)
+        value = getattr(importlib.import_module(_ELSEWHERE[name]), name)
     else:
         raise AttributeError(f"module 'vomstudio' has no attribute {name!r}")
-    globals()[name] = found
-    return found
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

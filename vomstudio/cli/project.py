@@ -83,7 +83,7 @@ def add_parser(subparsers: Subparsers) -> None:
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
-    add("coverage", _coverage, tr("What was looked at of the faces with a grid"))
+    add("coverage", _coverage, tr("Coverage of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
         "name",

@@ -46,8 +46,7 @@ def density(
     """Compute the density (m,) of axial data at unit vectors.
 
     Kamb's densities are lowered by half a count, as usual, and never negative. The function is
-    fastest
-    if neighbours in `at` are neighbours on the sphere.
+    fastest if neighbours in `at` are neighbours on the sphere.
 
     Parameters
     ----------
@@ -57,12 +56,9 @@ def density(
         Unit vectors.
     method : str
         "kamb": count in a circle of sigma^2 / (n + sigma^2) of the hemisphere, in standard
-        deviations
-        of a uniform distribution (Kamb 1959), which has `sigma`. "exponential_kamb" and
-        "linear_kamb":
-        the same with a smooth kernel (Vollmer 1995). "schmidt": share of the data in 1 % of the
-        area,
-        which is 1 for a uniform distribution.
+        deviations of a uniform distribution (Kamb 1959), which has `sigma`. "exponential_kamb" and
+        "linear_kamb": the same with a smooth kernel (Vollmer 1995). "schmidt": share of the data in
+        1 % of the area, which is 1 for a uniform distribution.
     sigma : float
         Expected count of a uniform distribution in its standard deviations.
 
@@ -167,8 +163,7 @@ def density_grid(
     """Compute the density on a square grid around the net.
 
     Beyond the primitive circle, values are those of the nearest point on it, so that contours reach
-    it
-    and can be clipped by it.
+    it and can be clipped by it.
 
     Parameters
     ----------
@@ -207,8 +202,7 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
     """Return the number of places per side of the grid, 61 to 181.
 
     Their distance is a third of the counting circle's radius on an equal-area net, where the radius
-    is
-    the square root of its share of the area.
+    is the square root of its share of the area.
     """
     spacing = math.sqrt(counting_area(n, method, sigma)) / 3.0
     return int(min(max(2 * round(1.0 / spacing) + 1, 61), 181))
@@ -284,8 +278,7 @@ def _climb(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArra
     """Climb to the local maximum of density near a unit vector.
 
     Both smooth kernels are convex in the place, so the sum of the data, weighted by the slope of
-    their
-    kernels, never decreases.
+    their kernels, never decreases.
     """
     place = start
     # The maximum is as wide as the kernel, so a few times its reach includes all relevant data.

@@ -162,8 +162,7 @@ def projection_axes(
     """Compute the projection axis of each domain (textbook 4.2, fig. 31c and d).
 
     It is beta for a fold whose verdict is not "no". For beds of one dip it is the intersection of
-    their
-    mean with that of the faults.
+    their mean with that of the faults.
 
     Parameters
     ----------

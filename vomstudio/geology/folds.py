@@ -189,9 +189,8 @@ def fold_axis(
     bowed_deg : float, optional
         Difference of dips between the edges of a bowed model, degrees.
     waviness_deg : float, optional
-        Standard deviation of natural poles from the great circle, including their error,
-        degrees; by
-        default the usual limits of a cylindrical fold apply.
+        Standard deviation of natural poles from the great circle, including their error, degrees;
+        by default the usual limits of a cylindrical fold apply.
     names : sequence of str, optional
         Names of the planes for findings; by default their numbers from 1.
     overturned : (n,) array_like of bool, optional

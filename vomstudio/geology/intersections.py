@@ -38,9 +38,8 @@ class UncertainPlane:
     normal : (3,) ndarray
         Upward unit vector.
     spread95 : (3, 3) ndarray or None
-        Matrix C whose ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal
-        is its
-        joint 95 % region; None if unknown.
+        Matrix C whose ellipse x' C^-1 x <= 1 in the tangent plane of the sphere at the normal is
+        its joint 95 % region; None if unknown.
     free : float
         Degrees of freedom of the variance.
     roughness : float

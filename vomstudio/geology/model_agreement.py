@@ -100,10 +100,8 @@ def compare_orientations(
 
     Planes match by name if both models have this name once (ignoring case and surrounding spaces).
     Others match by nearness: the same kind, each the nearest to the other, and within half the
-    extent
-    of the longer one. Stated errors are the larger half-angles of 95 % regions, so more than 95 %
-    agree
-    if they are right.
+    extent of the longer one. Stated errors are the larger half-angles of 95 % regions, so more than
+    95 % agree if they are right.
 
     Parameters
     ----------

@@ -6,16 +6,11 @@ Planes are formatted in one of `NOTATIONS`:
     "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant of the dip
 
 These and their usual variants are parsed: other separators (132-41, 132 41, 132°/41°), the
-left-hand rule
-(222/41 LHR: the plane dips to the left), either end of the strike with the side of the dip (042/41
-SE,
-222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West; E-W 30N; strike 042
-dip 41 SE;
-dip first with an arrow (41 → 132). Lines are trend/plunge (130/25, N50W 25) or plunge first with an
-arrow
-(25 → 130). Decimal commas and minutes (7°30') are accepted. Invalid or ambiguous texts raise
-InputError
-with the reason.
+left-hand rule (222/41 LHR: the plane dips to the left), either end of the strike with the side of
+the dip (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or West;
+E-W 30N; strike 042 dip 41 SE; dip first with an arrow (41 → 132). Lines are trend/plunge (130/25,
+N50W 25) or plunge first with an arrow (25 → 130). Decimal commas and minutes (7°30') are accepted.
+Invalid or ambiguous texts raise InputError with the reason.
 """
 
 from __future__ import annotations
@@ -102,9 +97,8 @@ _TOKEN = re.compile(
 
 SIDE_REACH_DEG = {1: 80.0, 2: 55.0, 3: 45.0}
 """Maximum angle between a dip direction and the given side, by the number of its letters. SE is a
-quadrant
-(45 to both sides, and 10 for a rounded strike), E is a half that must not be mistaken for the
-strike.
+quadrant (45 to both sides, and 10 for a rounded strike), E is a half that must not be mistaken for
+the strike.
 """
 
 

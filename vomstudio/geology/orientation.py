@@ -2,15 +2,12 @@
 
 World frame x East, y North, z Up; azimuths clockwise from North, all angles in degrees. A line is
 (trend, plunge), plunge positive down, with the vector (sin t cos p, cos t cos p, -sin p). A plane
-is (dip
-direction, dip) with the upward normal (sin dd sin d, cos dd sin d, cos d); its pole is the downward
-normal, the line (dd + 180, 90 - d); its strike, by the right-hand rule, is dd - 90.
+is (dip direction, dip) with the upward normal (sin dd sin d, cos dd sin d, cos d); its pole is the
+downward normal, the line (dd + 180, 90 - d); its strike, by the right-hand rule, is dd - 90.
 
 Angles are computed by atan2 of both legs, never by arccos or arcsin alone, which lose half of the
-digits
-near horizontal and vertical. Sines and cosines are exact at multiples of 90 degrees, so the normal
-of a
-vertical plane has a z of exactly 0.
+digits near horizontal and vertical. Sines and cosines are exact at multiples of 90 degrees, so the
+normal of a vertical plane has a z of exactly 0.
 """
 
 from __future__ import annotations
@@ -28,10 +25,8 @@ from vomstudio.geometry.vectors import wrap360
 
 ANGLE_TOLERANCE_DEG = 1e-7
 """A dip below this has no dip direction, a plunge within this of 90 has no trend, and planes and
-lines
-within this of vertical or horizontal are treated as exactly that if one of two equivalent
-directions must
-be selected. Far below any measurement, far above rounding.
+lines within this of vertical or horizontal are treated as exactly that if one of two equivalent
+directions must be selected. Far below any measurement, far above rounding.
 """
 
 
@@ -89,9 +84,8 @@ def vectors_to_lines(
     vectors : (n, 3) array_like
         World frame, any length except zero.
     directed : bool
-        False for axes, with a plunge in [0, 90] and the trend of horizontal lines in [0, 180).
-        True for
-        plunges in [-90, 90].
+        False for axes, with a plunge in [0, 90] and the trend of horizontal lines in [0, 180). True
+        for plunges in [-90, 90].
 
     Returns
     -------
@@ -135,9 +129,8 @@ def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, B
     Returns
     -------
     dip_direction, dip : (n,) ndarray
-        Degrees; NaN for zero or non-finite normals. A vertical plane has a dip direction in
-        [90, 270), so
-        that its strike is in [0, 180); a horizontal one has 0.
+        Degrees; NaN for zero or non-finite normals. A vertical plane has a dip direction in [90,
+        270), so that its strike is in [0, 180); a horizontal one has 0.
     undefined : (n,) ndarray of bool
         Whether the plane is horizontal.
     """
@@ -243,9 +236,9 @@ class Plane:
     Parameters
     ----------
     dip_direction_deg : float
-        Taken modulo 360; 0 for a horizontal plane, which is `undefined`. A vertical plane keeps
-        the given
-        direction, although the opposite one is equivalent; `from_normal` returns that in [90, 270).
+        Taken modulo 360; 0 for a horizontal plane, which is `undefined`. A vertical plane keeps the
+        given direction, although the opposite one is equivalent; `from_normal` returns that in [90,
+        270).
     dip_deg : float
         [0, 90]; overturned beds have a flag rather than a dip over 90.
 
@@ -384,10 +377,8 @@ def rake_of(line: Line, plane: Plane) -> float:
     """Return the rake of a lineation (axial), [0, 180) degrees from the right-hand-rule strike.
 
     90 is down dip; on a vertical plane the strike is in [0, 180). A line off the plane is projected
-    along the
-    normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted from the
-    strike of dip
-    direction 0.
+    along the normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted
+    from the strike of dip direction 0.
 
     Raises
     ------

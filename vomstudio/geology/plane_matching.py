@@ -46,9 +46,8 @@ def compare_proposals(
     """Compare proposed planes with picked ones.
 
     Two planes agree if their angle is within 10 degrees or their combined 95 % errors (root of the
-    sum of
-    squares), whichever is larger. Proposed planes without a pick nearby are not wrong and do not
-    count.
+    sum of squares), whichever is larger. Proposed planes without a pick nearby are not wrong and do
+    not count.
     """
     placed_picks = [plane for plane in picked if plane.place is not None]
     placed_proposals = [plane for plane in proposed if plane.place is not None]

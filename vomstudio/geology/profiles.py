@@ -19,16 +19,13 @@ class Thresholds:
     Attributes
     ----------
     good_confidence95_deg, poor_confidence95_deg : float
-        Own choice: two geologists with a compass on the same bed differ by about 5 degrees;
-        beyond 15 a
-        plane has little value for a structure.
+        Own choice: two geologists with a compass on the same bed differ by about 5 degrees; beyond
+        15 a plane has little value for a structure.
     good_M, good_K : float
-        Lower limit of M = ln(l1 / l3), upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted
-        in later work
-        and in published plane-fitting programs after O. Fernandez (2005), Obtaining a best
-        fitting plane
-        through 3D georeferenced data, J. Struct. Geol. 27, 855-858 (the paper itself was not
-        available).
+        Lower limit of M = ln(l1 / l3), upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted in
+        later work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a
+        best fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858 (the paper
+        itself was not available).
     extent_over_resolution : float
         Two orders of magnitude between a feature and the spacing of the model (textbook 4.1.3).
     least_extent_over_resolution : float
@@ -38,9 +35,8 @@ class Thresholds:
     profile : str
         Name of these limits, printed with every verdict.
     by : {"error", "shape"}
-        Criterion: the total error, or the textbook's coplanarity, collinearity (eqs. 20 and 21)
-        and extent
-        over resolution as hard limits.
+        Criterion: the total error, or the textbook's coplanarity, collinearity (eqs. 20 and 21) and
+        extent over resolution as hard limits.
     least_coplanarity, most_collinearity : float
         Own choice: those of the plane whose M is 4 and whose K is 0.8.
     """

@@ -62,11 +62,9 @@ def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | Non
     """Return the half-angle that governs the verdict on a plane, degrees; None if undefined.
 
     It is the larger of confidence and hyperbolic error if the roughness is as long as the trace,
-    and for
-    patches: their points are close neighbours on one rough surface, so a confidence that assumes
-    independence depends on the resolution of the model rather than on information. The possible
-    tilt by
-    an unresolved bow of the trace is added.
+    and for patches: their points are close neighbours on one rough surface, so a confidence that
+    assumes independence depends on the resolution of the model rather than on information. The
+    possible tilt by an unresolved bow of the trace is added.
     """
     confidence, hyperbolic = fit.max_confidence95_deg, fit.max_angular_error_deg
     if hyperbolic is not None and (fit.long_roughness or kind == "patch"):
@@ -107,8 +105,7 @@ def is_within_wander(
     """Return whether a trace in the face of the outcrop is no wider than its points wander.
 
     Any plane through the line is then possible. The fit's error includes deviations normal to the
-    face,
-    but residuals do not show deviations along the face if the plane is that face.
+    face, but residuals do not show deviations along the face if the plane is that face.
     """
     spacing = resolution_m or 0.0
     if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
@@ -136,10 +133,9 @@ def resolution_tilt_deg(
     """Return the possible tilt of a plane by the model's resolution, degrees; None if unknown.
 
     For a patch it is half the resolution over its shorter axis. The points of a trace have an
-    accuracy of
-    a tenth of the resolution each, one sigma, regardless of their residuals: the resulting 95 %
-    tilt of
-    independent points is limited by half the resolution over the shorter axis.
+    accuracy of a tenth of the resolution each, one sigma, regardless of their residuals: the
+    resulting 95 % tilt of independent points is limited by half the resolution over the shorter
+    axis.
     """
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
@@ -165,8 +161,7 @@ def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) 
     roughness.
 
     The misfit of few points is too often small by chance. The model's resolution is a bound if
-    point
-    errors of half of it still result in a good plane.
+    point errors of half of it still result in a good plane.
     """
     if (
         fit.n <= 3
@@ -187,8 +182,7 @@ def total_error_deg(
     """Return the 95 % half-angle that decides the verdict, degrees; None if the fit has none.
 
     That of the fit (see `governing_confidence_deg`), at least the tilt by the resolution or by
-    doubtful
-    stretches (geology/doubtful_stretches.py), combined with the error of the registration.
+    doubtful stretches (geology/doubtful_stretches.py), combined with the error of the registration.
     """
     angle = governing_confidence_deg(fit, kind)
     if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
@@ -218,9 +212,8 @@ def judge(
     """Judge a fitted plane.
 
     By error, its total error decides, and what this figure does not include; shape and extent are
-    notes.
-    By shape, it is good if all three limits of the textbook are met, doubtful if one is not, and
-    otherwise poor; the error is a note.
+    notes. By shape, it is good if all three limits of the textbook are met, doubtful if one is not,
+    and otherwise poor; the error is a note.
 
     Parameters
     ----------

@@ -31,9 +31,8 @@ class Rose:
     Attributes
     ----------
     axial : bool
-        True if both ends are equivalent: `shares` of both halves of the circle are equal, and
-        each half sums
-        to 1. Directed azimuths sum to 1 over the circle.
+        True if both ends are equivalent: `shares` of both halves of the circle are equal, and each
+        half sums to 1. Directed azimuths sum to 1 over the circle.
     total : float
         Sum of the weights.
     shares : (360 / bin_deg,) ndarray
@@ -141,10 +140,8 @@ def count_rose(
     """Count azimuths (n,) with weights (n,) in bins that begin at north.
 
     Rows without azimuth or weight (NaN) are excluded. The mean is the circular one (Mardia & Jupp
-    2000,
-    Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of Geology 47,
-    673-706).
-    Rayleigh's test of weighted rows uses their effective number.
+    2000, Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of
+    Geology 47, 673-706). Rayleigh's test of weighted rows uses their effective number.
 
     Raises
     ------

@@ -41,11 +41,9 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     Returns
     -------
     float or None
-        (-180, 180] degrees. None without a sense, or if the sense does not determine the
-        direction: a
-        normal or reverse movement along the strike or on a vertical plane, a strike slip down
-        the dip,
-        and any sense on a horizontal plane.
+        (-180, 180] degrees. None without a sense, or if the sense does not determine the direction:
+        a normal or reverse movement along the strike or on a vertical plane, a strike slip down the
+        dip, and any sense on a horizontal plane.
     """
     if not sense or plane.undefined:
         return None

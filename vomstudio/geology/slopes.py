@@ -81,8 +81,7 @@ class Zones(NamedTuple):
     """Critical and secondary zone of n planes or lines.
 
     The secondary zone contains planes outside the lateral limits, wedges that slide on one of their
-    planes,
-    or oblique toppling.
+    planes, or oblique toppling.
     """
 
     critical: BoolArray
@@ -166,9 +165,8 @@ def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
     """Return the intersections along which a wedge slides.
 
     `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is that
-    between
-    the great circle of the friction angle and its cone, in which a wedge can slide on one of its
-    planes.
+    between the great circle of the friction angle and its cone, in which a wedge can slide on one
+    of its planes.
     """
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
@@ -192,10 +190,8 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
     """Return the intersections about which blocks topple.
 
     `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is
-    oblique toppling:
-    within the friction angle of vertical, into the face, outside the lateral limits. For downward
-    poles the
-    same zones contain the base planes of such blocks.
+    oblique toppling: within the friction angle of vertical, into the face, outside the lateral
+    limits. For downward poles the same zones contain the base planes of such blocks.
     """
     x, _, z = np.moveaxis(lines, -1, 0)
     _, cos_f = _sin_cos(face.options.friction_deg)
@@ -252,8 +248,7 @@ def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
     `direct_toppling`.
 
     `lines` (m, 3) are downward unit vectors, World frame. The faces have the same friction and
-    limits; matrix
-    products handle thousands of them.
+    limits; matrix products handle thousands of them.
     """
     counts = np.zeros((len(faces), 2), np.int64)
     sin_f, _ = _sin_cos(faces[0].options.friction_deg)

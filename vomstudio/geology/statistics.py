@@ -25,10 +25,8 @@ ZERO_EIGENVALUE = 1e-20
 WEIGHT_FREEDOM_LOSS = 0.25
 MIN_EFFECTIVE_COUNT, MIN_EFFECTIVE_SHARE = 3.0, 2.0 / 3.0
 """Weighted orientations with a smaller effective number, or share of their number, do not determine
-the
-natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research Methodology 15, 99, on few
-studies
-of unequal precision): one or two of them would give an unreliable region.
+the natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research Methodology 15, 99, on few
+studies of unequal precision): one or two of them would give an unreliable region.
 """
 
 
@@ -58,8 +56,7 @@ def orientation_tensor(
     """Compute eigenvalues and axes of the orientation tensor.
 
     Singular values of the vectors keep digits that squares lose: S3 of a set in a plane is 1e-32
-    rather
-    than 1e-17.
+    rather than 1e-17.
 
     Parameters
     ----------
@@ -214,9 +211,8 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
     """Return the reason for not using Fisher's statistics, or None.
 
     These are single orientations, and axial data that are not a cluster, whose point index P is not
-    the
-    largest of Vollmer's three (1990): the mean of a flipped girdle or uniform set has no meaning.
-    Woodcock's K alone would also reject tight elongated clusters.
+    the largest of Vollmer's three (1990): the mean of a flipped girdle or uniform set has no
+    meaning. Woodcock's K alone would also reject tight elongated clusters.
     """
     v = unit_vectors(vectors)
     n = len(v)

@@ -1,12 +1,9 @@
 """Random planes within the error of each plane and of its registration.
 
 The joint 95 % region of a plane's orientation is that of a normal distribution about it (chi square
-with
-two degrees of freedom), wrapped onto the sphere along great circles. The part of the total error
-beyond
-those of fit and registration is isotropic (`geometry.rotation_errors.enlarged_semi_axes`). Planes
-of one
-registration rotate together.
+with two degrees of freedom), wrapped onto the sphere along great circles. The part of the total
+error beyond those of fit and registration is isotropic
+(`geometry.rotation_errors.enlarged_semi_axes`). Planes of one registration rotate together.
 """
 
 from __future__ import annotations

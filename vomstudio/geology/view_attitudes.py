@@ -1,12 +1,9 @@
 """Attitudes of cameras: rotations from azimuth, elevation and roll of their views, and back.
 
 Angles are in degrees: yaw is the azimuth of the view, clockwise from north (for a view straight
-down that
-of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if the photo's
-long
-side is level, and clockwise as the photographer tilts the camera. World is east, north, up; cameras
-have x
-right, y down, z forward.
+down that of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if
+the photo's long side is level, and clockwise as the photographer tilts the camera. World is east,
+north, up; cameras have x right, y down, z forward.
 """
 
 from __future__ import annotations
@@ -38,10 +35,8 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
     camera.
 
     They are down, its level side, and level ahead: an instrument measures north and the vertical.
-    The vertical
-    is as accurate to the side as ahead, also for a camera that looks down, where roll about the
-    view would be
-    yaw. `angles` (n, 3) are yaw, pitch and roll, degrees.
+    The vertical is as accurate to the side as ahead, also for a camera that looks down, where roll
+    about the view would be yaw. `angles` (n, 3) are yaw, pitch and roll, degrees.
     """
     yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
     zero = np.zeros_like(yaw)
@@ -76,8 +71,8 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
     """Convert yaw, pitch and roll (n, 3) of an aircraft with a nadir camera to those of the views.
 
     The photo's top is ahead, as in Pix4D and OpenDroneMap: rotations about down, then right, then
-    ahead
-    (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega, Phi, Kappa angles").
+    ahead (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega, Phi, Kappa
+    angles").
     """
     from scipy.spatial.transform import Rotation
 
@@ -92,8 +87,7 @@ def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> 
     """Return rotations (n, 3, 3) from cameras to World by the vertical and the azimuth of the view.
 
     `down` (n, 3) is the direction of gravity in the frame of each camera, `azimuth_deg` (n,) the
-    azimuth.
-    Views straight up or down have none.
+    azimuth. Views straight up or down have none.
     """
     vertical = np.asarray(down, np.float64).reshape(-1, 3)
     vertical = vertical / np.linalg.norm(vertical, axis=1, keepdims=True)

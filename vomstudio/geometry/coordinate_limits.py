@@ -23,8 +23,7 @@ MAX_DISTANCE_DIAMETERS = 10.0
 
 MIN_ERROR, MAX_ERROR = 1e-6, 1e6
 """Limits of stated errors, one sigma, in metres or degrees. Their squares and inverse squares are
-still
-accurate.
+still accurate.
 """
 
 

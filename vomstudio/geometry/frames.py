@@ -23,10 +23,8 @@ class Frame:
     ----------
     kind : {"crs", "local", "oriented", "scaled", "undeclared"}
         "crs": World is the projected CRS `crs`. "local": metres, up and north are known, the
-        position is
-        not. "oriented": up and north are known, metres are not. "scaled": metres are known,
-        north is not.
-        "undeclared": angles are in the local frame, lengths in units.
+        position is not. "oriented": up and north are known, metres are not. "scaled": metres are
+        known, north is not. "undeclared": angles are in the local frame, lengths in units.
     unit_m : float
         Metres per unit of the file.
     up_axis : {"z", "y"}

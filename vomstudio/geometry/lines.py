@@ -46,10 +46,9 @@ def fit_line(points: npt.ArrayLike) -> LineFit:
     """Fit a line of least squares to points (n, 3). World frame, m.
 
     Each point has errors in two directions across the line, so the residual variance has 2 n - 4
-    degrees of
-    freedom. With the sum of squares sxx along the line, the error of the direction is tan^2 t =
-    2 F(0.95; 2, 2 n - 4) s^2 / sxx, exact for equal independent errors in the limit of small
-    angles.
+    degrees of freedom. With the sum of squares sxx along the line, the error of the direction is
+    tan^2 t = 2 F(0.95; 2, 2 n - 4) s^2 / sxx, exact for equal independent errors in the limit of
+    small angles.
 
     Raises
     ------

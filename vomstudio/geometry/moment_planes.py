@@ -25,8 +25,7 @@ def fit_moments(
     """Fit the moment-of-inertia plane of points known by their moments.
 
     The figures are those of `fit_plane(points, ordered=False)` except for rounding: the thickness
-    of a
-    patch is known to 1e-8 of its width. The `extent` is the diameter of the disc with the same
+    of a patch is known to 1e-8 of its width. The `extent` is the diameter of the disc with the same
     spread.
 
     Parameters

@@ -1,15 +1,12 @@
 """Moments of the points of a patch, sufficient to fit its plane without the model.
 
 Points of a dense model are redundant: neighbours share the roughness of the rock. The means of
-equal
-cells of the patch show this. For independent points, they scatter according to their number of
-points; if roughness is longer than the spacing they scatter more, and this scatter tilts the plane.
-Simulated (60 x 50 points, Gaussian roughness): the 95 % region has a coverage of 98 % for white
-noise,
-94 to 95 % for roughness whose correlation decreases to 1/e within a tenth of the patch, 88 % at a
-sixth, 50 % at a third. It is then indistinguishable from a tilt, so the verdict on a patch also
-uses
-the hyperbolic error.
+equal cells of the patch show this. For independent points, they scatter according to their number
+of points; if roughness is longer than the spacing they scatter more, and this scatter tilts the
+plane. Simulated (60 x 50 points, Gaussian roughness): the 95 % region has a coverage of 98 % for
+white noise, 94 to 95 % for roughness whose correlation decreases to 1/e within a tenth of the
+patch, 88 % at a sixth, 50 % at a third. It is then indistinguishable from a tilt, so the verdict on
+a patch also uses the hyperbolic error.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
 """Errors of a fitted plane's orientation: the two figures of the conventions.
 
 All functions are batched over m planes and use the normalised eigenvalues l1 >= l2 >= l3 of the
-points'
-covariance. Angles are half-angles of an ellipse of normals around the fitted one: the axis `max` is
-in
-the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
+points' covariance. Angles are half-angles of an ellipse of normals around the fitted one: the axis
+`max` is in the direction of e2 (the plane tilts about e1), `min` in the direction of e1.
 """
 
 from __future__ import annotations
@@ -32,8 +30,7 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
     flag.
 
     If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees with the
-    flag.
-    Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
+    flag. Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
 
     Parameters
     ----------
@@ -69,14 +66,10 @@ def confidence_axes_rad(
     """Compute the semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
 
     A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates:
-    the F
-    test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise, either
-    normal to
-    the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses the principal
-    directions
-    at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line); above 1 no tilt can be
-    rejected, and
-    t is 90 degrees.
+    the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise,
+    either normal to the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses
+    the principal directions at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line);
+    above 1 no tilt can be rejected, and t is 90 degrees.
     """
     axes = []
     l3 = values[:, 2]
@@ -122,8 +115,8 @@ def regression_axes_rad(
     radians.
 
     `leverage` (m, 3, 3) is the covariance of the normal's end per unit of q. The ellipse of both
-    slopes,
-    exact for white noise along the coordinate, is projected to the tangent plane to first order.
+    slopes, exact for white noise along the coordinate, is projected to the tangent plane to first
+    order.
     """
     values, vectors = np.linalg.eigh(leverage)
     # The normal itself is the direction of no variance.
@@ -145,16 +138,11 @@ def split_rad(
     radians.
 
     The region is a cone of normals of elliptical section: in the tangent plane of the unit sphere
-    at the
-    fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along e1. The
-    dip error
-    is its half-width along the dip. That of the dip direction is the larger of both azimuth
-    differences at
-    which a vertical plane touches it; for a small tilt a of the normal across the dip this is a /
-    sin(dip),
-    or t / tan(dip) with the tilt t = a / cos(dip) of the strike line. If the ellipse contains the
-    vertical,
-    every dip direction is possible: NaN.
+    at the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along
+    e1. The dip error is its half-width along the dip. That of the dip direction is the larger of
+    both azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
+    across the dip this is a / sin(dip), or t / tan(dip) with the tilt t = a / cos(dip) of the
+    strike line. If the ellipse contains the vertical, every dip direction is possible: NaN.
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
     t1 = np.minimum(np.tan(smallest), 1e8)
@@ -182,8 +170,7 @@ def split_rad(
 
 MAX_BOW_OVER_EXTENT = 0.001
 """Own choice, from tests/benchmarks/bench_conditional.py: sagitta over length of a trace's bow that
-is
-allowed for if its points do not exclude it.
+is allowed for if its points do not exclude it.
 """
 # 97.5 % of Student's law against the inverse of its degrees of freedom.
 INVERSE_FREEDOM = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
@@ -199,8 +186,7 @@ def bow_tilt_rad(
     """Compute the 95 % tilt of each plane by a bow of its trace, radians.
 
     A bow is a parabola along e1. If the trace itself bends like that, the fit mistakes the bow for
-    a tilt
-    without residuals. The other points give an upper bound.
+    a tilt without residuals. The other points give an upper bound.
 
     Parameters
     ----------

@@ -173,8 +173,7 @@ def _sharpen(
     """Return axes, coordinates along them and variances without the rounding of the covariance.
 
     The covariance of a long straight trace contains its thickness only to 1e-8 of its length. In
-    the frame
-    of its eigenvectors e2 and e3 are therefore separated once more.
+    the frame of its eigenvectors e2 and e3 are therefore separated once more.
     """
     frame = axes
     u, v, r = _along(frame, local, counts)
@@ -220,11 +219,8 @@ def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
 MAX_SCATTER_RATIO = 3.0
 MAX_SINE = 0.5
 """Own choice: a regression overestimates the angle between its axis and the plane by about a tenth
-if
-the
-points scatter by a third of that angle. Planes at more than 30 degrees to the axis are never
-parallel
-to it, regardless of scatter.
+if the points scatter by a third of that angle. Planes at more than 30 degrees to the axis are never
+parallel to it, regardless of scatter.
 """
 
 
@@ -243,8 +239,7 @@ def _regress(
     """Fit regressions of one coordinate.
 
     Returns upward normals, residuals, whether parallel, and the covariance (m, 3, 3) of the
-    normal's end
-    for residuals of variance n.
+    normal's end for residuals of variance n.
     """
     a, b = (i for i in range(3) if i != axis)
     saa, sbb, sab = covariance[:, a, a], covariance[:, b, b], covariance[:, a, b]

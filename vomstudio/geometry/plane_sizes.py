@@ -2,8 +2,7 @@
 
 A plane is modelled as a disc with one independent point per square of the resolution and Gaussian
 noise across it; natural waviness of the rock is not included. The expected 95 % error is that of
-the
-verdict: the joint region of the fitted normal (F test, two slopes), at least the tilt by the
+the verdict: the joint region of the fitted normal (F test, two slopes), at least the tilt by the
 resolution over the disc's shorter axis, and in quadrature the error of the registration.
 """
 
@@ -18,8 +17,7 @@ PIXELS_PER_RESOLUTION = 10.0
 """A cloud from photos resolves about ten of their pixels (textbook 3.2.1)."""
 NOISE_PIXELS = 0.5
 """Noise of a dense cloud across its surface, one sigma: on synthetic faces 95 % of the points are
-within
-one pixel.
+within one pixel.
 """
 TEXTBOOK_RESOLUTIONS = 100.0
 """Two orders of magnitude between a feature and the resolution (4.1.3), 1000 pixels."""
@@ -27,8 +25,7 @@ MIN_RESOLUTIONS = 10.0
 """Errors of smaller planes are not reliable."""
 POINT_OVER_RESOLUTION = 0.08
 """Own choice, from tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma,
-that
-its residuals may not show.
+that its residuals may not show.
 """
 TARGET_ERROR_DEG = 5.0
 """Maximum 95 % error of a plane with a good verdict."""
@@ -45,13 +42,10 @@ def within_wander(second: float, extent: float, n: int, resolution: float) -> bo
     """Return whether the width of a trace may be due to wandering along a flat face.
 
     Such a width does not determine the rotation of its plane about the line. Own choice: points
-    wander by
-    one resolution, one sigma. On flat walls followed traces have 0.4 to 0.6, and 95 % of them less
-    than 1
-    (tests/benchmarks/bench_followed.py); manual picks are hardly better. Points closer than half a
-    resolution, such as pixels of a photo, wander less, in proportion to their distance; but no
-    model
-    distinguishes a bend from a straight line within half a resolution.
+    wander by one resolution, one sigma. On flat walls followed traces have 0.4 to 0.6, and 95 % of
+    them less than 1 (tests/benchmarks/bench_followed.py); manual picks are slightly better. Points
+    closer than half a resolution, such as pixels of a photo, wander less, in proportion to their
+    distance; but no model distinguishes a bend from a straight line within half a resolution.
 
     Parameters
     ----------

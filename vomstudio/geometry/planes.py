@@ -1,13 +1,10 @@
 """Planes through points: moment of inertia (PCA) and planar regression, for many groups at once.
 
 Everything is float64 in the World frame (x East, y North, z Up; metres). Points are centred first,
-so
-UTM coordinates lose no digits. Source of both methods and of the indices: Tavani, Corradetti,
-Mercuri &
-Seers, "Virtual outcrop models of geological structures", section 4.1, equations 19 to 21; M and K
-after Woodcock (1977) and Fernandez (2005). Errors are explained in plane_errors.py, their coverage
-in
-docs/plane_errors.md.
+so UTM coordinates lose no digits. Source of both methods and of the indices: Tavani, Corradetti,
+Mercuri & Seers, "Virtual outcrop models of geological structures", section 4.1, equations 19 to 21;
+M and K after Woodcock (1977) and Fernandez (2005). Errors are explained in plane_errors.py, their
+coverage in docs/plane_errors.md.
 """
 
 from __future__ import annotations
@@ -106,8 +103,7 @@ class PlaneFits:
         Rake [0, 180) from the right-hand-rule strike of the in-plane direction of the largest tilt.
     dip_error_deg, dip_direction_error_deg : (m,) ndarray
         The same region along and across the dip, degrees; the second is undefined if the region
-        contains
-        the horizontal plane.
+        contains the horizontal plane.
     n_effective : (m,) ndarray
         Number of independent points with the same region.
     long_roughness : (m,) ndarray of bool
@@ -237,14 +233,11 @@ def fit_planes(
         Minimise distances from the plane, or those along `axis`.
     axis : {"auto", "x", "y", "z"}
         "auto" is the axis nearest to the normal of the plane by "pca": regressions along others
-        attribute
-        scatter to coordinates that they assume exact, and make steep planes too gentle. A named
-        axis is
-        an error for planes parallel to it within their scatter.
+        attribute scatter to coordinates that they assume exact, and make steep planes too gentle. A
+        named axis is an error for planes parallel to it within their scatter.
     ordered : bool
-        True if points follow a trace: the correlation of neighbouring residuals is estimated
-        and widens
-        the confidence. False for independent points.
+        True if points follow a trace: the correlation of neighbouring residuals is estimated and
+        widens the confidence. False for independent points.
 
     Returns
     -------

@@ -1,12 +1,9 @@
 """Progressive order of a cloud's points: every beginning is a picture of the whole.
 
 Space is divided into cubes, eight in each, down to MAX_LEVEL. One point of every cube of a level
-belongs
-to that level or a coarser one; the remaining points form one more level. So each level is an even
-sample,
-twice as dense along a line as the one above. Within a level, neighbours in space are neighbours in
-the
-order (G. M. Morton's Z-shaped curve, 1966), which is cut into nodes.
+belongs to that level or a coarser one; the remaining points form one more level. So each level is
+an even sample, twice as dense along a line as the one above. Within a level, neighbours in space
+are neighbours in the order (G. M. Morton's Z-shaped curve, 1966), which is cut into nodes.
 """
 
 from __future__ import annotations
@@ -75,8 +72,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arr
     """Arrange points (n, 3) in progressive order.
 
     `check` is called now and then and may raise to stop. Takes about 0.08 s for a million points on
-    two
-    processors, and 20 bytes of memory for each.
+    two processors, and 20 bytes of memory for each.
     """
     if not len(points):
         no_rows = np.zeros(0, np.int64)

@@ -96,11 +96,10 @@ class Registration:
     Attributes
     ----------
     method : str
-        "gps", "control" or "local": placed by camera positions, by control points marked in
-        photos, or by
-        nothing but the photos. "attitudes": by the attitudes of its cameras. "points": by
-        points picked on
-        it. "lines": only by known lines and planes. "reference": fitted to another model.
+        "gps", "control" or "local": placed by camera positions, by control points marked in photos,
+        or by nothing but the photos. "attitudes": by the attitudes of its cameras. "points": by
+        points picked on it. "lines": only by known lines and planes. "reference": fitted to another
+        model.
     frame : Frame
         Frame of World.
     matrix : Matrix
@@ -123,8 +122,7 @@ class Registration:
         (`geology.bowing.model_shape`); None if only its points are known.
     lens_bowing95_deg, lens_stretch95 : float or None
         Possible effects of lens errors of a model made here, 95 %: difference of dips between
-        edges,
-        degrees, and relative scale of depths.
+        edges, degrees, and relative scale of depths.
     read_north : ReadNorth or None
         North reference of the azimuths used; None without azimuths.
     observations : tuple of ObservationGroup

@@ -3,25 +3,18 @@
 Neighbouring points of a trace share the roughness of the surface, so the effective number of points
 is lower. The cosine spectrum of the residuals is compared with a small family of roughness models:
 none, exponential and Gaussian correlation of several lengths, and exponential with some white
-picking
-noise. The variance that the fit itself removes is allowed for: each cosine counts with the share
-that
-remains. Every model gives the possible tilt of the plane and the degrees of freedom of its own
-scale.
-The mixture of these distributions, weighted by the likelihood of each model, gives the 95 % limit,
-so
-that uncertainty of the length increases the width and not the error rate.
+picking noise. The variance that the fit itself removes is allowed for: each cosine counts with the
+share that remains. Every model gives the possible tilt of the plane and the degrees of freedom of
+its own scale. The mixture of these distributions, weighted by the likelihood of each model, gives
+the 95 % limit, so that uncertainty of the length increases the width and not the error rate.
 
 Lengths are measured along the trace in points, as if these were evenly spaced. Otherwise the tilt
-of
-each model is also computed for the actual positions along the trace, and the wider of the two is
-used;
-the likelihood of models still refers to points.
+of each model is also computed for the actual positions along the trace, and the wider of the two is
+used; the likelihood of models still refers to points.
 
 The calibration constants below come from simulation (tests/benchmarks/bench_coverage.py,
 docs/plane_errors.md): white noise has almost no penalty, and lengths up to a tenth of the trace
-keep
-their coverage from 30 points on.
+keep their coverage from 30 points on.
 """
 
 from __future__ import annotations
@@ -38,7 +31,7 @@ SHORT = tuple(0.1 * 0.5 ** (i / 2) for i in range(-1, 8))
 LONG = (0.25, 0.5)
 LONGER_THAN_A_TENTH = 0.12
 MIXED_WHITE = (0.25, 0.5)  # shares of picking noise in the variance
-MIN_POINTS = 12  # below this many points nothing can be said about correlation
+MIN_POINTS = 12  # fewer points do not determine a correlation
 MAX_PIECES = 256  # longer traces are compared by the means of this many pieces
 MAX_UNEVENNESS = (
     0.25  # standard deviation of the spacing over its mean, from which it makes a difference
@@ -93,8 +86,7 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
     """Return correlations (models, n) of the means of n pieces, and their white share (models,).
 
     The correlations exclude white noise; the white model is the first. Averaging reduces white
-    noise and
-    smooths rough noise.
+    noise and smooths rough noise.
     """
     n_fine = min(points_per_piece, MAX_SUBDIVISION)
     # Pairs of positions within two pieces, by the difference of their lags.
@@ -118,14 +110,12 @@ class _Library:
     ----------
     log, inverse : (models, N_FREQUENCIES) ndarray
         Of the expected squared coefficients, from 1 on, of the orthonormal cosine transform
-        (DCT-II),
-        scaled to the remaining share, with the noise floor.
+        (DCT-II), scaled to the remaining share, with the noise floor.
     square : (models, n - 1) ndarray
         Those coefficients for noise of variance 1, squared.
     toeplitz : (models, n + 1) ndarray
         Weights that turn the power spectrum of a series padded to 2 n, as of rfft, into the
-        quadratic
-        form series' R series of the correlation matrix R, without `white`.
+        quadratic form series' R series of the correlation matrix R, without `white`.
     white : (models,) ndarray
         White noise in it, which adds this share of the series' square.
     mean : (models,) ndarray
@@ -235,8 +225,7 @@ def _inflation_at_places(
     points.
 
     `series` is (2, k, n), `place` (k, n) from 0 to 1. Points are binned into as many pieces of
-    equal
-    length as the models have; the noise of a piece acts on the sum of their coordinates.
+    equal length as the models have; the noise of a piece acts on the sum of their coordinates.
     """
     _, k, n = series.shape
     m = models.toeplitz.shape[1] - 1
@@ -327,8 +316,7 @@ def _mixture_quantile(
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k), with F_j Fisher's with 2 and freedom_j.
 
     Newton's method for the logarithm of the tail against x = log(1 + q), within bounds and
-    separately for
-    each element, so that results do not depend on the other elements.
+    separately for each element, so that results do not depend on the other elements.
     """
     _, k, models = g.shape
     half = np.broadcast_to(0.5 * freedom, g.shape).reshape(-1, models)

@@ -1,10 +1,8 @@
 """Effective resolution of points on a surface: the larger of mean spacing and noise.
 
 The mean spacing is one over the root of the density, the noise that about local planes. Vertices
-added
-by subdivision do not count. The gap to the nearest neighbour is not a resolution: it is half the
-mean
-spacing of random points (Clark and Evans 1954) and does not include noise.
+added by subdivision do not count. The gap to the nearest neighbour is not a resolution: it is half
+the mean spacing of random points (Clark and Evans 1954) and does not include noise.
 """
 
 from __future__ import annotations
@@ -79,10 +77,8 @@ def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | Non
 
     `neighbours` returns fewer points than requested if there are no more, or None. The smallest
     neighbourhoods that are pieces of a sheet are used: a quarter of the points within a radius are
-    within
-    half of it, also at ledges and corners, whose relief is not noise. Noise turns smaller
-    neighbourhoods
-    into balls, with an eighth.
+    within half of it, also at ledges and corners, whose relief is not noise. Noise turns smaller
+    neighbourhoods into balls, with an eighth.
     """
     areas_and_noises: tuple[FloatArray, FloatArray] | None = None
     for count in NEIGHBOUR_COUNTS:
@@ -113,10 +109,8 @@ def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the area per point and the noise about the local plane, each (q,).
 
     `near` (q, k, 3) are the nearest points of q places, nearest first. The area is that of the
-    ellipse with
-    the variances of the points, accurate to some percent at borders too. Coincident points count
-    once. NaN
-    if all coincide.
+    ellipse with the variances of the points, accurate to some percent at borders too. Coincident
+    points count once. NaN if all coincide.
     """
     first = near[:, :1]
     offsets = near - first

@@ -1,11 +1,9 @@
 """Errors of measurements caused by errors of a model's rotation and scale.
 
 A small rotation w moves a unit vector u by w x u, so its covariance C gives the vector the
-covariance
-[u]x C [u]x', in the plane perpendicular to it. That of a normal is that of its plane. With a
-relative
-change s of the scale, a difference d of two places moves by w x d + s d: its length by s only, its
-component along a fixed direction (such as up) by w . (d x u) + s d . u.
+covariance [u]x C [u]x', in the plane perpendicular to it. That of a normal is that of its plane.
+With a relative change s of the scale, a difference d of two places moves by w x d + s d: its length
+by s only, its component along a fixed direction (such as up) by w . (d x u) + s d . u.
 """
 
 from __future__ import annotations
@@ -64,8 +62,7 @@ def enlarged_semi_axes(
     """Enlarge the 95 % ellipse of a fitted normal to its total error.
 
     Resolution and registration contribute equally in all directions. A plane that may rotate freely
-    about
-    its line (90) keeps its error across it.
+    about its line (90) keeps its error across it.
 
     Parameters
     ----------

@@ -3,8 +3,7 @@
 Linear subdivision (at the middles of edges, at centroids, by bisection) leaves each face as a flat
 patch whose outline has the corners of that face; the vertices on its sides and inside are
 interpolated. A patch counts as divided only if it is a triangle, or has as many faces per triangle
-of
-its outline as those. All vertices of other patches count, and their spacing is the resolution
+of its outline as those. All vertices of other patches count, and their spacing is the resolution
 there.
 """
 
@@ -17,8 +16,7 @@ from vomstudio.geometry.coincident_points import place_keys, welded
 
 MIN_BEND_RAD, MAX_BEND_RAD = 3e-4, 2e-2
 """Faces with a smaller angle are coplanar, and sides are straight; between these limits the angle
-that
-rounding of the coordinates can cause is used.
+that rounding of the coordinates can cause is used.
 """
 ROUNDING_FACTOR = 4.0
 MAX_DECIMALS = 7

@@ -45,8 +45,7 @@ class Surface(Protocol):
         """Return the unit normal (3,) of the outcrop face around the line through points (k, 3).
 
         The scale is several times its extent. For a line in one face of the rock that is not wider
-        than
-        points wander, it is the normal of that face.
+        than points wander, it is the normal of that face.
         """
 
 
@@ -54,8 +53,7 @@ class VertexSurface:
     """Surface defined by the vertices of a mesh or a cloud.
 
     `build` creates the search tree and may run in any thread; before it is done, a plain search
-    gives the
-    same results.
+    gives the same results.
     """
 
     def __init__(
@@ -66,8 +64,7 @@ class VertexSurface:
         """Store vertices (n, 3) float64 without a copy.
 
         `undivided` are the vertices for the resolution, see `geometry.subdivision`, or a function
-        that returns
-        them; None for all vertices.
+        that returns them; None for all vertices.
         """
         self._vertices = vertices
         self._undivided = undivided

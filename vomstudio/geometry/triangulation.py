@@ -15,8 +15,7 @@ def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     """Find the point (3,) with the smallest residuals at `pixels` (k, 2) in k views.
 
     Nearest point of the rays, then Gauss-Newton on the pixels. NaN for fewer than two rays or
-    parallel
-    ones.
+    parallel ones.
     """
     marks = np.asarray(pixels, np.float64).reshape(-1, 2)
     if len(views) < 2:

@@ -1,9 +1,8 @@
 """View frames of pictures by parallel rays: right, down and depth.
 
 d is the view direction, right = d x U, down = d x right; U is World up, or North within 0.1 degree
-of
-vertical views. Image columns run along right, rows along down, and depth increases along d. All in
-float64, because a UTM northing has no spare digits.
+of vertical views. Image columns run along right, rows along down, and depth increases along d. All
+in float64, because a UTM northing has no spare digits.
 """
 
 from __future__ import annotations

@@ -163,8 +163,7 @@ def net_slip_of_cutoffs(
     """Compute the net slip of the cutoffs of a bed along a slip lineation.
 
     The point of the hanging wall is moved back along the lineation to the bed of the footwall,
-    which
-    gives the sense of slip.
+    which gives the sense of slip.
 
     Parameters
     ----------

@@ -103,8 +103,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
         At least three points on one surface. World frame, m.
     sigma_m : float
         Standard deviation of each coordinate, m; 0 to estimate it from the misfit of more than
-        three
-        points, with n - 3 degrees of freedom.
+        three points, with n - 3 degrees of freedom.
 
     Returns
     -------
@@ -151,10 +150,8 @@ def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     """Return whether the width of points beside their line may be due to errors alone.
 
     The width is compared with the stated error, or else the roundness of the cross-section is
-    tested:
-    for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed with W = 4 a b / (a +
-    b) ** 2
-    of the squares.
+    tested: for two errors of equal size, W ** ((n - 3) / 2) is uniformly distributed with W = 4 a b
+    / (a + b) ** 2 of the squares.
     """
     from scipy.stats import chi2
 
@@ -169,8 +166,7 @@ def _half_angles(sizes: FloatArray, error: float, *, noise: bool) -> tuple[float
     """Return the tilts of compatible planes along the long and short axis, radians.
 
     A tilt is a right angle if all planes are compatible. `noise` is True if the short axis is due
-    to
-    errors.
+    to errors.
     """
 
     def tilt(size: float) -> float:
@@ -186,8 +182,7 @@ def _angle_errors(
     """Return the errors of dip and dip direction over the planes of a cone, degrees.
 
     A dip direction uncertain by more than a right angle is None. `tilts` are those of the cone
-    along
-    the first two axes, radians.
+    along the first two axes, radians.
     """
     normal = axes[2] if axes[2] @ plane.normal() > 0 else -axes[2]
     long, short = tilts

@@ -18,27 +18,24 @@ MIN_SCATTER_DEG = 1e-3
 
 MAX_FLAT_RATIO, MAX_FLAT_DEG = 2.5, 1.5
 """A limb has one dip if the scatter of its poles along the great circle is below this multiple of
-the
-scatter across it, or below this angle: traces on one face are all least accurate in the same
+the scatter across it, or below this angle: traces on one face are all least accurate in the same
 direction, and such a short arc of natural beds does not show a curve.
 """
 
 MIN_SEPARATION = 6.0
 """Minimum separation of the poles of two limbs in units of their scatter along the great circle;
-that
-of an evenly bent arc, cut in the middle, is 3.5.
+that of an evenly bent arc, cut in the middle, is 3.5.
 """
 
 MAX_SCATTER_RATIO = 2.0
 """A group whose scatter along the great circle exceeds that of the other by this factor, and that
-is
-not separated by its own scatter, is an arc rather than a limb: its mean is not a plane of the fold.
+is not separated by its own scatter, is an arc rather than a limb: its mean is not a plane of the
+fold.
 """
 
 MAX_HINGE_OFFSET_DEG = 25.0
 """The poles of both limbs of a tight fold are within this angle of the plane perpendicular to that
-of
-the hinge, and coincide because poles are axial.
+of the hinge, and coincide because poles are axial.
 """
 
 MAX_ISOCLINAL_DEG, MAX_HINGE_SHARE = 10.0, 0.35
@@ -48,8 +45,7 @@ share of the planes.
 
 MIN_HINGE_ARC_DEG, NARROW_SIGNIFICANCE = 20.0, 0.02
 """Minimum arc of the planes of a hinge. A group is a limb if the p-value of its scatter in a hinge
-is
-below this level.
+is below this level.
 """
 
 VARIANCE_SIGNIFICANCE = 0.05
@@ -84,8 +80,7 @@ class Limbs:
     doubt : str
         Reason to doubt that they are limbs of one fold: "hinge" if one group may be both limbs of a
         tight fold and the other its hinge, "arc" if one is rather an arc, "mixed" if only some
-        planes
-        of a limb are overturned; "" without doubt.
+        planes of a limb are overturned; "" without doubt.
     """
 
     poles: tuple[FloatArray, FloatArray]
@@ -118,12 +113,9 @@ class Limbs:
         """Return the errors of the interlimb angle and of the axial plane.
 
         Quantiles of Student and Fisher, with degrees of freedom by Welch (1947) for the angle.
-        Equal scatter
-        of both limbs is not tested first, because few planes do not show it (Zimmerman 2004,
-        British Journal
-        of Mathematical and Statistical Psychology 57, 173-181). If it may be equal, the scatter of
-        each is
-        at least the pooled one.
+        Equal scatter of both limbs is not tested first, because few planes do not show it
+        (Zimmerman 2004, British Journal of Mathematical and Statistical Psychology 57, 173-181). If
+        it may be equal, the scatter of each is at least the pooled one.
 
         Parameters
         ----------

@@ -28,13 +28,11 @@ simulated cylinders are classified as cones as often as without it.
 """
 MAX_SECOND_GAP_DEG = 60.0
 """Poles with two wider gaps around the axis are two groups, as those of two folds, whose ends are
-not
-those of one cone.
+not those of one cone.
 """
 MIN_CONE_SEPARATION = 8.0
 """Minimum distance of an obvious wide cone from the great circle, in units of its scatter. Two
-folds
-whose axes are 30 degrees apart are also near a cone, at five times.
+folds whose axes are 30 degrees apart are also near a cone, at five times.
 """
 
 MAX_SEARCHED_POLES, MAX_ITERATIONS = 500, 20
@@ -61,15 +59,13 @@ class Cone:
     p : float
         p-value of the great circle against the small one.
     half_width_deg : float
-        95 % half-width of the half-angle, degrees; infinite if the poles do not distinguish a
-        cone from
-        a cylinder.
+        95 % half-width of the half-angle, degrees; infinite if the poles do not distinguish a cone
+        from a cylinder.
     log_likelihood : float
         As `_log_likelihood`; of a mixture if the ends of the poles are unknown.
     by_nearer_ends : SmallCircle or None
-        Least-squares circle if poles may be used by either end, if it is another one and closer
-        to the
-        poles, but not more likely.
+        Least-squares circle if poles may be used by either end, if it is another one and closer to
+        the poles, but not more likely.
     """
 
     axis: Line

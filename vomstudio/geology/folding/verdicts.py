@@ -2,8 +2,7 @@
 
 The names are those of the textbook's section 4.2 and figure 31, and of other folds: cylindrical,
 conical, homoclinal, two axes, scattered; or undetermined if the planes are not sufficient. A cone
-or
-two axes are reported if they fit significantly better than the great circle and by some degrees;
+or two axes are reported if they fit significantly better than the great circle and by some degrees;
 otherwise the simplest shape is. `tests/geology/test_fold_verdicts.py` counts how often each verdict
 is right.
 """
@@ -23,8 +22,7 @@ KNOWN_AXIS_DEG = 10.0
 
 WEAK_AXIS_DEG = 20.0
 """Semi-axis above which beta is too uncertain for projections, and its region, which is drawn for
-small
-angles, too narrow.
+small angles, too narrow.
 """
 
 MIN_ARC_DEG = 30.0
@@ -46,15 +44,12 @@ half-angle on.
 
 MAX_CONE_SCATTER, MAX_RING_SCATTER = 0.25, 0.2
 """Maximum scatter of poles about a cone relative to its half-angle (the poles of a cluster have
-half
-of
-it). The second limit excludes uniform scatter and one dip.
+half of it). The second limit excludes uniform scatter and one dip.
 """
 
 MAX_CONE_WIDTH_DEG, MAX_UNTESTED_WIDTH_DEG = 25.0, 60.0
 """Uncertainty of the half-angle above which the verdict is conditional, and above which the poles
-do
-not distinguish a cone from a cylinder.
+do not distinguish a cone from a cylinder.
 """
 
 MAX_CONE_DIFFERENCE_DEG = 30.0

@@ -130,8 +130,7 @@ def facet_slopes(
     """Compute the shares of planes and of their intersections that are critical at each facet.
 
     The analysis is that of `table_slope`. If the planes are the facets themselves, the own plane of
-    a
-    facet does not count. Facets without a dip direction are skipped.
+    a facet does not count. Facets without a dip direction are skipped.
 
     Parameters
     ----------

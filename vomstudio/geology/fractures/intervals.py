@@ -155,8 +155,7 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
     """Return whether gaps (n,) are significantly more even than those of random places.
 
     The test is Moran's (1951, Journal of the Royal Statistical Society B 13, 147-150) for
-    exponential
-    gaps, by Bartlett's statistic. `repeats` is the number of gaps per independent one.
+    exponential gaps, by Bartlett's statistic. `repeats` is the number of gaps per independent one.
     """
     from scipy.special import gammainc
 

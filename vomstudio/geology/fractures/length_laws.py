@@ -3,8 +3,7 @@
 There are two cases. Lengths censored by chance, independently of their value: right-censored data
 with the likelihood of survival analysis (Lawless 2003, Statistical Models and Methods for Lifetime
 Data, 2.2). Traces in a window: long ones are sampled and censored more often. The likelihood is
-that
-of Laslett (1982), Censoring and edge effects in areal and line transect sampling of rock joint
+that of Laslett (1982), Censoring and edge effects in areal and line transect sampling of rock joint
 traces, Mathematical Geology 14, 125-140: a complete trace contributes its density f, one censored
 at one end its survival S, one censored at both ends the integral of S beyond, and n pieces are a
 Poisson number with the mean density * (area + mean length * width).

@@ -71,8 +71,7 @@ class Densities:
     """P20, P20 by nodes and P21 of traces in an area with their 95 % intervals.
 
     The dispersion is the variance of P21 over that of independent traces. Values are None without
-    an
-    area.
+    an area.
     """
 
     P20_1_per_m2: float | None = None
@@ -151,10 +150,8 @@ class FractureNetwork(PrintableResult):
     """Figures of a fracture network, see docs/cli.md; None for what cannot be computed.
 
     `P21_unclipped_1_per_m` includes the parts of traces outside the area and is too large. Names
-    with
-    95 are 95 % intervals. `plane` is that on which three-dimensional traces were analysed, None for
-    a
-    map.
+    with 95 are 95 % intervals. `plane` is that on which three-dimensional traces were analysed,
+    None for a map.
     """
 
     traces: int

@@ -15,8 +15,7 @@ from vomstudio.geology.fractures.pieces import Pieces
 
 MAX_OFFSET_RATIO = 10.0
 """Maximum distance of an end along its trace from the crossing to which it is snapped, in
-tolerances.
-Traces with an acute angle cross far from where they are within the tolerance.
+tolerances. Traces with an acute angle cross far from where they are within the tolerance.
 """
 
 
@@ -49,8 +48,7 @@ class NodeCounts:
     """Numbers of nodes.
 
     I, Y, X : free ends, abutting ends, crossings. E : ends on the edge of the area. L : two traces
-    meet
-    end to end. other : more than four branches meet.
+    meet end to end. other : more than four branches meet.
     """
 
     I: int  # noqa: E741
@@ -97,8 +95,7 @@ def find_nodes(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Node
     """Find the nodes of traces.
 
     A trace that crosses or touches itself has no node there. Crossings and ends on the edge of the
-    area
-    are not nodes either.
+    area are not nodes either.
 
     Parameters
     ----------

@@ -75,9 +75,8 @@ class Spacing:
     true_mean_m : float or None
         Mean gap perpendicular to the traces, by the sine of each gap's mean angle, m.
     P21_1_per_m : float
-        Sum of the weights over the length, Terzaghi's (1965) correction, which on a plane
-        estimates the
-        length of traces per area.
+        Sum of the weights over the length, Terzaghi's (1965) correction, which on a plane estimates
+        the length of traces per area.
     dispersion : float
         Variance of the number of crossings over that of random ones; below 1 only if the gaps are
         significantly regular.
@@ -199,8 +198,7 @@ def _intervals(
     """Return the intervals of the frequency, 1/m, and of the mean gap, m, and the dispersion.
 
     The mean gap is 1 over the frequency, and so is its interval, unless the gaps are regular: then
-    both
-    follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
+    both follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
     """
     line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
     n, lines = len(along), len(crossings.lengths_m)

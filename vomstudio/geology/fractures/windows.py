@@ -46,10 +46,8 @@ class CircleEstimates:
     """Estimates from a circle without any length.
 
     Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258: n crossings of its
-    rim and
-    m ends inside give the intensity n / 4r, the density m / 2 pi r^2 and the mean length pi r n /
-    2m,
-    None without ends.
+    rim and m ends inside give the intensity n / 4r, the density m / 2 pi r^2 and the mean length pi
+    r n / 2m, None without ends.
     """
 
     n: int
@@ -71,11 +69,10 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
     """Return the mean length of complete traces from pieces seen in a window.
 
     It is the total length over half the number of ends inside. Neither censoring nor the preference
-    for
-    long traces biases it, because every trace has two ends, each observed with the same probability
-    regardless of its position (Pahl 1981, International Journal of Rock Mechanics 18, 221-228;
-    Zhang &
-    Einstein 1998). The 95 % interval is that of a ratio of sums over independent pieces.
+    for long traces biases it, because every trace has two ends, each observed with the same
+    probability regardless of its position (Pahl 1981, International Journal of Rock Mechanics 18,
+    221-228; Zhang & Einstein 1998). The 95 % interval is that of a ratio of sums over independent
+    pieces.
 
     Parameters
     ----------
@@ -149,8 +146,7 @@ def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
     """Compute P21 in circles of increasing size.
 
     Up to 64 circles of each size on a regular grid, from the smallest that contains a few traces to
-    the
-    largest that fits; empty if no circle fits or there are no traces.
+    the largest that fits; empty if no circle fits or there are no traces.
     """
     import shapely
 

@@ -2,17 +2,15 @@
 
 The tests of uniformity are Bingham's for axes and Rayleigh's for directions, corrected for small
 samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). Model-free confidence of
-the
-tensor's axes is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis & Embleton 1987,
+the tensor's axes is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis & Embleton 1987,
 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 = 1 / (2 n (Si - Sj) (ki - kj)), as
 Tanaka (1999) corrected the common factor. All are joint 95 % ellipses of direction cosines
-(Anderson
-1963, Annals of Mathematical Statistics 34, 122-148), with F(2, n - 2) in place of chi-square
-(model-free F(2, m - 2) for the first axis and F(2, m - 3) for the others, where m is the effective
-number of weighted axes, and residuals of the jackknife: simulated coverage of clusters and girdles
-is 93 to 98 %). If two eigenvalues may be equal, the axes may be any two of a plane and have no
-region: by the test of rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by their ratio
-(F), which is more powerful for few axes of a narrow girdle.
+(Anderson 1963, Annals of Mathematical Statistics 34, 122-148), with F(2, n - 2) in place of
+chi-square (model-free F(2, m - 2) for the first axis and F(2, m - 3) for the others, where m is the
+effective number of weighted axes, and residuals of the jackknife: simulated coverage of clusters
+and girdles is 93 to 98 %). If two eigenvalues may be equal, the axes may be any two of a plane and
+have no region: by the test of rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by
+their ratio (F), which is more powerful for few axes of a narrow girdle.
 """
 
 from __future__ import annotations
@@ -46,8 +44,7 @@ assumes normal deviations.
 
 MIN_DIRECTIONS_FOR_KENT = 12
 """Fewer directions are rarely significantly elongated, and those that are lie in a line by chance:
-the
-region of their mean would be too narrow across it, with a coverage of only two thirds.
+the region of their mean would be too narrow across it, with a coverage of only two thirds.
 """
 
 ELONGATION_SIGNIFICANCE = 0.05
@@ -309,8 +306,7 @@ def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
     """Return the p-value of Kent's (1982) test of a round cluster.
 
     n (kappa/2)^2 I(1/2) / I(5/2) (kappa) d^2 is chi-square with 2 degrees of freedom, where d is
-    the
-    difference of the mean squares along and across the cluster.
+    the difference of the mean squares along and across the cluster.
     """
     # I(5/2) / I(1/2) in closed form.
     ratio = 1.0 / (1.0 + 3.0 / kappa**2 - 3.0 / (kappa * math.tanh(kappa)))

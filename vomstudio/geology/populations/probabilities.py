@@ -3,8 +3,7 @@
 Importing scipy.special takes longer than a command on a small table. Chi-square with whole degrees
 of freedom has a closed form (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). F and Student's t are
 incomplete beta functions (26.5.8, with Lentz's evaluation of the continued fraction; Press and
-others
-2007, Numerical recipes, 6.4).
+others 2007, Numerical recipes, 6.4).
 """
 
 from __future__ import annotations

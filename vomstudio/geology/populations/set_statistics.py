@@ -58,8 +58,7 @@ class FisherFigures:
     ----------
     registration_error_deg : float or None
         Larger half-angle of the 95 % region of the mean by the registrations, degrees; None if
-        unknown.
-        It does not decrease with n.
+        unknown. It does not decrease with n.
     total95_deg : float or None
         Total of alpha95 and the registration as far as known, degrees.
     fit_p : float or None

@@ -9,9 +9,8 @@ Gauss-Legendre nodes that follow the density, accurate from uniform scatter to c
 thousandth of a degree.
 
 Goodness of fit is the smooth test (Neyman 1937; for directions Boulerice & Ducharme 1997, Journal
-of
-Multivariate Analysis 60, 154-175): the harmonics or moments of the next degrees beyond those of the
-fit are compared with their values under the fitted model, as chi-square.
+of Multivariate Analysis 60, 154-175): the harmonics or moments of the next degrees beyond those of
+the fit are compared with their values under the fitted model, as chi-square.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 A surface interpolated between points is smoother than the rock. The missing variance follows from
 points that are held out: their distance from the surface through the others (cross-validation, as
-in
-geostatistics). Second differences of the map lack 1 + 4 + 1 = six times this variance at all
+in geostatistics). Second differences of the map lack 1 + 4 + 1 = six times this variance at all
 distances longer than the gaps, so that they grow too fast and the exponent is too large without a
 correction.
 """

@@ -3,11 +3,9 @@
 z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane does not matter. For a
 self-affine surface its mean square grows as |h|^(2 H) with the Hurst exponent H (Kent & Wood 1997,
 Journal of the Royal Statistical Society B 59, 679-699; on surfaces and by direction Chan & Wood
-2000,
-Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have H of about
-0.6 along slip and 0.8 across (Candela et al. 2012, Journal of Geophysical Research 117, B08409),
-and
-are smoothest along it (Renard et al. 2006, Geophysical Research Letters 33, L04305).
+2000, Statistica Sinica 10, 343-376; Davies & Hall 1999, ibid. B 61, 3-37). Fault surfaces have H of
+about 0.6 along slip and 0.8 across (Candela et al. 2012, Journal of Geophysical Research 117,
+B08409), and are smoothest along it (Renard et al. 2006, Geophysical Research Letters 33, L04305).
 
 Errors are those of the jackknife over sixteen parts of the surface. Wavelengths above a quarter of
 the surface are not resolved.
@@ -33,20 +31,17 @@ N_LAGS = 8
 MIN_COUNT = 50
 MIN_NOISE_RATIO = 4.0
 """Minimum ratio of the mean square of second differences to that of noise. Above it, noise changes
-the
-growth by less than a quarter.
+the growth by less than a quarter.
 """
 NOISE_FACTOR = 6.0
 """A second difference of noise has 1 + 4 + 1 = six times its variance."""
 PART_CORRELATION_FACTOR = 1.44
 """Factor of the variance among parts, because adjacent parts are correlated; simulated on self-
-affine
-surfaces with H from 0.3 to 0.9 for a coverage of 95 %.
+affine surfaces with H from 0.3 to 0.9 for a coverage of 95 %.
 """
 MAX_BEND = 0.2
 """Own choice: a surface whose growth bends more has a characteristic length, as grooves and waves
-have,
-and no exponent. None of 160 self-affine surfaces bent by more than 0.06.
+have, and no exponent. None of 160 self-affine surfaces bent by more than 0.06.
 """
 SIGNIFICANCE = 0.01
 """Level at which a direction is reported, wrongly on one isotropic surface in a hundred."""
@@ -87,8 +82,7 @@ class Exponent:
     """Hurst exponent with its 95 % error over distances from `from_m` to `to_m`.
 
     `short` and `long` are the exponents of the shorter and longer half of the distances. `bend` is
-    their
-    difference beyond its 95 % error; half of it is contained in `error95`.
+    their difference beyond its 95 % error; half of it is contained in `error95`.
     """
 
     H: float
@@ -191,8 +185,7 @@ def fit_exponent(
         Standard deviation of the model's noise, m.
     missing_variance : float
         Variance that the raster lacks between its points (`gaps.missing_variance`), m2. It is
-        added;
-        half the effect of this correction is contained in the error.
+        added; half the effect of this correction is contained in the error.
 
     Returns
     -------

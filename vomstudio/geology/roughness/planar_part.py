@@ -5,12 +5,10 @@ Tukey's biweight; Holland & Welsch 1977, Communications in Statistics A6, 813-82
 than single cells that deviate by more than its scatter and the model's noise do not belong to it.
 
 If a third of the surface or more bends away, such a plane is a compromise that fits neither part.
-So
-planes are also grown from parts of the surface, each over everything within its own scatter. On a
-surface that is one plane, however rough, or a smoothly bent one, they grow over the whole (on all
-of
-200 self-affine surfaces with H from 0.3 to 0.9). If one stops at much less scatter than the whole
-has, the surface is broken, and the largest such part is used.
+So planes are also grown from parts of the surface, each over everything within its own scatter. On
+a surface that is one plane, however rough, or a smoothly bent one, they grow over the whole (on all
+of 200 self-affine surfaces with H from 0.3 to 0.9). If one stops at much less scatter than the
+whole has, the surface is broken, and the largest such part is used.
 """
 
 from __future__ import annotations
@@ -31,8 +29,7 @@ MAD_FACTOR = 1.4826
 MAX_CELLS = 40_000
 MAX_BROKEN_RATIO = 0.7
 """Maximum ratio of the scatter of a part to that of the whole about a plane and about a paraboloid
-at
-which the surface is broken.
+at which the surface is broken.
 """
 MIN_PART_SHARE = 0.25
 SEEDS_PER_SIDE, _SEED_SIZE, MAX_GROWN_CELLS = 4, 1.0 / 3.0, 6_000

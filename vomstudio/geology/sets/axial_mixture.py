@@ -3,12 +3,11 @@
 Each cluster is a Bingham (1974) distribution, which may be elongated and has equal densities for a
 pole and its opposite, so that sets of steep planes, whose poles lie on both sides of the net, need
 no special case. The background is uniform. Expectation and maximisation fit the mixture, one
-cluster
-after the other: a new one starts where unassigned poles are densest, or as half of an existing one.
-Their number minimises BIC with a penalty on overlap, a quarter of that of the integrated completed
-likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions PAMI 22, 719-725): the full penalty
-joins wide sets that are forty degrees apart, and a quarter does not split sets that deviate from a
-Bingham distribution. The result is deterministic.
+cluster after the other: a new one starts where unassigned poles are densest, or as half of an
+existing one. Their number minimises BIC with a penalty on overlap, a quarter of that of the
+integrated completed likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions PAMI 22,
+719-725): the full penalty joins wide sets that are forty degrees apart, and a quarter does not
+split sets that deviate from a Bingham distribution. The result is deterministic.
 """
 
 from __future__ import annotations
@@ -24,8 +23,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 MIN_MEMBERS, MIN_CERTAIN_MEMBERS = 3, 5
 """Minimum number of members of a proposed set; below the second number it must also be
-significantly
-clustered.
+significantly clustered.
 """
 MAX_CHANCE_GROUPS, ANGULAR_RESOLUTION_DEG = 0.05, 2.0
 """Expected number of random groups of this size and width, and the angle below which differences of
@@ -33,9 +31,7 @@ planes are measurement errors.
 """
 MUTUAL_PROBABILITY = {3: 0.5865, 4: 0.2745}
 """Probability that the poles of a random group that are within an angle of one of them are within
-it
-of
-each other, by number: 1 - 3 sqrt(3) / 4 pi, and by simulation.
+it of each other, by number: 1 - 3 sqrt(3) / 4 pi, and by simulation.
 """
 MIN_CONCENTRATION, MAX_CONCENTRATION = 4.0, 5000.0
 """Concentrations: a spread of 20 degrees is the maximum of a set, one of 0.6 the accuracy of
@@ -93,10 +89,8 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
     """Compute the 95 % cone of each cluster's mean axis.
 
     Poles that may belong to another cluster or the background contribute less information, and less
-    the
-    farther they are from the axis (Louis 1982, J. R. Statist. Soc. B 44, 226). The scatter of
-    assigned
-    poles alone, which lacks its tails, would be too optimistic.
+    the farther they are from the axis (Louis 1982, J. R. Statist. Soc. B 44, 226). The scatter of
+    assigned poles alone, which lacks its tails, would be too optimistic.
 
     Returns
     -------
@@ -309,10 +303,8 @@ def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
     """Return the log density (n,) of Bingham's distribution relative to the background.
 
     exp(-k1 a^2 - k2 b^2) / N at poles with components a, b (n, 2) across the mean axis. N is the
-    root of
-    the product of Watson's, D(sqrt k) / sqrt k with Dawson's integral D: exact for k1 = k2 and in
-    the
-    limit of narrow clusters.
+    root of the product of Watson's, D(sqrt k) / sqrt k with Dawson's integral D: exact for k1 = k2
+    and in the limit of narrow clusters.
     """
     from scipy.special import dawsn
 

@@ -3,11 +3,10 @@ area.
 
 Pieces of one set whose positions along its mean normal differ by more than their scatter are
 different discontinuities; the others are pieces of one. Riquelme, Abellan, Tomas & Jaboyedoff
-(2014,
-Computers & Geosciences 68, 38-52) join clusters of points in this way, with the same threshold of
-1.5. Spacing is that of Riquelme, Abellan & Tomas (2015, Engineering Geology 195, 185-195), for
-persistent and non-persistent planes; persistence that of Riquelme, Tomas, Cano, Pastor & Abellan
-(2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
+(2014, Computers & Geosciences 68, 38-52) join clusters of points in this way, with the same
+threshold of 1.5. Spacing is that of Riquelme, Abellan & Tomas (2015, Engineering Geology 195,
+185-195), for persistent and non-persistent planes; persistence that of Riquelme, Tomas, Cano,
+Pastor & Abellan (2018, Rock Mechanics and Rock Engineering 51, 3005-3028).
 """
 
 from __future__ import annotations
@@ -118,9 +117,8 @@ class Arrangement:
         Area of all pieces, m2.
     p32_1_per_m, p32_low95_1_per_m, p32_high95_1_per_m : float
         Area per volume for persistent planes with its 95 % interval for random positions. The upper
-        limit separates pieces joined only by their tilt. No interval if only positions are
-        known and
-        several picks, each counted as a plane, may be of one.
+        limit separates pieces joined only by their tilt. No interval if only positions are known
+        and several picks, each counted as a plane, may be of one.
     p32_exposed_1_per_m : float
         Area of the pieces per volume that they span, a lower limit.
     rests_on : {"one face", "several faces"}
@@ -147,10 +145,8 @@ class ScanlineSpacing:
     """Spacing of n planes of a set along a straight line; None for fewer than two.
 
     `apparent_m` is the mean gap along the line, `true_m` that along the normal of the set (apparent
-    times
-    the cosine of the angle between both: Priest & Hudson 1976, International Journal of Rock
-    Mechanics
-    13, 135-148).
+    times the cosine of the angle between both: Priest & Hudson 1976, International Journal of Rock
+    Mechanics 13, 135-148).
     """
 
     n: int
@@ -164,9 +160,8 @@ def split_by_position(
     """Assign the pieces of a set to discontinuities by their position along the normal.
 
     A piece joins the discontinuity with the largest scatter within `max_scatter` times the sum of
-    both
-    scatters. The largest pieces come first, so that chains of small pieces do not join distinct
-    planes.
+    both scatters. The largest pieces come first, so that chains of small pieces do not join
+    distinct planes.
 
     Parameters
     ----------

@@ -26,10 +26,8 @@ def pairs_without_gap(
     """Find pairs of sets between which poles are as dense as about their means.
 
     A uniform distribution along the great circle through both means has equal numbers in each third
-    of
-    the distance. Two clusters leave the middle third emptier, with a p-value below 5 % for a
-    uniform
-    distribution (binomial).
+    of the distance. Two clusters leave the middle third emptier, with a p-value below 5 % for a
+    uniform distribution (binomial).
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Bend of a whole face, which makes its plane the attitude of this place only.
 
 A face whose roughness is as long as itself is a piece of a wave: its plane may be well known, but
-the
-attitude of the surface over several such faces differs by as much as the face bends. A quadratic
-surface through the means of equal cells measures the bend; it explains little of shorter roughness.
+the attitude of the surface over several such faces differs by as much as the face bends. A
+quadratic surface through the means of equal cells measures the bend; it explains little of shorter
+roughness.
 """
 
 from __future__ import annotations
@@ -37,9 +37,8 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     Returns
     -------
     float or None
-        Degrees, in the direction of the maximum bend. None for faces without a significant bend
-        (1 %),
-        with shorter roughness, or with too few points.
+        Degrees, in the direction of the maximum bend. None for faces without a significant bend (1
+        %), with shorter roughness, or with too few points.
     """
     from scipy.special import fdtrc
 

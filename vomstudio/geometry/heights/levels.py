@@ -1,14 +1,10 @@
 """Levels of the points of a patch: two planes a step apart, or two layers of misaligned scans.
 
 One plane of all points would lie between them. Steps are detected by the means of small cells,
-which
-scatter much less than points, so that steps of twice the noise are visible: after subtraction of
-the
-common plane, means are at some levels with few between. A wave or roughness has many between.
-Layers
-on top of each other have no such cells; they are detected by two peaks of the points' heights,
-which
-need three times the noise.
+which scatter much less than points, so that steps of twice the noise are visible: after subtraction
+of the common plane, means are at some levels with few between. A wave or roughness has many
+between. Layers on top of each other have no such cells; they are detected by two peaks of the
+points' heights, which need three times the noise.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Compiled kernels: written in Python, compiled by numba once, and loaded without it afterwards.
 
 `import numba` takes longer than most of a small command. Nothing here imports it before a kernel
-must be
-compiled: its machine code is cached on the disk and loaded into a later process by llvmlite alone
-(`machine_code`), or else by numba's own cache.
+must be compiled: its machine code is cached on the disk and loaded into a later process by llvmlite
+alone (`machine_code`), or else by numba's own cache.
 """
 
 from __future__ import annotations
@@ -116,8 +115,7 @@ def step(function: Callable[..., Any]) -> Part:
     """Declare a step of one kernel, inlined into it.
 
     It is as fast as inline code, and with fastmath its sums have the same order. For one or two
-    calls only,
-    because each call is a copy.
+    calls only, because each call is a copy.
     """
     return Part(function, inline="always")
 

@@ -1,10 +1,8 @@
 """Machine code of kernels, cached between runs and loaded without numba.
 
 Reading numba's own cache needs `import numba`, which takes longer than most commands. The object
-file
-that LLVM makes of the kernel is therefore cached, and llvmlite alone links it into a later process.
-The
-code is identical, so the results are bitwise equal.
+file that LLVM makes of the kernel is therefore cached, and llvmlite alone links it into a later
+process. The code is identical, so the results are bitwise equal.
 
 A file is identified by all inputs of its code: the instructions and constants of the kernel and its
 parts, the signature, numba, llvmlite and the processor. So an edit of a part, an update or another

@@ -19,8 +19,7 @@ def split_work(count: int) -> Iterator[Run]:
     """Yield a function that runs work(first, last) over pieces of `count` elements.
 
     There are as many pieces as processors; few elements are one piece in this thread. The work is a
-    kernel
-    that releases the GIL and writes to its own elements only.
+    kernel that releases the GIL and writes to its own elements only.
     """
     pieces = min(PROCESSORS, count // MIN_PIECE_SIZE)
     if pieces < 2:

@@ -82,9 +82,8 @@ class Signature:
     """Signature of a kernel in numba's notation, with arrays, numbers, and results of 8 bytes.
 
     numba passes an array as two owners (not needed), number of items, bytes of an item, address,
-    lengths and
-    strides; places for results and for errors precede all arguments. Raises ValueError for other
-    types.
+    lengths and strides; places for results and for errors precede all arguments. Raises ValueError
+    for other types.
     """
 
     def __init__(self, text: str) -> None:

@@ -96,8 +96,7 @@ class PointGrid:
         """Return the tables of the grid for kernels.
 
         The points minus `corner`, sorted by cells; the cell of each along x; names and ends of rows
-        of cells,
-        as in `kernels.cells.slot_of`; and the input rows of the points.
+        of cells, as in `kernels.cells.slot_of`; and the input rows of the points.
         """
         return (*self._sorted(), self._order_given)
 
@@ -137,8 +136,8 @@ class PointGrid:
         """Compute the mean curvature (k,) of quadrics through the points within `radius` of places.
 
         In inverse units of the points, positive if the surface bends away from the unit normals (k,
-        3); NaN
-        for fewer than ten points. Raises Cancelled through `progress`, whose steps are places.
+        3); NaN for fewer than ten points. Raises Cancelled through `progress`, whose steps are
+        places.
         """
         from vomstudio.geometry.kernels.quadrics import curvatures_near
 
@@ -178,8 +177,7 @@ class PointGrid:
         """Measure the points in cylinders around places (k, 3), along unit axes (k, 3).
 
         The cylinders extend by `reach` to either side. Raises Cancelled through `progress`, whose
-        steps are
-        places.
+        steps are places.
         """
         from vomstudio.geometry.kernels.cells import along_axes
 

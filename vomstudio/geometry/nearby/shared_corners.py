@@ -26,8 +26,8 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
     """Snap vertices that are much closer than a side is long.
 
     Only if few faces share a side, as when each has its own rounded or transformed vertices;
-    otherwise the
-    places (n, 3) are returned unchanged. They are finite at the vertices of faces (k, 3).
+    otherwise the places (n, 3) are returned unchanged. They are finite at the vertices of faces (k,
+    3).
     """
     nodes = welded(places)[faces]
     if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):
@@ -53,8 +53,7 @@ def neighbours_across_gaps(
     """Find faces with free sides next to each other.
 
     Sides closer than their length are neighbours, whether tiles were cut, rounded or overlap there,
-    or
-    have a different resolution. Empty if most faces are separate.
+    or have a different resolution. Empty if most faces are separate.
 
     Parameters
     ----------

@@ -24,8 +24,7 @@ N_SEEDS = 64
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
     """Triangles (k, 3, 3), their projection along the outline's normal (k, 3, 2), the share of each
-    inside
-    (k,), and the projected outline.
+    inside (k,), and the projected outline.
     """
 
     faces: FloatArray
@@ -38,8 +37,7 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     """Compute the area of the part of a triangulated surface inside an outline.
 
     The outline is projected along its normal, in which direction its area is largest; faces that it
-    cuts
-    count partially. Only faces connected to the outline count, so a wall behind is excluded.
+    cuts count partially. Only faces connected to the outline count, so a wall behind is excluded.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """Parallel rays through a grid, outside the window.
 
 Each triangle is tested against the rays rather than each ray against triangles, in float64 and
-without
-a tree: the same hits as Embree (float32), about ten times faster.
+without a tree: the same hits as Embree (float32), about ten times faster.
 """
 
 from __future__ import annotations
@@ -51,8 +50,7 @@ def cast_grid(
     """Cast rays along +z through the centres of a grid's pixels.
 
     Column i is at x = left + (i + 0.5) step, row j at y = top + (j + 0.5) step. Edge-on faces are
-    never
-    hit.
+    never hit.
 
     Parameters
     ----------

@@ -1,10 +1,8 @@
 """Single rays against a model, in float64: first hits and nearest faces.
 
 Boxes over the faces (or points), sorted along a Morton curve and paired upward into a complete
-binary
-tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d trees,
-HPG).
-A million faces take less than a second.
+binary tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d
+trees, HPG). A million faces take less than a second.
 """
 
 from __future__ import annotations
@@ -22,8 +20,7 @@ from vomstudio.geometry.mesh import Mesh
 LEAF_SIZE = 4
 SURFACE_THICKNESS = 4.0
 """Points of a cloud within this multiple of the reach behind the first one on a ray belong to the
-same
-surface.
+same surface.
 """
 
 
@@ -67,9 +64,8 @@ class RayTree:
     """Faces of a mesh, or points of a cloud with a reach, prepared for rays.
 
     `reach` is the maximum distance of a point from a ray that hits it, m; unused for a mesh.
-    Coordinates are
-    those of the model. Sums are relative to an integer corner, so that UTM coordinates lose no
-    digits.
+    Coordinates are those of the model. Sums are relative to an integer corner, so that UTM
+    coordinates lose no digits.
     """
 
     def __init__(self, data: Mesh | PointCloud, reach: float = 0.0) -> None:
@@ -103,8 +99,7 @@ class RayTree:
         `last`.
 
         `last` is in lengths of the direction. For a cloud it is the point nearest to the ray on the
-        first
-        surface. Rays that are not finite have no hit.
+        first surface. Rays that are not finite have no hit.
         """
         from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 

@@ -1,11 +1,9 @@
 """Clouds as octrees, of which only the nodes that a view needs are loaded and drawn.
 
 Every node contains a thin, even sample of the points in its cube; its children add the points
-between.
-The id of a point is its row in the whole file. In a cloud that does not fit into memory it is the
-number of points in the preceding nodes of the file plus the row in the node, so ids do not depend
-on
-what is loaded and equal the rows of the same file read as a whole.
+between. The id of a point is its row in the whole file. In a cloud that does not fit into memory it
+is the number of points in the preceding nodes of the file plus the row in the node, so ids do not
+depend on the loaded nodes and equal the rows of the same file read as a whole.
 """
 
 from __future__ import annotations

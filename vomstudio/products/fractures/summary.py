@@ -74,7 +74,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
         (
             tr("nodes"),
             tr(
-                "I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
+                "I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends snapped)",
                 i=nodes["I"],
                 y=nodes["Y"],
                 x=nodes["X"],

@@ -49,7 +49,7 @@ def export_project(
     Returns
     -------
     ProjectTable
-        What was written.
+        Table with the files that were written.
 
     Raises
     ------

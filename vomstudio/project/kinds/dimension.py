@@ -164,7 +164,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 WHAT = replace(
     of.KIND,
     title=_("Kind"),
-    explanation=_("What is measured"),
+    explanation=_("Measured quantity"),
     value=lambda s: s.feature.kind,
     words=(),
     shown=None,

@@ -10,11 +10,11 @@ from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 @dataclass
 class PhotoRow:
-    """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy)
-    of the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
+    """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy) of
+    the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
     the rock, gsd: units of a model without metres; blur: edge width in pixels; views: mean number
-    of photos that see the same rock.
-    found_mask: the mask that lies beside the photo; mask: the one that is used."""
+    of photos that see the same rock. found_mask: the mask that lies beside the photo; mask: the one
+    that is used."""
 
     name: str
     path: str

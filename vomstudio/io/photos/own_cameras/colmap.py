@@ -87,7 +87,7 @@ def _lens(
     model: str, width: int, height: int, params: tuple[float, ...]
 ) -> tuple[Intrinsics, str | None]:
     if model not in _PARAMETER_COUNTS:
-        raise ValueError(tr("{model} is no camera model of COLMAP", model=model[:40]))
+        raise ValueError(tr("{model} is not a camera model of COLMAP", model=model[:40]))
     if len(params) != _PARAMETER_COUNTS[model]:
         raise ValueError(
             tr(
@@ -140,7 +140,7 @@ def _binary_lenses(path: Path) -> Lenses:
         width, height = file.read("<QQ", tr("cameras"))
         if model not in _MODELS_BY_NUMBER:
             raise file.damaged(
-                tr("{model} is no camera model of COLMAP", model=model), tr("cameras")
+                tr("{model} is not a camera model of COLMAP", model=model), tr("cameras")
             )
         name, count = _MODELS_BY_NUMBER[model]
         params = file.read(f"<{count}d", tr("cameras"))
