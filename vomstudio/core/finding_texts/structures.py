@@ -231,7 +231,7 @@ TEXTS: dict[str, Entry] = {
     "fold.axis-known": (
         "info",
         to_translate(
-            "Beta is known to {major_deg:.1f} by {minor_deg:.1f}° (joint 95 %). This shortens"
+            "Beta is known to {major_deg:.1f}° by {minor_deg:.1f}° (joint 95 %). This shortens"
             " lengths by {shortening_percent:.1f} % and displaces by {shift_percent:.0f} % of the"
             " depth of the view."
         ),
@@ -239,7 +239,7 @@ TEXTS: dict[str, Entry] = {
     "fold.axis-weak": (
         "warning",
         to_translate(
-            "Beta is known to {major_deg:.1f} by {minor_deg:.1f}° (joint 95 %), over"
+            "Beta is known to {major_deg:.1f}° by {minor_deg:.1f}° (joint 95 %), over"
             " {limit_deg:g}°: too weak to rely on. Measure more planes."
         ),
     ),
@@ -251,14 +251,14 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "With the registration, which can turn beta by {error_deg:.1f}° however many planes"
-            " there are, it is known to {major_deg:.1f} by {minor_deg:.1f}° (joint 95 %)."
+            " there are, it is known to {major_deg:.1f}° by {minor_deg:.1f}° (joint 95 %)."
         ),
     ),
     "fold.registration-weak": (
         "warning",
         to_translate(
             "With the registration, which can turn beta by {error_deg:.1f}°, it is known to"
-            " {major_deg:.1f} by {minor_deg:.1f}°, over {limit_deg:g}°: too weak to rely on."
+            " {major_deg:.1f}° by {minor_deg:.1f}°, over {limit_deg:g}°: too weak to rely on."
         ),
     ),
     "fold.strays": (
