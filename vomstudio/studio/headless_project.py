@@ -38,7 +38,7 @@ from vomstudio.project.folder import MODELS, Project
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed, get
-from vomstudio.project.registration_frames import registration_in_project
+from vomstudio.project.registration_import import registration_in_project
 from vomstudio.project.session import Session
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import prepend_warnings

@@ -28,7 +28,7 @@ from vomstudio.project.folder import is_project
 from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model, Record
-from vomstudio.project.registration_frames import registration_in_project
+from vomstudio.project.registration_import import registration_in_project
 from vomstudio.studio.editing import Editing
 from vomstudio.studio.jobs.model_tasks import (
     CONVERT_MODEL,
