@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
-from vomstudio.ui.shell.help_pages import sections_in  # noqa: E402
+from vomstudio.ui.dialogs.help.help_pages import sections_in  # noqa: E402
 
 
 def on_config(config: Any) -> Any:

@@ -125,7 +125,7 @@ def declare(window: MainWindow, crs: str = CRS) -> None:
 
 
 def dialog_of(window: MainWindow):
-    from vomstudio.ui.shell.frame_dialog import FrameDialog
+    from vomstudio.ui.dialogs.frame_dialog import FrameDialog
 
     # Not among all that the window is made of, which takes as long as waiting does.
     shown = [d for d in QApplication.topLevelWidgets() if isinstance(d, FrameDialog)]

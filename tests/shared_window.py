@@ -28,14 +28,14 @@ from PySide6.QtWidgets import (
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
-from vomstudio.ui.analyse.group_box import GroupBox
-from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ScrollingLater
-from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
+from vomstudio.ui.base.controls import ScrollingLater
+from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
+from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.main_window import MainWindow
 from vomstudio.ui.shell.tour import Tour
-from vomstudio.ui.workspaces import screens
-from vomstudio.ui.workspaces.table import FIRST
+from vomstudio.ui.shell.workspace_table import FIRST
+from vomstudio.ui.widgets.group_box import GroupBox
+from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PanelDefaults:

@@ -16,7 +16,7 @@ from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.common.entry import _parser
 from vomstudio.project.tables.orientation_table import COLUMNS
-from vomstudio.ui.shell.help_pages import anchor
+from vomstudio.ui.dialogs.help.help_pages import anchor
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

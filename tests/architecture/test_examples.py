@@ -149,7 +149,7 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
         "vomstudio/io/models/formats",
         "vomstudio/project/kinds",
         "vomstudio/studio/tools",
-        "vomstudio/ui/interpret/tool_panels",
+        "vomstudio/ui/panels/tools",
         "vomstudio/cli",
     }
     assert len(CHANGED.findall(page)) == 6

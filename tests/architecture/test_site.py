@@ -10,7 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from vomstudio.ui.shell.help_pages import pages_in
+from vomstudio.ui.dialogs.help.help_pages import pages_in
 
 ROOT = Path(__file__).resolve().parents[2]
 LOADED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}

@@ -10,7 +10,7 @@ HEAVY = {"numpy", "scipy", "numba", "vtkmodules", "matplotlib", "PIL", "pandas",
 
 def test_the_empty_window_is_there_before_any_heavy_library() -> None:
     """It stands on the screen within a second; what fills it is imported behind it."""
-    modules = "vomstudio.ui.shell.main_window, vomstudio.ui.shell.failure_notices"
+    modules = "vomstudio.ui.shell.main_window, vomstudio.ui.widgets.failure_notices"
     code = f"import sys, {modules}; print(*{{name.partition('.')[0] for name in sys.modules}})"
     words = [sys.executable, "-c", code]
     done = subprocess.run(words, capture_output=True, text=True, check=True, timeout=60)

@@ -20,7 +20,7 @@ _TIMES = 5
 
 def main() -> None:
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from vomstudio.ui.analyse.net.canvas import DPI, DrawnNet, Wanted
+    from vomstudio.ui.panels.net.canvas import DPI, DrawnNet, Wanted
 
     rng = np.random.default_rng(1)
     normals = rng.normal(size=(10_000, 3)) + np.repeat([[3, 1, -2], [-1, 2, -4]], 5_000, axis=0)

@@ -129,7 +129,7 @@ class Interpreter(Editor):
 
         from tests import driver
         from vomstudio.studio.tools.trace import TraceTool
-        from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+        from vomstudio.ui.panels.tools.trace import TracePanel
 
         self.studio.cancel_tool()
         self.key(Qt.Key.Key_T)

@@ -193,7 +193,7 @@ class Walk:
 
     def _compass(self, model: Model) -> None:
         from vomstudio.registration.north import North
-        from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
+        from vomstudio.ui.panels.tools.compass_dialog import CompassDialog
 
         dialog = CompassDialog(self.window, model, None, lambda made: North())
         dialog.north.setCurrentIndex(dialog.north.findData("magnetic"))
@@ -228,7 +228,7 @@ class Walk:
             self.window.actions_table.run("patch_surface")
 
     def _book(self) -> None:
-        from vomstudio.ui.analyse.net.commands import import_readings
+        from vomstudio.ui.commands.net import import_readings
 
         path = self.folder / "book.csv"
         path.write_text(_BOOK)
@@ -236,7 +236,7 @@ class Walk:
             import_readings(self.window, self.window.studio, path)
 
     def _page(self) -> None:
-        from vomstudio.ui.common.html_page import open_page
+        from vomstudio.ui.widgets.html_page import open_page
 
         path = self.folder / "page.html"
         path.write_text("<h1>Page</h1>" + "<p>Text.</p>" * 200)
@@ -256,8 +256,8 @@ class Walk:
             window.actions_table.run("make_settings")
 
     def _alignment(self) -> None:
-        from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
-        from vomstudio.ui.common.long_boxes import fit_to_screen
+        from vomstudio.ui.base.long_boxes import fit_to_screen
+        from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
         with self.seen("alignment"):
             dialog = AlignmentDialog(self.window, self.window.studio, self.reconstruction)

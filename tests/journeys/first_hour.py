@@ -28,10 +28,10 @@ from tests.driver import CTRL, click, drag, key, look_at, move, pick, pixel, wai
 from tests.journeys.conftest import bare_outcrop, read_picks
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 from vomstudio.ui.shell.main_window import MainWindow
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -131,7 +131,7 @@ def announce(name: str, studio: Any) -> None:
 # --- without a viewport --------------------------------------------------------------------------
 def make_studio() -> Any:
     from vomstudio.io.settings import Settings
-    from vomstudio.ui.common.studio import Studio
+    from vomstudio.ui.base.studio import Studio
 
     studio = Studio(Settings())
     studio.jobs.close()
@@ -257,7 +257,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
 
 def photo_events(studio: Any) -> list[Event]:
     """What a model rests on, as the windows of photos change it."""
-    from vomstudio.ui.photos.photo_document import PhotoDocument
+    from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 
     document = PhotoDocument(studio)
     wall = PhotoSet("photos-1", "wall", "/geologist/wall", "EPSG:32633")

@@ -12,7 +12,7 @@ from tests import driver
 from tests.driver import key
 from tests.messages import shown_codes
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 pytestmark = pytest.mark.full
 

@@ -21,8 +21,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.records import Model
-from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
-from vomstudio.ui.common.command_targets import current_model
+from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
 
 @pytest.fixture(scope="module")

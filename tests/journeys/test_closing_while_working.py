@@ -12,11 +12,11 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
-from vomstudio.ui.sections.elevation_panel import ElevationPanel
-from vomstudio.ui.surface.facets_panel import FacetsPanel
-from vomstudio.ui.surface.fields_panel import FieldsPanel
-from vomstudio.ui.surface.traces_panel import TracesPanel
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
+from vomstudio.ui.panels.sections.elevation_panel import ElevationPanel
+from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
+from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
+from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
 pytestmark = pytest.mark.full
 

@@ -16,7 +16,7 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
-from vomstudio.ui.registration.compare_panel import FIELD, ComparePanel
+from vomstudio.ui.panels.comparison.compare_panel import FIELD, ComparePanel
 
 UP = 0.02
 

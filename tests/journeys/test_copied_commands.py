@@ -24,9 +24,9 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FeatureType, Model
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
-from vomstudio.ui.analyse.sets_panel import SetsPanel
-from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
+from vomstudio.ui.panels.sets.sets_panel import SetsPanel
+from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 
 
 def press(button) -> None:
@@ -210,7 +210,7 @@ def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
         fit = measured[row["id"]].fit
         assert row["rms_m"] == pytest.approx(fit.rms, rel=1e-6)
     figure = tmp_path / "shapes.svg"
-    from vomstudio.ui.analyse.fit_commands import write_figure
+    from vomstudio.ui.commands.fits import write_figure
 
     write_figure(studio, figure)
     assert names[0] in figure.read_text() or "good" in figure.read_text()
@@ -225,7 +225,7 @@ def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
 def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
     from dataclasses import replace
 
-    from vomstudio.ui.registration.compare_panel import ComparePanel
+    from vomstudio.ui.panels.comparison.compare_panel import ComparePanel
 
     studio = window.studio
     window.actions_table.run("compare_models")
@@ -266,7 +266,7 @@ def _moved(outcrop, folder):
 @pytest.mark.full
 def test_a_registration_by_points(window, model_id, told, picks) -> None:
     from vomstudio.project.kinds.control_point import ControlPoint
-    from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+    from vomstudio.ui.panels.tools.control import ControlPanel
 
     studio = window.studio
     model = studio.records[model_id]
@@ -292,7 +292,7 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
 
 @pytest.mark.full
 def test_facets(window, model_id, told) -> None:
-    from vomstudio.ui.surface.facets_panel import FacetsPanel
+    from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
 
     window.studio.selection.set([model_id])
     window.actions_table.run("propose_facets")
@@ -308,7 +308,7 @@ def test_facets(window, model_id, told) -> None:
 
 @pytest.mark.full
 def test_proposed_traces(window, model_id, told) -> None:
-    from vomstudio.ui.surface.traces_panel import TracesPanel
+    from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
     window.studio.selection.set([model_id])
     window.actions_table.run("propose_traces")

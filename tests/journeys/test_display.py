@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from tests import driver
 from tests.driver import wait
-from vomstudio.ui.scene import display_commands
+from vomstudio.ui.commands import display as display_commands
 
 
 def menu_of_fields(window, name: str):

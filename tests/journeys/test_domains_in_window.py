@@ -19,8 +19,8 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.project import edits
 from vomstudio.project.domains import domain_names
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
-from vomstudio.ui.sections.section_panel import SectionPanel
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
+from vomstudio.ui.panels.sections.section_panel import SectionPanel
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog, QMessageBox
 from tests import driver
 from tests.messages import shown_codes, shown_values
 from vomstudio.geology.orientation import planes_to_normals
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 
 pytestmark = pytest.mark.full
 

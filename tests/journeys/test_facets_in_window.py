@@ -18,9 +18,9 @@ from vomstudio.core.paths import resource
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.project.kinds.patch import Patch
-from vomstudio.ui.common import theme
-from vomstudio.ui.surface.facet_words import share_text
-from vomstudio.ui.surface.facets_panel import FacetsPanel
+from vomstudio.ui.base import theme
+from vomstudio.ui.panels.surface.facet_texts import share_text
+from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
 
 
 @pytest.fixture

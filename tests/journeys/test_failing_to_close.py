@@ -16,7 +16,7 @@ from tests import driver
 from tests.driver import CTRL, LEFT, wait
 from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.project.folder import is_free, untitled_projects
-from vomstudio.ui.survey.planner_dialog import PlannerDialog
+from vomstudio.ui.dialogs.planner.planner_dialog import PlannerDialog
 
 pytestmark = [pytest.mark.expects_log, pytest.mark.full]
 WORDS = "the disk does not answer"

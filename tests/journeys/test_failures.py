@@ -19,10 +19,10 @@ from tests.studio.jobs import odd_jobs
 from vomstudio.core.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
 from vomstudio.studio.jobs.job import Job, Nothing
-from vomstudio.ui.common import qt_messages
-from vomstudio.ui.common.qt_background import QtBackground
-from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
+from vomstudio.ui.base import qt_log as qt_messages
+from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.ui.widgets.failure_notices import FailureNotices, compose_report
 
 pytestmark = [pytest.mark.expects_log, pytest.mark.full]
 SECRET = 432100.25

@@ -15,7 +15,7 @@ from tests.driver import wait
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
+from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
 
 pytestmark = pytest.mark.full
 

@@ -21,7 +21,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 from vomstudio.rendering.view.scalars import map_table
-from vomstudio.ui.surface.fields_panel import FieldsPanel
+from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
 
 UP = 0.02
 

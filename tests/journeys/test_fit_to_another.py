@@ -24,8 +24,8 @@ from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
 from vomstudio.project.records import Model
-from vomstudio.ui.registration.fit_dialog import FitDialog
-from vomstudio.ui.registration.picking_view import PickingView
+from vomstudio.ui.dialogs.model_fit.fit_dialog import FitDialog
+from vomstudio.ui.dialogs.model_fit.picking_view import PickingView
 
 TURN = Rotation.from_rotvec(np.radians([2.0, -1.0, 25.0])).as_matrix()
 SHIFT = np.array([3.0, -2.0, 0.7])

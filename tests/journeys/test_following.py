@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 

@@ -13,7 +13,7 @@ from tests.journeys.test_in_photos import points_of, sample, shown, spot, traced
 from tests.messages import shown_codes
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 pytestmark = pytest.mark.full
 

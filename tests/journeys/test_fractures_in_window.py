@@ -20,8 +20,8 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FaceGrid
-from vomstudio.ui.sections.displacement_panel import DisplacementPanel
-from vomstudio.ui.sections.fractures_panel import FracturesPanel
+from vomstudio.ui.panels.displacement_panel import DisplacementPanel
+from vomstudio.ui.panels.fractures.fractures_panel import FracturesPanel
 
 
 def press(button) -> None:

@@ -20,11 +20,11 @@ from tests.driver import click, key, look_at, wait
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.studio.tools.line import LineTool
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.control import ControlPanel
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.trace import TracePanel
+from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from vomstudio.geometry.transform import apply
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+from vomstudio.ui.panels.tools.control import ControlPanel
 
 SCALE = 0.5
 SEEN_FROM = (0.0, 5.0)
@@ -193,7 +193,7 @@ def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
 
 
 def test_one_plumb_line_levels_a_model(window, tilted) -> None:
-    from vomstudio.ui.interpret.tool_panels.control_command import add_known_lines
+    from vomstudio.ui.panels.tools.control_command import add_known_lines
 
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))

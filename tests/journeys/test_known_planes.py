@@ -27,8 +27,8 @@ from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+from vomstudio.ui.panels.tools.compass_dialog import CompassDialog
+from vomstudio.ui.panels.tools.control import ControlPanel
 
 pytestmark = pytest.mark.full
 

@@ -17,8 +17,8 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.tools.line import LineTool
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.measure import MeasurePanel
 
 OTHER = "B07"
 """A plane at an angle with B01; a fault for once."""

@@ -20,8 +20,8 @@ from vomstudio.cli.common.entry import main
 from vomstudio.project import edits
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.sections.bed_log_panel import BedLogPanel
-from vomstudio.ui.sections.bed_log_table import LITHOLOGY, NOTES
+from vomstudio.ui.panels.logs.log_panel import BedLogPanel
+from vomstudio.ui.panels.logs.log_table import LITHOLOGY, NOTES
 
 
 @pytest.fixture

@@ -19,8 +19,8 @@ from vomstudio.project.grid_edits import marks_of
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import world_grid
 from vomstudio.studio.tools.cells import CellsTool
-from vomstudio.ui.interpret.tool_panels.cells import CellsPanel
-from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
+from vomstudio.ui.panels.coverage.coverage_panel import LookedAtPanel
+from vomstudio.ui.panels.tools.cells import CellsPanel
 
 
 def press(button) -> None:

@@ -15,8 +15,8 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import measurable_map, share_findings
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.surface.fields_panel import FieldsPanel
-from vomstudio.ui.surface.measurable_plane import SET_PREFIX
+from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
+from vomstudio.ui.panels.surface.measurable_plane import SET_PREFIX
 
 
 @pytest.fixture

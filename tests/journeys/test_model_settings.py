@@ -17,7 +17,7 @@ from tests.journeys.test_photos import looked_at
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
-from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
+from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
 
 pytestmark = pytest.mark.full
 

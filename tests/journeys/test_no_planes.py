@@ -14,10 +14,10 @@ from vomstudio.project.kinds.station import Station
 from vomstudio.studio.tools import lithology
 from vomstudio.studio.tools.contact import ContactTool
 from vomstudio.studio.tools.lithology import LithologyTool
-from vomstudio.ui.interpret.table_model import COLUMNS
-from vomstudio.ui.interpret.tool_panels.contact import ContactPanel
-from vomstudio.ui.interpret.tool_panels.lithology import LithologyPanel
-from vomstudio.ui.interpret.tool_panels.station import StationPanel
+from vomstudio.ui.panels.features.table_model import COLUMNS
+from vomstudio.ui.panels.tools.contact import ContactPanel
+from vomstudio.ui.panels.tools.lithology import LithologyPanel
+from vomstudio.ui.panels.tools.station import StationPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
@@ -220,7 +220,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
 
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
     from vomstudio.project.exports.export import export_records
-    from vomstudio.ui.interpret.listed_import import ListedImport
+    from vomstudio.ui.commands.plane_import import ListedImport
 
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_D)

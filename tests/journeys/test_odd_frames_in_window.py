@@ -24,10 +24,10 @@ from tests.cli.test_parity_of_frames import (
 )
 from tests.messages import shown_codes
 from vomstudio.studio.notices import Notice
-from vomstudio.ui.analyse.net.commands import import_readings
-from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
-from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
+from vomstudio.ui.commands.net import import_readings
+from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
+from vomstudio.ui.panels.three_points_panel import ThreePointsPanel
+from vomstudio.ui.panels.tools.control import ControlPanel
 
 pytestmark = pytest.mark.full
 

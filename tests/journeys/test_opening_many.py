@@ -7,7 +7,7 @@ import pytest
 from tests.driver import wait
 from tests.ui.conftest import add_bed, add_cliff, save_beds
 from vomstudio.project import edits
-from vomstudio.ui.scene import scene_presenter
+from vomstudio.ui.outcrop import scene_presenter
 
 pytestmark = pytest.mark.full
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 
 
 def dialog_of(window) -> OrthoDialog:

@@ -13,7 +13,7 @@ from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pi
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.patch import PatchTool
-from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
+from vomstudio.ui.panels.tools.patch import PatchPanel
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton
 NORTH = QPoint(0, -40)

@@ -21,8 +21,8 @@ from vomstudio.core.paths import resource
 from vomstudio.io.photos.drawn_masks import mask_path
 from vomstudio.project.photo_edits import add_photo_set
 from vomstudio.project.records import PhotoSet
-from vomstudio.ui.interpret.tree_photos import PHOTO
-from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION
+from vomstudio.ui.panels.features.tree_photos import PHOTO
+from vomstudio.ui.panels.features.tree_view import ID, NAME, ORIENTATION
 
 pytestmark = pytest.mark.full
 

@@ -177,7 +177,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     looked_at, photos, monkeypatch
 ):
     from vomstudio.core.errors import TargetError
-    from vomstudio.ui.photos import photo_exports
+    from vomstudio.ui.panels.photos import photo_exports
 
     keep = photo_exports.store_mask
 
@@ -450,7 +450,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
 def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, monkeypatch):
     import time
 
-    from vomstudio.ui.photos import photo_exports
+    from vomstudio.ui.panels.photos import photo_exports
 
     keep = photo_exports.store_mask
     begun: list[Path] = []

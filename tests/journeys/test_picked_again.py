@@ -15,8 +15,8 @@ from tests.driver import LEFT, NONE, wait
 from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
-from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+from vomstudio.ui.panels.repeatability_panel import RepeatsPanel
+from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 from vomstudio.ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.full

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButto
 
 from tests import driver
 from tests.messages import shown_codes, shown_values
-from vomstudio.ui.shell.command_palette import CommandPalette
-from vomstudio.ui.survey.planner_dialog import _FIELDS, PlannerDialog
+from vomstudio.ui.dialogs.command_palette import CommandPalette
+from vomstudio.ui.dialogs.planner.planner_dialog import _FIELDS, PlannerDialog
 
 
 def retype(field, text: str) -> None:

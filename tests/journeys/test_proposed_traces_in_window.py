@@ -12,8 +12,8 @@ from tests.extraction.small_onnx import convolution
 from tests.messages import figures, shown_codes
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.surface.trace_words import reason_text
-from vomstudio.ui.surface.traces_panel import TracesPanel
+from vomstudio.ui.panels.surface.trace_texts import reason_text
+from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
 BEDS = {0.5: 60.0, 1.4: 30.0}
 

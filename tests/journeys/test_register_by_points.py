@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog
 from tests import driver
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.records import Model
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+from vomstudio.ui.panels.tools.control import ControlPanel
 
 COUNT = 10
 SEEN_FROM = (0.0, 5.0)

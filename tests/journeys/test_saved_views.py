@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import drag, wait
 from tests.messages import shown_codes
-from vomstudio.ui.scene.saved_views_box import SavedViewsBox
+from vomstudio.ui.panels.view.saved_views_box import SavedViewsBox
 
 pytestmark = pytest.mark.full
 

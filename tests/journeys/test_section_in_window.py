@@ -20,8 +20,8 @@ from vomstudio.cli.common.entry import main
 from vomstudio.project import edits
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.sections.elevation_panel import ElevationPanel
-from vomstudio.ui.sections.section_panel import SectionPanel
+from vomstudio.ui.panels.sections.elevation_panel import ElevationPanel
+from vomstudio.ui.panels.sections.section_panel import SectionPanel
 
 
 @pytest.fixture

@@ -29,7 +29,7 @@ from tests.driver import (
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.select import SelectTool
-from vomstudio.ui.interpret.tool_panels.select import SelectPanel
+from vomstudio.ui.panels.tools.select import SelectPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 

@@ -13,7 +13,7 @@ from tests.messages import shown_codes, shown_values
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.ui.analyse.sets_panel import SetsPanel
+from vomstudio.ui.panels.sets.sets_panel import SetsPanel
 
 SIZES = {"J1": 300, "J2": 250, "J3": 250}
 

@@ -24,7 +24,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
-from vomstudio.ui.analyse.slopes_panel import SlopesPanel
+from vomstudio.ui.panels.slopes.slopes_panel import SlopesPanel
 
 FACE = (120.0, 70.0)
 

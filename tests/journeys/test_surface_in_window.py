@@ -19,8 +19,8 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.brush_stroke import record_figures
-from vomstudio.ui.analyse.surfaces.extend_dialog import FIELD, ExtendDialog
-from vomstudio.ui.analyse.surfaces.surface_dialog import SurfaceDialog
+from vomstudio.ui.dialogs.extended_plane_dialog import FIELD, ExtendDialog
+from vomstudio.ui.dialogs.surface_dialog import SurfaceDialog
 
 N, STEP = 130, 0.05
 GROOVE = 40.0

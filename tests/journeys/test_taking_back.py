@@ -19,7 +19,7 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import FaceGrid
 from vomstudio.studio.tools.patch import PatchTool
-from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
+from vomstudio.ui.panels.coverage.coverage_panel import LookedAtPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 UNDO = (Qt.Key.Key_Z, CTRL)

@@ -17,7 +17,7 @@ from tests.messages import figures, shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
+from vomstudio.ui.panels.three_points_panel import ThreePointsPanel
 
 BENNISON = (("393", "2374", "550"), ("1891", "2738", "650"), ("2191", "1037", "450"))
 """Bennison (1990), a coal seam in three boreholes: strike 106.45, dip 7.37."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests import driver
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.base.controls import Label
 
 pytestmark = pytest.mark.full
 

@@ -13,7 +13,7 @@ from tests import driver
 from tests.driver import click, drag, key, wait
 from vomstudio.io.settings import read_settings
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.shell.tour import Tour
 from vomstudio.ui.shell.tour_card import card_place
 

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QMessageBox
 from tests import driver
 from tests.messages import shown_codes, shown_values
 from tests.photogrammetry.survey.test_video import film
-from vomstudio.ui.survey.video_dialog import VideoDialog
+from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
 
 @pytest.fixture

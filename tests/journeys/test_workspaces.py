@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import CTRL, key, look_at, pick, wait
-from vomstudio.ui.workspaces.table import WORKSPACES
+from vomstudio.ui.shell.workspace_table import WORKSPACES
 
 pytestmark = pytest.mark.full
 

@@ -16,8 +16,8 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.history import step_title
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
-from vomstudio.ui.shell.command_palette import CommandPalette
+from vomstudio.ui.dialogs.command_palette import CommandPalette
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 
 def beds(studio) -> None:

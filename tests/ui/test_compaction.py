@@ -12,7 +12,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.compaction import Plan
 from vomstudio.project.records import Model
-from vomstudio.ui.shell.compact_commands import commands, compaction_text
+from vomstudio.ui.commands.compaction import commands, compaction_text
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.widgets.crs_field import CrsField
 
 
 @pytest.mark.full

@@ -53,7 +53,7 @@ def test_the_frame_dialog_squeezes_nothing_below_its_texts(studio, window):
     from vomstudio.geometry.frames import Frame
     from vomstudio.project import edits
     from vomstudio.project.records import Model
-    from vomstudio.ui.shell.frame_dialog import FrameDialog
+    from vomstudio.ui.dialogs.frame_dialog import FrameDialog
 
     model = Model("m9", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("undeclared"))
     studio.attempt(edits.add_model, model)

@@ -18,8 +18,8 @@ from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.studio import display
 from vomstudio.studio.display import Display, why_not_mode
 from vomstudio.studio.model_loading import OpenModel
-from vomstudio.ui.scene import display_commands
-from vomstudio.ui.surface.fields_panel import FieldsPanel
+from vomstudio.ui.commands import display as display_commands
+from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 

@@ -14,10 +14,10 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.paths import documentation
 from vomstudio.project import catalogue, slip_figures
 from vomstudio.project.figures import Figure
-from vomstudio.ui.common.explained import explanation_of
-from vomstudio.ui.interpret.table_model import COLUMNS
-from vomstudio.ui.shell.help_pages import address_of, anchor, heading_of
-from vomstudio.ui.shell.help_window import HelpWindow
+from vomstudio.ui.base.help_links import explanation_of
+from vomstudio.ui.dialogs.help.help_pages import address_of, anchor, heading_of
+from vomstudio.ui.dialogs.help.help_window import HelpWindow
+from vomstudio.ui.panels.features.table_model import COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
 SHOWN = {

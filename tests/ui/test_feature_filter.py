@@ -9,8 +9,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.errors import UsageError
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.ui.interpret.feature_filter import parse_filter
-from vomstudio.ui.interpret.feature_row import row_of
+from vomstudio.ui.panels.features.feature_filter import parse_filter
+from vomstudio.ui.panels.features.feature_row import row_of
 
 
 def reading(name: str, azimuth: float, inclination: float, geometry: str = "plane", **more):

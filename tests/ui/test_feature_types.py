@@ -14,11 +14,11 @@ from tests.messages import shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project import edits
 from vomstudio.project.records import DEFAULT_TYPES, FeatureType
-from vomstudio.ui.common import theme
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
-from vomstudio.ui.interpret.types_dialog import TypesDialog
+from vomstudio.ui.base import theme
+from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -323,7 +323,7 @@ def test_copied_cells_are_numbers_in_one_unit_and_attitudes_have_two_columns(win
 
 def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     from vomstudio.io.settings import read_settings
-    from vomstudio.ui.interpret.table_panel import COLUMNS
+    from vomstudio.ui.panels.features.table_panel import COLUMNS
 
     add_cliff(studio)
     add_bed(studio, "t1", "a")
@@ -340,7 +340,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
 
 
 def test_overturned_beds_are_ticked_in_the_table(window, studio):
-    from vomstudio.ui.interpret.table_panel import COLUMNS
+    from vomstudio.ui.panels.features.table_panel import COLUMNS
 
     add_cliff(studio)
     add_bed(studio, "t1", "a")

@@ -12,7 +12,7 @@ from tests.ui.conftest import add_cliff
 from vomstudio.io.control.registry import find_formats
 from vomstudio.io.models.registry import find_readers
 from vomstudio.io.photos.mask_files import PICTURES
-from vomstudio.ui.common import file_filters
+from vomstudio.ui.base import file_filters
 
 
 def patterns(text: str) -> list[str]:

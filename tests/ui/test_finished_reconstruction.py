@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.messages import shown_codes, shown_values
-from vomstudio.ui.photos.photo_findings import finished_reconstruction
+from vomstudio.ui.panels.photos.photo_findings import finished_reconstruction
 
 
 @pytest.mark.parametrize(

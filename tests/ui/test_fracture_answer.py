@@ -13,7 +13,7 @@ from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import Axes
 from vomstudio.products.section.trace_map import write_map
-from vomstudio.ui.sections.fracture_answer import (
+from vomstudio.ui.panels.fractures.analysis import (
     CIRCLE,
     SCANLINE,
     WINDOW,
@@ -22,7 +22,7 @@ from vomstudio.ui.sections.fracture_answer import (
     MappedTrace,
     answer,
 )
-from vomstudio.ui.sections.fractures_panel import words_of
+from vomstudio.ui.panels.fractures.fractures_panel import words_of
 
 AT = np.array([400.0, 5_200.0, 90.0])
 SLOPE, PAVEMENT, WALL = Plane(135.0, 30.0), Plane(0.0, 0.0), Plane(200.0, 90.0)

@@ -10,11 +10,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from vomstudio.core.paths import documentation
-from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.shell import help_commands
-from vomstudio.ui.shell.help_pages import anchor, pages_in, sections_in
-from vomstudio.ui.shell.help_window import HelpWindow
+from vomstudio.ui.base.actions import Actions
+from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.commands import help as help_commands
+from vomstudio.ui.dialogs.help.help_pages import anchor, pages_in, sections_in
+from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QWidget
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.common.html_page import HtmlPage, open_page
+from vomstudio.ui.widgets.html_page import HtmlPage, open_page
 
 PAGE = '<html lang="en"><body><h1>Report</h1><p>27 photos aligned</p></body></html>'
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.tiers import first_in_default_tier
 from vomstudio.core.paths import resource
-from vomstudio.ui.common import theme
+from vomstudio.ui.base import theme
 
 
 @pytest.mark.parametrize("side", first_in_default_tier([24, 48, 128], 1))

@@ -22,11 +22,11 @@ from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.studio.tools.line import LineTool
 from vomstudio.studio.tools.measure import MeasureTool
-from vomstudio.ui.common.plane_box import SELECTED
-from vomstudio.ui.interpret.plane_relations import IntersectionDialog
-from vomstudio.ui.interpret.table_panel import COLUMNS
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
+from vomstudio.ui.panels.features.plane_relations import IntersectionDialog
+from vomstudio.ui.panels.features.table_panel import COLUMNS
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.measure import MeasurePanel
+from vomstudio.ui.widgets.plane_box import SELECTED
 
 FACE = ((0.0, 0.0, 0.0), (1.0, 2.0, 0.2), (0.4, 4.0, 0.1), (2.0, 5.0, 1.0), (3.0, 1.0, 2.0))
 

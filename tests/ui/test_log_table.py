@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.sections.bed_log_table import NOTES, BedLogTable
+from vomstudio.ui.panels.logs.log_table import NOTES, BedLogTable
 
 
 @pytest.mark.parametrize("width", first_in_default_tier([180, 260, 420, 900], 1))

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QBoxLayout, QLabel, QTableWidget, QW
 from tests import driver
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.ui.common.widgets import LowTable
+from vomstudio.ui.base.controls import LowTable
 
 pytestmark = pytest.mark.full
 

@@ -11,8 +11,8 @@ from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project import edits
 from vomstudio.project.edit import change
-from vomstudio.ui.analyse import stereonet_panel
-from vomstudio.ui.scene import view_panel
+from vomstudio.ui.panels.net import stereonet_panel
+from vomstudio.ui.panels.view import view_panel
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from tests.driver import drag
 from vomstudio.io.photos.pixels import pixels_upright
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.common.photo_canvas import PhotoPointer
-from vomstudio.ui.common.photo_images import PhotoImages, Picture
-from vomstudio.ui.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
+from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.panels.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
+from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
 WIDE, HIGH = 60, 40
 RED = (52, 7)

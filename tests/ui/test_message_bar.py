@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.base.controls import ComboBox
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 HINT, WARNING = "click on the outcrop", "the disk is full"
 

@@ -15,8 +15,8 @@ from vomstudio.products.net.contents import NetContents
 from vomstudio.project import edits, fold_planes
 from vomstudio.project.edit import change
 from vomstudio.project.fold_planes import FoldPlanes
-from vomstudio.ui.analyse.net.source import with_fold
-from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+from vomstudio.ui.panels.net.source import with_fold
+from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 
 DIPS = np.array([30.0, 35.0, 28.0, 40.0, 33.0, 27.0])
 AZIMUTHS = np.array([100.0, 110.0, 95.0, 280.0, 270.0, 290.0])

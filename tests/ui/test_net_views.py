@@ -27,9 +27,9 @@ from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.analyse.net.commands import export_net
-from vomstudio.ui.analyse.net.figure_style_dialog import FigureStyleDialog
-from vomstudio.ui.analyse.net.typing_dialog import NetTypingDialog
+from vomstudio.ui.commands.net import export_net
+from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
+from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
 
 LEFT, NONE = driver.LEFT, driver.NONE
 

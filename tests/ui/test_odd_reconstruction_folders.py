@@ -11,8 +11,8 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
-from vomstudio.ui.photos import reconstruction_folders as folders
-from vomstudio.ui.photos.reconstruction_settings import asked_for
+from vomstudio.ui.panels.photos import reconstruction_folders as folders
+from vomstudio.ui.panels.photos.reconstruction_settings import asked_for
 
 NAMES = [folders.REQUEST, folders.RESULT, folders._FAILURE, folders.FILE_NAME]
 

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication
 
 from tests.ui.conftest import save_beds
 from vomstudio.project import edits
-from vomstudio.ui.common.qt_owner import Portions
-from vomstudio.ui.interpret import project_tree
+from vomstudio.ui.base.qt_owner import Portions
+from vomstudio.ui.panels.features import project_tree
 
 COUNT = 12
 

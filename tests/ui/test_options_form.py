@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLineEdit
 
 from vomstudio.geology.sets.proposals import parse_seeds
 from vomstudio.geology.sets.set_options import SetOptions
-from vomstudio.ui.forms.options_form import OptionFields
+from vomstudio.ui.widgets.options_form import OptionFields
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QScrollArea, QTabBar, QWidget
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.common.widgets import ScrollingLater
+from vomstudio.ui.base.controls import ScrollingLater
 
 
 def tab_bars(window) -> list[QTabBar]:

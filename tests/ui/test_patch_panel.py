@@ -14,8 +14,8 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.patch import PatchPanel
+from vomstudio.ui.panels.tools.trace import TracePanel
 
 MESH = grid(41, 4.0, rough=0.01)
 

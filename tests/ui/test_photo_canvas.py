@@ -11,8 +11,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImageReader
 
 from vomstudio.studio.tools.interaction_types import Pointer
-from vomstudio.ui.common.photo_canvas import PhotoCanvas, PhotoPointer
-from vomstudio.ui.common.photo_images import PhotoImages, Picture
+from vomstudio.ui.base.photo_images import PhotoImages, Picture
+from vomstudio.ui.widgets.photo_canvas import PhotoCanvas, PhotoPointer
 
 WIDE, HIGH = 60, 40
 RED = (52, 7)

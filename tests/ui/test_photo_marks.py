@@ -19,11 +19,11 @@ from vomstudio.io.settings import Settings
 from vomstudio.project.imports.sidecar_import import read_sidecars, sidecar_tables, stored_path
 from vomstudio.project.photo_edits import add_photo_set
 from vomstudio.project.records import PhotoSet
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.photos.photo_document import PhotoDocument
-from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_marks import PhotoMarks
-from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.photos.photo_document import PhotoDocument
+from vomstudio.ui.panels.photos.photo_exports import PhotoExports
+from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
+from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 PHOTOS = ("a.jpg", "sub/b.jpg")
 

@@ -19,7 +19,7 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model
-from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 SCALE, RESOLUTION = 0.25, 0.08
 PLACED = Registration(

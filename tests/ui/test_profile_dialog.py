@@ -15,8 +15,8 @@ from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import PROFILE_ID, Model
-from vomstudio.ui.analyse.profile_dialog import ProfileDialog
-from vomstudio.ui.interpret.table_model import COLUMNS, QUALITY
+from vomstudio.ui.dialogs.profile_dialog import ProfileDialog
+from vomstudio.ui.panels.features.table_model import COLUMNS, QUALITY
 
 
 @pytest.fixture

@@ -11,13 +11,13 @@ import pytest
 from PySide6.QtCore import QObject
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.ui.common.qt_background import NewestResult
+from vomstudio.ui.base.qt_background import NewestResult
 
 _OWNERS_COME_AND_GO = """
 import random, sys, time
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QWidget
-from vomstudio.ui.common.qt_background import QtBackground
+from vomstudio.ui.base.qt_background import QtBackground
 
 # Threads take turns as often as they can, so that the seconds of this test show what months would.
 sys.setswitchinterval(1e-5)
@@ -56,7 +56,7 @@ def test_owners_are_deleted_while_their_work_is_being_done() -> None:
 
 _MAPS_IN_THREADS = """
 from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
-from vomstudio.ui.common.qt_background import QtBackground
+from vomstudio.ui.base.qt_background import QtBackground
 
 app, done = QCoreApplication([]), []
 owner = QObject()

@@ -20,8 +20,8 @@ from vomstudio.io.text.tables import read_table
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.records import FeatureType
 from vomstudio.project.tables.project_table import project_table
-from vomstudio.ui.analyse.net.commands import import_readings
-from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
+from vomstudio.ui.commands.net import import_readings
+from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
 
 BOOK = """# limb
 station,kind,dip direction,dip,x,y,z

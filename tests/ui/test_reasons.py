@@ -25,7 +25,7 @@ from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.station import Station
 from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.studio.tools.station import StationTool
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.base.controls import allow
 
 CONTROLS = (QAbstractButton, QComboBox, QLineEdit, QAbstractSpinBox)
 

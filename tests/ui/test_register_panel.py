@@ -18,7 +18,7 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+from vomstudio.ui.panels.tools.control import ControlPanel
 
 MODEL = np.array(
     [[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7], [5, 6, 0.5], [8, 7, 2], [1, 5, 4]], float

@@ -12,7 +12,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.products.net.contents import fold_ellipse
 from vomstudio.project import catalogue, edits
 from vomstudio.project.figures import Subject
-from vomstudio.ui.scene.view_panel import ViewPanel
+from vomstudio.ui.panels.view.view_panel import ViewPanel
 
 
 @pytest.fixture

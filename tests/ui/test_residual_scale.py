@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.ui.alignment.residual_scale import exaggeration
+from vomstudio.ui.dialogs.alignment.residual_scale import exaggeration
 
 
 @pytest.mark.parametrize("side", [900.0, 4000.0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.common.sentences import as_sentence, names_in_short
+from vomstudio.ui.base.texts import as_sentence, names_in_short
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from vomstudio.geology.common_rotation_errors import shared_rotations
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.ui.analyse.set_candidates import Candidates, propose
-from vomstudio.ui.analyse.sets_panel import SetsPanel
+from vomstudio.ui.panels.sets.candidates import Candidates, propose
+from vomstudio.ui.panels.sets.sets_panel import SetsPanel
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from PySide6.QtTest import QAbstractItemModelTester
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.project import edits
-from vomstudio.ui.interpret.feature_filter import parse_filter
-from vomstudio.ui.interpret.table_model import COLUMNS
+from vomstudio.ui.panels.features.feature_filter import parse_filter
+from vomstudio.ui.panels.features.table_model import COLUMNS
 
 pytestmark = pytest.mark.full
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from vomstudio.project.sample import sample_model
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.base.command_targets import start_folder
 
 
 @pytest.mark.full

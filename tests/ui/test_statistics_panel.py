@@ -10,7 +10,7 @@ from tests.messages import shown_codes
 from tests.ui.conftest import add_cliff
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 
 
 @pytest.fixture

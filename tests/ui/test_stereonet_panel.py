@@ -22,10 +22,10 @@ from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Feature, Model
-from vomstudio.ui.analyse import stereonet_panel
-from vomstudio.ui.analyse.net.commands import export_net
-from vomstudio.ui.analyse.net.contour_button import ContourButton
-from vomstudio.ui.common import theme
+from vomstudio.ui.base import theme
+from vomstudio.ui.commands.net import export_net
+from vomstudio.ui.panels.net import stereonet_panel
+from vomstudio.ui.panels.net.contour_button import ContourButton
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
 

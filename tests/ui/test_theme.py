@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.io.settings import read_settings
-from vomstudio.ui.common import theme
-from vomstudio.ui.interpret.table_model import COLUMNS
+from vomstudio.ui.base import theme
+from vomstudio.ui.panels.features.table_model import COLUMNS
 
 THEMES = ["light", "dark"]
 

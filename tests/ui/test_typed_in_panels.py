@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractSpinBox, QLineEdit
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
-from vomstudio.ui.sections.drawing_view import spaced
+from vomstudio.ui.widgets.drawing_view import spaced
 
 DOCKS = (
     "section",

@@ -18,7 +18,7 @@ from tests.fuzz.projects import specimen
 from vomstudio.project import edits
 from vomstudio.project.folder import Project
 from vomstudio.project.records import Feature, FeatureType, Model
-from vomstudio.ui.common.widgets import Label, as_words, rich_label, rich_lines
+from vomstudio.ui.base.controls import Label, as_words, rich_label, rich_lines
 
 SOURCES = Path(__file__).parents[2] / "vomstudio" / "ui"
 HTML = re.compile(r"<\s*(img|b)\b")

@@ -25,11 +25,11 @@ from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.io.settings import read_settings
 from vomstudio.studio.tools.registry import TOOLS
-from vomstudio.ui.interpret.tool_panels.line import LinePanel
-from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+from vomstudio.ui.panels.tools.line import LinePanel
+from vomstudio.ui.panels.tools.trace import TracePanel
+from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.main_window import MainWindow
-from vomstudio.ui.workspaces import screens
-from vomstudio.ui.workspaces.table import HOMES, WORKSPACES
+from vomstudio.ui.shell.workspace_table import HOMES, WORKSPACES
 
 NAMES = [workspace.name for workspace in WORKSPACES]
 SETTLED_MS = 700
@@ -498,7 +498,7 @@ def test_keys_of_workspaces_work_in_a_floating_panel(window):
 
 def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
     """Kept by a version with fewer panels, it would hide the new one for good."""
-    from vomstudio.ui.workspaces.docks import WindowDocks
+    from vomstudio.ui.shell.docks import WindowDocks
 
     def docks(*names: str) -> WindowDocks:
         window = QMainWindow()

@@ -73,7 +73,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "plan",
         (PlanOptions,),
         function="plan",
-        window="survey.planner_dialog.PlannerDialog",
+        window="dialogs.planner.planner_dialog.PlannerDialog",
         missing=_OF_PHOTOS,
     ),
     Operation(
@@ -87,14 +87,14 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "frames",
         command_options=(FrameOptions,),
-        window="survey.video_dialog.VideoDialog",
+        window="dialogs.video_dialog.VideoDialog",
         missing=_OF_PHOTOS | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
     ),
     Operation(
         "facets",
         (FacetOptions,),
         function="facets",
-        window="surface.facets_panel.FacetsPanel",
+        window="panels.surface.facets_panel.FacetsPanel",
         missing={
             "project method": "`vs.facets` takes a model of a project",
             "project command": "`facets --project` places the model; the window adds facets",
@@ -105,7 +105,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (DemOptions,),
         command_options=(DemFiles,),
         function="dem",
-        window="sections.elevation_panel.ElevationPanel",
+        window="panels.sections.elevation_panel.ElevationPanel",
         missing=_OF_MODELS,
     ),
     Operation(
@@ -113,14 +113,14 @@ OPERATIONS: tuple[Operation, ...] = (
         (SectionOptions,),
         command_options=(SectionFeatures,),
         function="section",
-        window="sections.section_panel.SectionPanel",
+        window="panels.sections.section_panel.SectionPanel",
         missing=_OF_MODELS,
     ),
     Operation(
         "reconstruct",
         (ReconstructOptions,),
         function="reconstruct",
-        window="survey.reconstruct_dialog.ReconstructDialog",
+        window="dialogs.reconstruct_dialog.ReconstructDialog",
         missing={
             "project method": "`Project.add_model` takes the model",
             "project command": "`add-model` takes the model",
@@ -138,7 +138,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "compare",
         (CompareOptions,),
         function="compare",
-        window="registration.compare_panel.ComparePanel",
+        window="panels.comparison.compare_panel.ComparePanel",
         missing=_OF_MODELS,
     ),
     Operation(
@@ -146,14 +146,14 @@ OPERATIONS: tuple[Operation, ...] = (
         (MeasurableOptions,),
         command_options=(MeasurableTarget,),
         function="measurable",
-        window="surface.fields_panel.FieldsPanel",
+        window="panels.surface.fields_panel.FieldsPanel",
         missing=_OF_MODELS,
     ),
     Operation(
         "sets",
         (SetOptions,),
         function="sets",
-        window="analyse.sets_panel.SetsPanel",
+        window="panels.sets.sets_panel.SetsPanel",
         missing={
             "project method": "`vs.sets` takes the planes of a project",
             "project command": "`set` writes the sets of features",
@@ -163,7 +163,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "repeats",
         (RepeatOptions,),
         function="repeats",
-        window="analyse.repeats_panel.RepeatsPanel",
+        window="panels.repeatability_panel.RepeatsPanel",
         missing={
             "project method": "`vs.repeats` takes the folder of a project",
             "project command": "`repeats` reads a project",
@@ -178,7 +178,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "fractures",
         (FractureOptions,),
         function="fractures",
-        window="sections.fractures_panel.FracturesPanel",
+        window="panels.fractures.fractures_panel.FracturesPanel",
         missing={
             "project method": "`vs.fractures` takes the traces of a project",
             "project command": "`fractures` reads the exported traces",
@@ -197,7 +197,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "stats",
         (StatisticsOptions,),
         function="stats",
-        window="analyse.statistics_panel.StatisticsPanel",
+        window="panels.statistics.statistics_panel.StatisticsPanel",
         missing={
             "project method": "`vs.stats` takes the planes of a project",
             "project command": "`stats` reads a project",
@@ -207,7 +207,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "fold",
         (FoldOptions,),
         function="fold",
-        window="common.fold_box.FoldBox",
+        window="widgets.fold_box.FoldBox",
         missing={
             "project method": "`vs.fold` takes the planes of a project",
             "project command": "`fold` reads a project",
@@ -218,7 +218,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (SlopeOptions,),
         command_options=(SlopeFaces,),
         function="slope",
-        window="analyse.slopes_panel.SlopesPanel",
+        window="panels.slopes.slopes_panel.SlopesPanel",
         missing={
             "project method": "`vs.slope` takes the planes of a project",
             "project command": "`slope` reads a project",
@@ -228,7 +228,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "threepoint",
         (ThreePointOptions,),
         function="threepoint",
-        window="sections.three_points_panel.ThreePointsPanel",
+        window="panels.three_points_panel.ThreePointsPanel",
         missing={
             "project method": "`vs.threepoint` takes points of a project",
             "project command": "`threepoint` reads a table of points",
@@ -238,7 +238,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "displacement",
         (DisplacementOptions,),
         function="displacement",
-        window="sections.displacement_panel.DisplacementPanel",
+        window="panels.displacement_panel.DisplacementPanel",
         missing={
             "project method": "`vs.displacement` takes cut-offs of a project",
             "project command": "`displacement` reads a table of cut-offs",
@@ -249,7 +249,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (LogOptions,),
         command_options=(LogLine,),
         function="log",
-        window="sections.bed_log_panel.BedLogPanel",
+        window="panels.logs.log_panel.BedLogPanel",
         missing={
             "project method": "`vs.log` takes boundaries of a project",
             "project command": "`log` reads a project",
@@ -259,14 +259,14 @@ OPERATIONS: tuple[Operation, ...] = (
         "extend",
         (ExtendOptions,),
         function="extend",
-        window="analyse.surfaces.extend_dialog.ExtendDialog",
+        window="dialogs.extended_plane_dialog.ExtendDialog",
         missing=_OF_MODELS | {"project command": "the command extends planes of tables"},
     ),
     Operation(
         "surface",
         (SurfaceOptions,),
         function="surface",
-        window="analyse.surfaces.surface_dialog.SurfaceDialog",
+        window="dialogs.surface_dialog.SurfaceDialog",
         missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
     ),
     Operation(
@@ -274,7 +274,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (FollowOptions,),
         command_options=(TraceSource, DrawnTraceOptions),
         function="follow",
-        window="common.follow_box.FollowBox",
+        window="widgets.follow_box.FollowBox",
         missing=_OF_MODELS | {"project command": "`trace --into` adds drawn lines to a project"},
     ),
     Operation(
@@ -282,7 +282,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (ProposalOptions,),
         function="propose_traces",
         command="trace",
-        window="surface.traces_panel.TracesPanel",
+        window="panels.surface.traces_panel.TracesPanel",
         missing=_OF_MODELS,
     ),
     Operation(
@@ -290,7 +290,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (StereonetOptions, StereonetFigure),
         command_options=(SetColors,),
         function="stereonet",
-        window="analyse.stereonet_panel.StereonetPanel",
+        window="panels.net.stereonet_panel.StereonetPanel",
         missing=_OF_TABLES,
     ),
     Operation(
@@ -298,7 +298,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (RoseOptions,),
         command_options=(RoseFigure, SetColors),
         function="rose",
-        window="analyse.stereonet_panel.StereonetPanel",
+        window="panels.net.stereonet_panel.StereonetPanel",
         missing=_OF_TABLES,
     ),
     Operation(
@@ -311,13 +311,13 @@ OPERATIONS: tuple[Operation, ...] = (
     ),
     Operation(
         "convert",
-        window="shell.project_files.Files",
+        window="commands.project_files.Files",
         missing=_OF_FILES | {"function": "`vs.read` and `.save` of a model"},
     ),
     Operation(
         "export",
         command_options=(ExportFormat,),
-        window="shell.project_files.Files",
+        window="commands.project_files.Files",
         method="export",
         missing={
             "function": "`Project.export` is a method",
@@ -335,7 +335,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (OrthoOptions,),
         command_options=(OrthoDrawing,),
         function="orthophoto",
-        window="analyse.ortho_dialog.OrthoDialog",
+        window="dialogs.orthophoto_dialog.OrthoDialog",
         missing=_OF_MODELS,
     ),
 )

@@ -50,7 +50,7 @@ def test_paths_of_windows_go_as_well(text):
 def test_the_program_s_own_files_stay_readable():
     import numpy
 
-    from vomstudio.ui.common import studio
+    from vomstudio.ui.base import studio
 
     text = scrub(f'File "{studio.__file__}", line 12, in f\nFile "{numpy.__file__}", line 3, in g')
     assert '"<program>/ui/common/studio.py", line 12' in text

@@ -1,1 +1,1 @@
-"""The main window, its actions, files and status."""
+"""The main window: layout, workspaces, menus, status and start."""

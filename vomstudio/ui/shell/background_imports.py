@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.ui.common.qt_background import QtBackground
+from vomstudio.ui.base.qt_background import QtBackground
 
 
 class BackgroundImports(QObject):
@@ -42,7 +42,7 @@ class BackgroundImports(QObject):
 
 
 def _import_stereonet() -> None:
-    import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
+    import vomstudio.ui.panels.net.stereonet_panel  # noqa: F401
 
 
 def _import_neighbours() -> None:

@@ -21,20 +21,20 @@ from PySide6.QtWidgets import QMainWindow, QWidget
 from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
 from vomstudio.project.records import Model
-from vomstudio.ui.common.actions import Actions, Command
-from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.base.actions import Actions, Command
+from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.shell import thread_switching, warm_up
 from vomstudio.ui.shell.background_imports import BackgroundImports
+from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
-from vomstudio.ui.shell.failure_notices import close_all, may_close
-from vomstudio.ui.workspaces.arrangements import Workspaces, geometry_of
-from vomstudio.ui.workspaces.docks import WindowDocks
-from vomstudio.ui.workspaces.screens import restore_geometry
+from vomstudio.ui.shell.screens import restore_geometry
+from vomstudio.ui.shell.workspaces import Workspaces, geometry_of
+from vomstudio.ui.widgets.failure_notices import close_all, may_close
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
-    from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
+    from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
@@ -66,7 +66,7 @@ class MainWindow(QMainWindow):
 
     def _fill(self, *, something_to_open: bool = False) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
-        from vomstudio.ui.common.studio import Studio
+        from vomstudio.ui.base.studio import Studio
 
         self.studio = Studio(self._settings)
         if something_to_open:
@@ -93,12 +93,12 @@ class MainWindow(QMainWindow):
     # --- parts -------------------------------------------------------------------------------
     def _make_models(self) -> None:
         """What several panels show, or several commands work on."""
-        from vomstudio.ui.photos.photo_commands import PhotoOpening
-        from vomstudio.ui.photos.photo_survey import PhotoSurvey
-        from vomstudio.ui.scene.camera_view import CameraView
-        from vomstudio.ui.scene.outcrop_view import OutcropView
-        from vomstudio.ui.shell.project_files import Files
-        from vomstudio.ui.workspaces.photo_tab import PhotoTab
+        from vomstudio.ui.commands.project_files import Files
+        from vomstudio.ui.outcrop.camera_view import CameraView
+        from vomstudio.ui.outcrop.outcrop_view import OutcropView
+        from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
+        from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+        from vomstudio.ui.shell.photo_tab import PhotoTab
 
         self.survey = PhotoSurvey(self.studio)
         self.files = Files(self, self.studio, self.survey)
@@ -112,9 +112,9 @@ class MainWindow(QMainWindow):
         self.photo_tab = PhotoTab(self.photo_opening, self.workspaces, self)
 
     def _make_actions(self) -> None:
-        from vomstudio.ui.scene.view_panel import ViewPanel
-        from vomstudio.ui.sight.feature_photo import FeaturePhoto
-        from vomstudio.ui.sight.sighting_list import SightingList
+        from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto
+        from vomstudio.ui.panels.in_photos.sighting_list import SightingList
+        from vomstudio.ui.panels.view.view_panel import ViewPanel
 
         self.view_panel = ViewPanel(self.studio, self.view)
         self._photo_shown = FeaturePhoto(self.studio)
@@ -125,10 +125,12 @@ class MainWindow(QMainWindow):
             self.actions_table.add(command)
 
     def _basic_commands(self) -> list[Command]:
-        from vomstudio.ui.interpret import tool_commands
-        from vomstudio.ui.scene import view_commands
-        from vomstudio.ui.shell import edit_commands, file_commands, model_commands
-        from vomstudio.ui.workspaces import strip
+        from vomstudio.ui.commands import edit as edit_commands
+        from vomstudio.ui.commands import files as file_commands
+        from vomstudio.ui.commands import models as model_commands
+        from vomstudio.ui.commands import tools as tool_commands
+        from vomstudio.ui.commands import view as view_commands
+        from vomstudio.ui.shell import workspace_bar as strip
 
         studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
         return [
@@ -141,9 +143,10 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
-        from vomstudio.ui.photos import photo_commands
-        from vomstudio.ui.sight import in_photos_commands
-        from vomstudio.ui.survey import result_commands, survey_commands
+        from vomstudio.ui.commands import in_photos as in_photos_commands
+        from vomstudio.ui.commands import reconstruction_results as result_commands
+        from vomstudio.ui.commands import survey as survey_commands
+        from vomstudio.ui.panels.photos import photo_commands
 
         studio, survey, dialogs = self.studio, self.survey, self._dialogs
         actions, opened = self.actions_table.all, self._open_photos
@@ -159,11 +162,16 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import ortho_commands, surfaces
-        from vomstudio.ui.analyse.net import commands as net_commands
-        from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
-        from vomstudio.ui.scene import display_commands
-        from vomstudio.ui.shell import compact_commands, help_commands, tour
+        from vomstudio.ui.commands import compaction as compact_commands
+        from vomstudio.ui.commands import display as display_commands
+        from vomstudio.ui.commands import features as feature_commands
+        from vomstudio.ui.commands import help as help_commands
+        from vomstudio.ui.commands import lines as line_commands
+        from vomstudio.ui.commands import net as net_commands
+        from vomstudio.ui.commands import orthophoto as ortho_commands
+        from vomstudio.ui.commands import surfaces
+        from vomstudio.ui.panels import tools as tool_panels
+        from vomstudio.ui.shell import tour
         from vomstudio.ui.shell.work_panels import work_commands
 
         studio, view = self.studio, self.view
@@ -190,10 +198,10 @@ class MainWindow(QMainWindow):
         ]
 
     def _make_centre(self) -> None:
-        from vomstudio.ui.common.messages_panel import MessageBar
+        from vomstudio.ui.shell.central_area import OutcropPlace
         from vomstudio.ui.shell.start_page import StartPage
-        from vomstudio.ui.workspaces.following import WorkspaceFollowing
-        from vomstudio.ui.workspaces.outcrop_place import OutcropPlace
+        from vomstudio.ui.shell.workspace_switching import WorkspaceFollowing
+        from vomstudio.ui.widgets.messages_panel import MessageBar
 
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
         self._place = OutcropPlace(self.start_page)
@@ -208,18 +216,18 @@ class MainWindow(QMainWindow):
         self.files.opened.connect(self.photo_tab.show_outcrop)
 
     def _make_panels(self) -> None:
-        from vomstudio.ui.common.command_targets import current_model
-        from vomstudio.ui.common.messages_panel import MessagesPanel
-        from vomstudio.ui.interpret import tool_panels
-        from vomstudio.ui.interpret.active_tool_panel import ActiveToolPanel
-        from vomstudio.ui.interpret.project_tree import ProjectTree
-        from vomstudio.ui.interpret.properties_panel import PropertiesPanel
-        from vomstudio.ui.interpret.table_panel import TablePanel
-        from vomstudio.ui.interpret.tree_photos import TreePhotos
-        from vomstudio.ui.photos.photos_panel import PhotosPanel
-        from vomstudio.ui.scene.display_panel import DisplayPanel
+        from vomstudio.ui.base.command_targets import current_model
+        from vomstudio.ui.panels import tools as tool_panels
+        from vomstudio.ui.panels.active_tool_panel import ActiveToolPanel
+        from vomstudio.ui.panels.display_panel import DisplayPanel
+        from vomstudio.ui.panels.features.project_tree import ProjectTree
+        from vomstudio.ui.panels.features.properties_panel import PropertiesPanel
+        from vomstudio.ui.panels.features.table_panel import TablePanel
+        from vomstudio.ui.panels.features.tree_photos import TreePhotos
+        from vomstudio.ui.panels.in_photos.in_photos_panel import InPhotosPanel
+        from vomstudio.ui.panels.photos.photos_panel import PhotosPanel
         from vomstudio.ui.shell.record_actions import record_actions
-        from vomstudio.ui.sight.in_photos_panel import InPhotosPanel
+        from vomstudio.ui.widgets.messages_panel import MessagesPanel
 
         studio, actions = self.studio, self.actions_table.all
         photos = TreePhotos(
@@ -246,7 +254,7 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
-        from vomstudio.ui.shell.jobs_panel import JobsPanel
+        from vomstudio.ui.panels.jobs_panel import JobsPanel
         from vomstudio.ui.shell.work_panels import work_panels
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
@@ -312,7 +320,7 @@ class MainWindow(QMainWindow):
         self._fill(something_to_open=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
-        from vomstudio.ui.workspaces.photo_tab import widget_seen
+        from vomstudio.ui.shell.photo_tab import widget_seen
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
@@ -357,7 +365,7 @@ class MainWindow(QMainWindow):
     def _add_stereonet(self) -> None:
         if not self._filled or not self.isVisible():
             return
-        from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
+        from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all)
         self.docks["stereonet"].setWidget(self.net)
@@ -372,7 +380,7 @@ class MainWindow(QMainWindow):
     # --- what comes in -----------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
         """A model, a project, or a folder of photos."""
-        from vomstudio.ui.survey.survey_commands import is_photo_folder
+        from vomstudio.ui.commands.survey import is_photo_folder
 
         if is_photo_folder(path):
             self._open_photos(path)
@@ -380,7 +388,7 @@ class MainWindow(QMainWindow):
             self.files.open_path(path)
 
     def _open_photos(self, folder: Path) -> None:
-        from vomstudio.ui.survey.survey_commands import open_photos
+        from vomstudio.ui.commands.survey import open_photos
 
         self._following.photos_opened()
         open_photos(self.survey, self.docks, folder)

@@ -9,13 +9,13 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolBu
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.studio.tools.registry import TOOLS
-from vomstudio.ui.common import theme
-from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.scene import display_commands
-from vomstudio.ui.shell.project_files import Files
-from vomstudio.ui.workspaces.docks import WindowDocks
-from vomstudio.ui.workspaces.strip import FittingBar, buttons_of, command_names, make_strip
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.commands import display as display_commands
+from vomstudio.ui.commands.project_files import Files
+from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.workspace_bar import FittingBar, buttons_of, command_names, make_strip
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.

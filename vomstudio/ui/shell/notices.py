@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QStatusBar
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.folder import untitled_folder
-from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
-from vomstudio.ui.common.studio import Notice
-from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.base.studio import Notice
+from vomstudio.ui.base.window_protocols import Docks
+from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 
 _INFO_MS = 6000
 

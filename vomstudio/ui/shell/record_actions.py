@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 
 from vomstudio.project.records import Feature, Model, Painted, Picked, Record
-from vomstudio.ui.common.actions import Actions
+from vomstudio.ui.base.actions import Actions
 
 _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
 

@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.files.regular import path_exists
 from vomstudio.core.words import tr
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label, Scrolling, as_words
+from vomstudio.ui.base.controls import Label, Scrolling, as_words
+from vomstudio.ui.base.studio import Studio
 
 _BUTTON_WIDTH = 280
 

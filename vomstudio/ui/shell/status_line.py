@@ -19,9 +19,9 @@ from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Pointer, PointerEvent
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ElidedLabel, Label, as_words
+from vomstudio.ui.base.controls import ElidedLabel, Label, as_words
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
 
 _MARGIN = 6
 

@@ -22,9 +22,9 @@ from PySide6.QtWidgets import (
 from shiboken6 import isValid
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
 from vomstudio.ui.shell.tour_steps import Step, steps
 

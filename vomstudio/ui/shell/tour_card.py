@@ -7,7 +7,7 @@ from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.base.controls import Label
 
 WIDTH = 264
 _GAP = 12

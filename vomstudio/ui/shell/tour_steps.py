@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 
 from vomstudio.core.words import to_translate
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 _TURNED_DEG = 8.0
 

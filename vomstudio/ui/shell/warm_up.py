@@ -8,7 +8,7 @@ from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.studio.jobs.job import Job, Nothing
-    from vomstudio.ui.common.studio import Studio
+    from vomstudio.ui.base.studio import Studio
 
 
 def for_models(studio: Studio) -> None:

@@ -58,10 +58,11 @@ def run_window(paths: Sequence[str]) -> int:
     try:
         from vomstudio.core.errors import VomError
         from vomstudio.io.settings import read_settings
-        from vomstudio.ui.common import qt_messages, theme
-        from vomstudio.ui.common.widgets import as_words
-        from vomstudio.ui.shell.failure_notices import FailureNotices
+        from vomstudio.ui.base import qt_log as qt_messages
+        from vomstudio.ui.base import theme
+        from vomstudio.ui.base.controls import as_words
         from vomstudio.ui.shell.main_window import MainWindow
+        from vomstudio.ui.widgets.failure_notices import FailureNotices
     except ImportError as error:
         return _say_missing(error)
 

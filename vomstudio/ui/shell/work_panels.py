@@ -9,11 +9,11 @@ from importlib import import_module
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import to_translate
-from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_protocols import Docks, Workspaces
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 Make = Callable[[Studio, OutcropView], QWidget]
 Needs = Callable[[OutcropView], tuple[object, ...]]
@@ -89,10 +89,11 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import fit_commands, profile_dialog
-    from vomstudio.ui.registration import commands as registration_commands
-    from vomstudio.ui.sections import panel_commands
-    from vomstudio.ui.surface import commands as surface_commands
+    from vomstudio.ui.commands import fits as fit_commands
+    from vomstudio.ui.commands import model_comparison as registration_commands
+    from vomstudio.ui.commands import panels as panel_commands
+    from vomstudio.ui.commands import surface_pages as surface_commands
+    from vomstudio.ui.dialogs import profile_dialog
 
     return [
         profile_dialog.command(studio, dialogs, parent),

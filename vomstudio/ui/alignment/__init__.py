@@ -1,1 +1,0 @@
-"""What a model made of photos rests on."""

@@ -1,1 +1,0 @@
-"""Stereonet, field readings, orthophotos."""

@@ -1,0 +1,1 @@
+"""Services that all parts of the window use: studio, actions, theme, threads, texts."""

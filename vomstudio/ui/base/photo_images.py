@@ -1,0 +1,207 @@
+"""Photos and their thumbnails, read in a thread."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import OrderedDict
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.untrusted.pictures import check_picture
+from vomstudio.core.findings import Finding
+from vomstudio.studio.background import Request
+from vomstudio.ui.base.qt_background import QtBackground
+
+THUMBNAIL = QSize(102, 68)
+_FIRST_LOOK = 1600  # pixels along the long side, of large photos
+_MOST_MB = 4096  # of one picture: 100 megapixels take 400
+_KEPT_BYTES = 700_000_000
+_BAND = 128  # rows
+_PICTURE = "picture"
+PATIENCE_S = 5.0
+"""Maximum time to wait for a photo that is being decoded, when a window closes."""
+_Turn = QImageIOHandler.Transformation
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A photo as it is stored, in sizes halved again and again.
+
+    width, height : as stored; turn : from its pixels to those of the picture as it is looked at,
+    by the orientation that the photo states
+    whole : False while only a smaller one has been read
+    """
+
+    levels: tuple[QImage, ...]
+    width: int
+    height: int
+    turn: QTransform
+    whole: bool = True
+
+    @property
+    def bytes(self) -> int:
+        return sum(level.sizeInBytes() for level in self.levels)
+
+
+def upright(orientation: QImageIOHandler.Transformation, width: int, height: int) -> QTransform:
+    """From stored pixels to upright ones; both count from the outer corner of the first."""
+    w, h = float(width), float(height)
+    # x' = m11 x + m21 y + dx, y' = m12 x + m22 y + dy
+    rows = {
+        _Turn.TransformationNone: (1, 0, 0, 1, 0, 0),
+        _Turn.TransformationMirror: (-1, 0, 0, 1, w, 0),
+        _Turn.TransformationFlip: (1, 0, 0, -1, 0, h),
+        _Turn.TransformationRotate180: (-1, 0, 0, -1, w, h),
+        _Turn.TransformationRotate90: (0, 1, -1, 0, h, 0),
+        _Turn.TransformationMirrorAndRotate90: (0, -1, -1, 0, h, w),
+        _Turn.TransformationFlipAndRotate90: (0, 1, 1, 0, 0, 0),
+        _Turn.TransformationRotate270: (0, -1, 1, 0, 0, w),
+    }
+    return QTransform(*(float(v) for v in rows[orientation]))
+
+
+class PhotoImages(QObject):
+    """pictured: path and a Picture, or a sentence that says why there is none; first a smaller one
+    of a large photo. thumbnailed: path and an upright QImage."""
+
+    pictured = Signal(str, object)
+    thumbnailed = Signal(str, object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        QImageReader.setAllocationLimit(_MOST_MB)
+        self._kept: OrderedDict[str, Picture] = OrderedDict()
+        self._thumbnails: dict[str, QImage] = {}
+        self._reading: str | None = None
+        self._background = QtBackground(self, "photos", threads=1)
+
+    def picture(self, path: Path) -> Picture | None:
+        """The photo if it is at hand; else it is read, and no other one before it."""
+        key = str(path)
+        kept = self._kept.get(key)
+        if kept is not None:
+            self._kept.move_to_end(key)
+            return kept
+        if self._reading != key or not self._background.is_waiting(_PICTURE):
+            self._reading = key
+            self._background.run_request(
+                partial(_read, path),
+                partial(self._store, key),
+                lambda error: self.pictured.emit(key, error.message),
+                key=_PICTURE,
+                first=True,
+            )
+        return None
+
+    def thumbnail(self, path: Path) -> QImage | None:
+        """The thumbnail if it is at hand; else it is made."""
+        key = str(path)
+        kept = self._thumbnails.get(key)
+        if kept is None and not self._background.is_waiting(key):
+            self._background.run(
+                partial(_read_thumbnail, path),
+                partial(self._store_thumbnail, key),
+                lambda _: self._store_thumbnail(key, QImage()),
+                key=key,
+            )
+        return kept
+
+    def close(self) -> None:
+        self._background.stop(wait_s=PATIENCE_S)
+
+    def _store(self, key: str, picture: Picture) -> None:
+        if picture.whole:
+            self._kept[key] = picture
+            self._kept.move_to_end(key)
+            while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
+                self._kept.popitem(last=False)
+        self.pictured.emit(key, picture)
+
+    def _store_thumbnail(self, key: str, image: QImage) -> None:
+        self._thumbnails[key] = image
+        self.thumbnailed.emit(key, image)
+
+
+def _read(path: Path, request: Request[Picture]) -> Picture:
+    _check(path)
+    reader = _reader(path)
+    reader.setAutoTransform(False)
+    size, orientation = reader.size(), reader.transformation()
+    orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
+    width, height = size.width(), size.height()
+    if max(width, height) > 2 * _FIRST_LOOK:
+        quick = _reader(path)
+        quick.setAutoTransform(False)
+        quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
+        image = quick.read()
+        if not image.isNull():
+            turn = upright(orientation, width, height)
+            request.emit(Picture((_drawable(image),), width, height, turn, False))
+        request.check()
+    image = reader.read()
+    if image.isNull():
+        raise InputError(Finding("photo.unreadable", reason=reader.errorString()))
+    width, height = image.width(), image.height()
+    levels = [_drawable(image)]
+    while max(levels[-1].width(), levels[-1].height()) > 1200:
+        levels.append(_halved(levels[-1]))
+    return Picture(tuple(levels), width, height, upright(orientation, width, height))
+
+
+def _read_thumbnail(path: Path) -> QImage:
+    _check(path)
+    reader = _reader(path)
+    reader.setAutoTransform(True)
+    size = reader.size()
+    if size.isValid():
+        reader.setScaledSize(size.scaled(THUMBNAIL * 2, _KEEP))
+    return _drawable(reader.read())
+
+
+def _check(path: Path) -> None:
+    try:
+        check_picture(path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(Finding("file.unreadable", reason=reason)) from error
+
+
+def _reader(path: Path) -> QImageReader:
+    """For what photos may be, and nothing else that Qt has a plugin for."""
+    kind = b""
+    with contextlib.suppress(OSError, InputError), open_regular(path) as file:
+        head = file.read(4)
+        kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
+    reader = QImageReader(str(path) if kind else "", kind)
+    reader.setAutoDetectImageFormat(False)
+    return reader
+
+
+_KINDS = {b"\xff\xd8": b"jpeg", b"\x89PNG": b"png", b"II*\0": b"tiff", b"MM\0*": b"tiff"}
+_KEEP = Qt.AspectRatioMode.KeepAspectRatio
+
+
+def _halved(image: QImage) -> QImage:
+    """Half as wide and high, band by band: each call of Qt keeps the window's thread waiting."""
+    half = (image.size() / 2).expandedTo(QSize(1, 1))
+    made = QImage(half, QImage.Format.Format_RGB32)
+    painter = QPainter(made)
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    step = image.height() / half.height()
+    for top in range(0, half.height(), _BAND):
+        rows = min(_BAND, half.height() - top)
+        source = QRectF(0, top * step, image.width(), rows * step)
+        painter.drawImage(QRectF(0, top, half.width(), rows), image, source)
+    painter.end()
+    return made
+
+
+def _drawable(image: QImage) -> QImage:
+    """In the format that is drawn soonest."""
+    return image if image.isNull() else image.convertToFormat(QImage.Format.Format_RGB32)

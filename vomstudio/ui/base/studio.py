@@ -1,0 +1,201 @@
+"""The workspace as the window sees it: its signals as Qt's, its parts under short names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.io.settings import Settings
+from vomstudio.project.folder import Project
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Record
+from vomstudio.project.session import Session
+from vomstudio.studio.notices import Notice
+from vomstudio.studio.tools.tool_context import Tool
+from vomstudio.studio.workspace import Workspace
+from vomstudio.ui.base.qt_owner import QtOwner
+
+__all__ = ["Notice", "Studio"]
+
+
+class Studio(QObject):
+    """Views connect to these signals, never to a session: another project may take its place."""
+
+    project_opened = Signal()
+    edited = Signal(object)  # Edit
+    history_changed = Signal()
+    selection_changed = Signal(object)  # tuple of ids
+    model_loaded = Signal(str)
+    frame_wanted = Signal(str)
+    next_changed = Signal()
+    tool_changed_signal = Signal()
+    active_tool_changed = Signal(str)
+    preview = Signal(object)  # Preview | None
+    sets_wanted = Signal()
+    """A proposal of sets is asked for."""
+    sets_proposed = Signal(object)
+    """Of a preview on the net: names with the ids of their planes, None where it ends."""
+    surface_wanted = Signal(str)
+    """A page of the dock of the surface is asked for: "fields", "facets" or "traces"."""
+    extension_shown = Signal(object)
+    """ExtendedLines of a plane that is carried on, None where none is shown any more."""
+    surface_clicked = Signal(object)
+    """Hit: a click on the outcrop where no feature is, while no tool is active."""
+    notice = Signal(object)  # Notice
+    settings_changed = Signal()
+    """Not for the list of what was open lately."""
+    recent_changed = Signal()
+    visibility_changed = Signal(object)  # tuple of ids
+    hidden_elements_changed = Signal(str)
+    """Id of a model of which other faces or points are hidden."""
+    layers_written = Signal(str)
+    recovery_found = Signal(object)  # list of folders
+    jobs_changed = Signal()
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__()
+        owner = QtOwner(self)
+        self.workspace = Workspace(settings, owner.post, owner.later, owner.aside)
+        self.settings = settings
+        # Lists that can be filtered: of some features, those that do not pass there.
+        self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
+        self._forward()
+        self._connect()
+
+    def _forward(self) -> None:
+        """What the parts of the workspace offer, under the names by which the window asks."""
+        w = self.workspace
+        self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
+        self.display, self.photo_links = w.display, w.photos
+        self.fields, self.facets = w.fields, w.facets
+        self.proposed_traces, self.fold = w.proposed_traces, w.fold
+        self.models, self.tools = w.models.open, w.tools.tools
+        self.tool_of = w.tools.of
+
+        self.new_project, self.open_project = w.projects.new, w.projects.open
+        self.save, self.save_as, self.discard = w.projects.save, w.projects.save_as, w.discard
+        self.offer_recovery, self.close = w.offer_recovery, w.close
+        self.remember, self.keep_settings = w.preferences.remember, w.preferences.keep
+        self.keep_window = w.preferences.keep_window
+
+        self.apply, self.attempt = w.editing.apply, w.editing.attempt
+        self.undo, self.redo = w.history.undo, w.history.redo
+        self.undo_edit, self.redo_edit = w.history.undo_edit, w.history.redo_edit
+        self.delete_selected = w.delete_selected
+
+        self.open_path, self.open_model = w.models.open_path, w.models.open_model
+        self.locate_model, self.copy_model = w.models.locate, w.models.copy
+
+        self.visible, self.set_visible = w.visibility.visible, w.visibility.set_visible
+        self.show_only, self.show_all = w.visibility.show_only, w.visibility.show_all
+
+        self.measured, self.measure = w.derived.measured, w.derived.measure
+        self.affected, self.subject = w.derived.affected, w.derived.subject
+        self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
+        self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
+        self.turn_findings = w.derived.turn_findings
+        self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
+
+        self.activate, self.pointer, self.set_next = (
+            w.tools.activate,
+            w.tools.pointer,
+            w.tools.set_next,
+        )
+        self.finish_tool, self.cancel_tool = w.tools.finish, w.tools.cancel
+        self.surface, self.format_attitude = w.tools.surface, w.tools.format_attitude
+        self.tool_changed = w.tools.tool_changed
+
+        self.info, self.warn = w.notices.info, w.notices.warn
+        self.hint, self.fail = w.notices.hint, w.notices.fail
+
+    def _connect(self) -> None:
+        w = self.workspace
+        w.project_opened.connect(self.project_opened.emit)
+        w.edited.connect(self.edited.emit)
+        w.history_changed.connect(self.history_changed.emit)
+        w.recovery_found.connect(self.recovery_found.emit)
+        w.selection.changed.connect(self.selection_changed.emit)
+        w.models.loaded.connect(self.model_loaded.emit)
+        w.models.frame_wanted.connect(self.frame_wanted.emit)
+        w.tools.next_changed.connect(self.next_changed.emit)
+        w.tools.changed.connect(self.tool_changed_signal.emit)
+        w.tools.active_changed.connect(self.active_tool_changed.emit)
+        w.tools.preview.connect(self.preview.emit)
+        w.notices.posted.connect(self.notice.emit)
+        w.preferences.changed.connect(self.settings_changed.emit)
+        w.preferences.recent_changed.connect(self.recent_changed.emit)
+        w.visibility.changed.connect(self.visibility_changed.emit)
+        w.elements.hidden_changed.connect(self.hidden_elements_changed.emit)
+        w.layers.written.connect(self.layers_written.emit)
+        w.jobs.changed.connect(self.jobs_changed.emit)
+
+    # --- what another project, or another tool, brings anew ----------------------------------
+    @property
+    def has_project(self) -> bool:
+        return self.workspace.projects.is_open
+
+    @property
+    def project(self) -> Project:
+        return self.workspace.projects.project
+
+    @property
+    def session(self) -> Session:
+        return self.workspace.projects.session
+
+    @property
+    def records(self) -> Mapping[str, Record]:
+        return self.workspace.projects.records
+
+    @property
+    def measurements(self) -> Measurements:
+        return self.workspace.derived.measurements
+
+    @property
+    def hidden(self) -> set[str]:
+        return self.workspace.visibility.hidden
+
+    @property
+    def has_work_to_save(self) -> bool:
+        return self.workspace.has_work_to_save
+
+    @property
+    def unsaved_reconstructions(self) -> bool:
+        return self.workspace.projects.unsaved_reconstructions
+
+    @property
+    def tool_name(self) -> str:
+        return self.workspace.tools.active_name
+
+    @property
+    def tool(self) -> Tool | None:
+        """The active tool; None while navigating."""
+        return self.workspace.tools.active
+
+    @property
+    def clicks_select(self) -> bool:
+        """A click on the outcrop selects what is there."""
+        return self.workspace.tools.clicks_select
+
+    @property
+    def open_tool(self) -> Tool | None:
+        """The tool that has something unfinished."""
+        return self.workspace.tools.open_tool
+
+    @property
+    def undo_label(self) -> str | None:
+        """What undo would take back, of an open feature too."""
+        return self.workspace.history.undo_label
+
+    @property
+    def redo_label(self) -> str | None:
+        return self.workspace.history.redo_label
+
+    @property
+    def next_type_id(self) -> str:
+        return self.workspace.tools.next_type_id
+
+    @property
+    def next_set(self) -> str:
+        return self.workspace.tools.next_set

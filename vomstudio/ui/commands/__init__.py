@@ -1,0 +1,1 @@
+"""Commands of menus, tool rail and search."""

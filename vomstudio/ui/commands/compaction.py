@@ -1,0 +1,98 @@
+"""Removing unreachable edits and files from a project, and restoring them."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.compaction import Plan
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Notice, Studio
+
+_MEGABYTE = 1e6
+
+
+def commands(studio: Studio, parent: QWidget) -> list[Command]:
+    """parent : of the question"""
+    return [
+        Command(
+            "compact_project",
+            tr("&Compact project…"),
+            lambda: _compact(studio, parent),
+            None,
+            (),
+            tr("Remove edits and files that can no longer be restored."),
+            lambda: _why_not(studio),
+        ),
+        Command(
+            "take_back_compaction",
+            tr("Undo compaction"),
+            lambda: _take_back(studio),
+            None,
+            (),
+            tr("Possible until the project is closed."),
+            lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
+        ),
+    ]
+
+
+def _why_not(studio: Studio) -> Finding | None:
+    if studio.session.dirty:
+        return Finding("compaction.unsaved")
+    return Finding("feature.open") if studio.open_tool is not None else None
+
+
+def _compact(studio: Studio, parent: QWidget) -> None:
+    plan = studio.project.compaction()
+    if plan.nothing:
+        studio.info(Finding("compaction.nothing-to-remove"))
+        return
+    question = tr("Compact {project}?", project=studio.project.name)
+    answer = QMessageBox.question(parent, question, compaction_text(plan))
+    if answer != QMessageBox.StandardButton.Yes:
+        return
+    try:
+        studio.project.compact()
+    except VomError as error:
+        studio.fail(error)
+        return
+    studio.history_changed.emit()
+    studio.notice.emit(Notice(Finding("compaction.done"), "info", "take_back_compaction"))
+
+
+def compaction_text(plan: Plan) -> str:
+    """What a compaction would remove, and what it would not, for the question before it."""
+    sentences = [
+        tr(
+            "{rows} of {total} journal rows hold edits that were undone and then replaced.",
+            rows=plan.rows,
+            total=plan.of_rows,
+        )
+    ]
+    if plan.assets:
+        sentences.append(
+            tr_n(
+                "{count} file of {size:.1f} MB belongs to such edits.",
+                "{count} files of {size:.1f} MB belong to such edits.",
+                len(plan.assets),
+                size=plan.asset_bytes / _MEGABYTE,
+            )
+        )
+    consequence = tr(
+        "Undo and redo can no longer reach them, but they document how the measurements were "
+        "made. Everything that can be undone or redone is kept. The compaction itself can be "
+        "undone until the project is closed."
+    )
+    return f"{' '.join(sentences)}\n\n{consequence}"
+
+
+def _take_back(studio: Studio) -> None:
+    try:
+        studio.project.undo_compaction()
+    except VomError as error:
+        studio.fail(error)
+        return
+    studio.history_changed.emit()
+    studio.info(Finding("compaction.undone"))

@@ -1,0 +1,236 @@
+"""Commands of the menu View > Display and of the clipping box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QMenu
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
+from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, field_title
+from vomstudio.studio import display
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_protocols import Docks
+from vomstudio.ui.outcrop.camera_view import CameraView
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+
+_DOCK = "display"
+
+MODE_NAMES = {
+    "display_textured": "textured",
+    "display_colors": "vertex_colors",
+    "display_plain": "plain shaded",
+    "display_wireframe": "wireframe",
+    "display_points": "points",
+}
+
+
+def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
+    """docks : where the display panel is shown"""
+    shown = studio.display
+
+    def models() -> list[display.Data]:
+        return [m.data for m in studio.models.values()]
+
+    def mode(value: str) -> Callable[[], None]:
+        return lambda: shown.set_mode(value)
+
+    def is_mode(value: str) -> Callable[[], bool]:
+        return lambda: now() == value
+
+    def now() -> str:
+        return display.mode_shown(shown.mode, models())
+
+    def light() -> None:
+        shown.set_lit(now(), not shown.lit[now()])
+
+    def cannot(value: str) -> Callable[[], Finding | None]:
+        return lambda: display.why_not_mode(value, models())
+
+    def size(value: float | None) -> Callable[[], None]:
+        return lambda: shown.set_point_size(value)
+
+    def is_size(value: float | None) -> Callable[[], bool]:
+        return lambda: shown.point_size == value
+
+    table = [
+        Command(
+            name,
+            tr(display.MODES[value]),
+            mode(value),
+            None,
+            (),
+            "",
+            cannot(value),
+            checked=is_mode(value),
+        )
+        for name, value in MODE_NAMES.items()
+    ]
+    table += [
+        Command(
+            "display_field",
+            tr("Scalar field"),
+            lambda: choose_field(studio, docks),
+            None,
+            (),
+            tr(
+                "Colour the model by intensity, classification, elevation or another value, "
+                "with a colour bar."
+            ),
+            view.why_not,
+            checked=lambda: shown.mode == "field",
+        ),
+        Command(
+            "display_lit",
+            tr("&Lighting"),
+            light,
+            None,
+            (),
+            tr("A light at the viewer shades the surface; without it colours are true."),
+            lambda: display.why_not_lit(models()),
+            checked=lambda: shown.lit[now()],
+        ),
+        Command(
+            "display_eye_dome",
+            tr("&Eye-dome lighting"),
+            lambda: shown.set_eye_dome(not shown.eye_dome),
+            None,
+            (),
+            tr("Shades a point cloud by its depth while the view is at rest."),
+            lambda: display.why_not_eye_dome(models()),
+            checked=lambda: shown.eye_dome,
+        ),
+        Command(
+            "display_cameras",
+            tr("&Cameras"),
+            lambda: shown.set_cameras(not shown.cameras),
+            "camera-outline",
+            (),
+            tr("Show where the photos of the model were taken."),
+            cameras.why_not,
+            checked=lambda: shown.cameras,
+        ),
+        Command(
+            "display_size_auto",
+            tr("Automatic (fill gaps)"),
+            size(None),
+            None,
+            (),
+            "",
+            view.why_not,
+            checked=is_size(None),
+        ),
+        Command(
+            "clipping_box",
+            tr("&Clipping box"),
+            lambda: toggle_clip(studio, view, docks),
+            "cube-scan",
+            (),
+            tr(
+                "Show and pick only what is inside a box. Drag its faces or enter their "
+                "coordinates."
+            ),
+            view.why_not,
+            checked=lambda: shown.clipping,
+        ),
+        Command(
+            "clipping_reset",
+            tr("Fit clipping box to models"),
+            lambda: fit_clip(studio, view),
+            None,
+            (),
+            "",
+            lambda: None if shown.clipping else Finding("action.no-clipping-box"),
+        ),
+        Command("display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK)),
+    ]
+    for pixels in display.POINT_SIZES:
+        text = tr_n("{count} pixel", "{count} pixels", round(pixels))
+        table.append(
+            Command(
+                f"display_size_{pixels:g}",
+                text,
+                size(pixels),
+                None,
+                (),
+                "",
+                view.why_not,
+                checked=is_size(pixels),
+            )
+        )
+    return table
+
+
+def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> None:
+    """Fill the menu View > Display."""
+    menu.setToolTipsVisible(True)
+    for name in MODE_NAMES:
+        menu.addAction(actions[name])
+    fields = menu.addMenu(tr("Scalar &field"))
+    fields.aboutToShow.connect(lambda: fill_fields(fields, studio))
+    menu.addSeparator()
+    menu.addAction(actions["display_lit"])
+    menu.addAction(actions["display_eye_dome"])
+    menu.addAction(actions["display_cameras"])
+    sizes = menu.addMenu(tr("&Point size"))
+    for name in ("auto", *(f"{pixels:g}" for pixels in display.POINT_SIZES)):
+        sizes.addAction(actions[f"display_size_{name}"])
+    menu.addSeparator()
+    menu.addAction(actions["display_settings"])
+
+
+def fill_fields(menu: QMenu, studio: Studio) -> None:
+    """Fill a menu with the scalar fields of the current model."""
+    menu.clear()
+    model = current_model(studio)
+    opened = None if model is None else studio.models.get(model.id)
+    if model is None or opened is None:
+        menu.addAction(Finding("action.no-model").message).setEnabled(False)
+        return
+    shown = studio.display
+    current = shown.styles.get(model.id)
+    group = QActionGroup(menu)
+    for name in field_names(opened.data):
+        text = tr("Elevation (Z)") if name == ELEVATION else field_title(name).replace("&", "&&")
+        action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(shown.mode == "field" and current is not None and current.name == name)
+        group.addAction(action)
+        action.triggered.connect(
+            lambda _=False, n=name, m=model.id: shown.show_field(m, FieldStyle(n))
+        )
+
+
+def choose_field(studio: Studio, docks: Docks) -> None:
+    """Show each model's chosen or default field, and the panel in which it is chosen."""
+    shown = studio.display
+    for model_id, opened in studio.models.items():
+        if model_id not in shown.styles:
+            style = FieldStyle(display.default_field(opened.data))
+            shown.show_field(model_id, style)
+    shown.set_mode("field")
+    docks.bring_forward(_DOCK)
+
+
+def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
+    """Switch the clipping box on or off; one that holds nothing is fitted to the models."""
+    shown = studio.display
+    if shown.clipping:
+        shown.set_clip(shown.box, False)
+    elif shown.box is not None and view.clip_holds_something():
+        shown.set_clip(shown.box, True)
+        docks.bring_forward(_DOCK)
+    else:
+        fit_clip(studio, view)
+        docks.bring_forward(_DOCK)
+
+
+def fit_clip(studio: Studio, view: OutcropView) -> None:
+    """Put the clipping box around all visible models."""
+    box = view.models_box()
+    if box is not None:
+        studio.display.set_clip(box, True)

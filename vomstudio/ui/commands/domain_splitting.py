@@ -1,0 +1,36 @@
+"""Features put into the domains on both sides of the selected plane."""
+
+from __future__ import annotations
+
+from vomstudio.core.findings import Finding
+from vomstudio.project.domains import split_by_plane
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import Typed, get
+from vomstudio.ui.base.studio import Studio
+
+
+def why_not(studio: Studio) -> Finding | None:
+    current = studio.selection.current if studio.has_project else None
+    if (
+        len(studio.selection.ids) == 1
+        and (feature := get(studio.records, current, Typed)) is not None
+        and studio.measured([feature.id])[feature.id].plane is not None
+    ):
+        return None
+    return Finding("selection.no-plane")
+
+
+def part(studio: Studio) -> None:
+    """As one edit; what crosses the plane is named."""
+    current = studio.selection.current
+    if current is None:
+        return
+    crossing = 0
+
+    def made(records: object) -> Edit:
+        nonlocal crossing
+        edit, crossing = split_by_plane(studio.records, current, studio.measured)
+        return edit
+
+    if studio.attempt(made) and crossing:
+        studio.info(Finding("domain.on-both-sides", count=crossing))

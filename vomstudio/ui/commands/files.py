@@ -1,0 +1,120 @@
+"""Commands on projects, models and exports as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.commands.project_files import Files
+
+
+def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:
+    """leave : ends the program"""
+
+    def no_features() -> Finding | None:
+        return None if studio.session.features() else Finding("export.no-features")
+
+    def open_sample() -> None:
+        from vomstudio.project.sample import sample_model
+
+        files.open_path(sample_model())
+
+    return [
+        Command("new", tr("&New project"), files.new_project, "file-outline", "Ctrl+N"),
+        Command(
+            "open",
+            tr("&Open model…"),
+            files.choose_model,
+            "folder-open-outline",
+            "Ctrl+O",
+            tr("A mesh, point cloud or height model. Files can be dropped on the window."),
+        ),
+        Command(
+            "open_sample",
+            tr("Open sample outcrop"),
+            open_sample,
+            "image-filter-hdr",
+            (),
+            tr("A synthetic cliff whose bedding is known exactly."),
+        ),
+        Command(
+            "open_project",
+            tr("Open &project…"),
+            files.choose_project,
+            "folder-outline",
+            "Ctrl+Shift+O",
+        ),
+        Command(
+            "save",
+            tr("&Save"),
+            files.save,
+            "content-save-outline",
+            "Ctrl+S",
+            tr(
+                "All work is in the journal already. Saving marks a state and writes the GIS "
+                "layers."
+            ),
+        ),
+        Command("save_as", tr("Save &as…"), files.save_as, None, "Ctrl+Shift+S"),
+        Command(
+            "export_csv",
+            tr("Export &table…"),
+            lambda: files.export("csv"),
+            "table-arrow-right",
+            "Ctrl+E",
+            tr("The orientation table as CSV, with errors, verdicts and reasons."),
+            no_features,
+        ),
+        Command(
+            "export_gpkg",
+            tr("Export &GIS layers…"),
+            lambda: files.export("gpkg"),
+            "layers-outline",
+            (),
+            tr("All features as layers of a GeoPackage."),
+            no_features,
+        ),
+        Command(
+            "export_shp",
+            tr("Export &shapefiles…"),
+            lambda: files.export("shp"),
+            None,
+            (),
+            tr("All features as shapefiles, one for each layer."),
+            no_features,
+        ),
+        Command(
+            "export_dxf",
+            tr("Export &DXF…"),
+            lambda: files.export("dxf"),
+            None,
+            (),
+            tr("All features for CAD, one layer for each feature type."),
+            no_features,
+        ),
+        Command(
+            "export_program",
+            tr("Export for &another program…"),
+            files.export_for_program,
+            None,
+            (),
+            tr(
+                "Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
+                "GeMS, KML, GeoJSON."
+            ),
+            no_features,
+        ),
+        Command(
+            "copy_export",
+            tr("&Copy last export as command"),
+            files.copy_export,
+            "console",
+            (),
+            tr("The line for the shell that exports the same."),
+            files.why_no_export,
+        ),
+        Command("quit", tr("&Quit"), leave, None, "Ctrl+Q"),
+    ]

@@ -1,0 +1,63 @@
+"""Commands on two models of the same rock."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_protocols import Docks, Workspaces
+
+
+def commands(
+    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+) -> list[Command]:
+    """parent : of the dialogs"""
+
+    def no_model() -> Finding | None:
+        model = current_model(studio)
+        if model is None:
+            return Finding("action.no-model")
+        return None if model.id in studio.models else Finding("model.not-open")
+
+    def fit() -> None:
+        from vomstudio.ui.dialogs.model_fit.fit_dialog import FitDialog
+
+        model = current_model(studio)
+        if model is not None:
+            dialogs.show(FitDialog, lambda: FitDialog(parent, studio, model), model.id)
+
+    def compare() -> None:
+        workspaces.switch("register")
+        docks.bring_forward("compare")
+
+    return [
+        Command(
+            "fit_model",
+            tr("Fit to another &model…"),
+            fit,
+            "vector-combine",
+            (),
+            tr(
+                "Places the model by another one of the same rock: points that are clicked in "
+                "both, then the surfaces, with the error in degrees."
+            ),
+            no_model,
+        ),
+        Command(
+            "compare_models",
+            tr("Compare with a &benchmark…"),
+            compare,
+            "compare-horizontal",
+            (),
+            tr(
+                "Signed distances from a better model or cloud of the same rock, and what of "
+                "them is more than chance."
+            ),
+            no_model,
+        ),
+    ]

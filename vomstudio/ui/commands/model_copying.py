@@ -1,0 +1,48 @@
+"""Copying a model into the project folder, with its cameras and, where wanted, its photos."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from vomstudio.core.words import tr, tr_n
+from vomstudio.io.models.model_copy import photos_of
+from vomstudio.project.records import Model
+from vomstudio.studio.photos import PhotoLinks
+from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.studio import Studio
+
+
+def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
+    """Ask whether the photos are to be copied too, and start the job."""
+    path = studio.project.find_model(model)
+    if path is None:
+        return
+    cameras = links.cameras_path(model.id)
+    count, size = (0, 0) if cameras is None else photos_of(path, cameras)
+    photos = False
+    if count:
+        box = QMessageBox(parent)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setText(
+            tr_n(
+                "Copy the {count} photo of {model} as well?",
+                "Copy the {count} photos of {model} as well?",
+                count,
+                model=as_words(model.name),
+            )
+        )
+        box.setInformativeText(
+            tr(
+                "Size: {size:,.0f} MB. With its photos the project folder can be moved to another "
+                "computer and still shows features in the photos. Without them, the project "
+                "refers to the photos at their present place.",
+                size=size / 1e6,
+            )
+        )
+        button = QMessageBox.StandardButton
+        box.setStandardButtons(button.Yes | button.No | button.Cancel)
+        answer = box.exec()
+        if answer == button.Cancel:
+            return
+        photos = answer == button.Yes
+    studio.copy_model(model.id, cameras, photos, lambda: links.forget_choices(model.id))

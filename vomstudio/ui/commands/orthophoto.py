@@ -1,0 +1,38 @@
+"""The command that asks for an orthophoto."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+from vomstudio.ui.panels.view.view_panel import ViewPanel
+
+
+def commands(
+    studio: Studio, view: OutcropView, directions: ViewPanel, parent: QWidget
+) -> list[Command]:
+    """parent : of the dialog"""
+
+    def ask() -> None:
+        from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
+
+        if view.viewport is not None:
+            dialog = OrthoDialog(parent, studio, view.viewport, directions)
+            fit_to_screen(dialog)
+            dialog.open()
+
+    return [
+        Command(
+            "orthophoto",
+            tr("&Orthophoto along this view…"),
+            ask,
+            "camera-metering-matrix",
+            "Ctrl+P",
+            tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
+            view.why_not,
+        ),
+    ]

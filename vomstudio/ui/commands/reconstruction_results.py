@@ -1,0 +1,124 @@
+"""Commands on the results of a reconstruction: alignment, tie points and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.base.stage_folders import is_aligned
+from vomstudio.project.records import Model
+from vomstudio.rendering.view.scalars import FieldStyle
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.camera_view import CameraView
+from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.widgets.html_page import open_page
+
+SPARSE, REPORT = "sparse.ply", "report.html"
+
+
+def commands(
+    studio: Studio,
+    survey: PhotoSurvey,
+    cameras: CameraView,
+    dialogs: OpenDialogs,
+    parent: QWidget,
+) -> list[Command]:
+    """parent : of the dialogs"""
+
+    def results() -> Path | None:
+        """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
+        out = survey.out()
+        if out is not None and is_aligned(out):
+            return out
+        return out if out is not None and survey.rows else cameras.folder()
+
+    def not_aligned() -> Finding | None:
+        out = results()
+        if out is None:
+            return Finding("action.no-photos")
+        return None if is_aligned(out) else Finding("action.not-aligned")
+
+    def show_alignment() -> None:
+        from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
+
+        if (out := results()) is not None:
+            dialogs.show(AlignmentDialog, lambda: AlignmentDialog(parent, studio, out), out)
+
+    def no_tie_points() -> Finding | None:
+        out = results()
+        if out is None:
+            return Finding("action.no-photos")
+        return None if (out / SPARSE).exists() else Finding("action.not-aligned")
+
+    def tie_points() -> None:
+        if (out := results()) is not None:
+            _show_tie_points(studio, out)
+
+    def no_report() -> Finding | None:
+        out = results()
+        if out is not None and (out / REPORT).exists():
+            return None
+        return Finding("action.no-report")
+
+    def open_report() -> None:
+        if (out := results()) is not None:
+            open_page(parent, out / REPORT)
+
+    return [
+        Command(
+            "show_alignment",
+            tr("&Alignment…"),
+            show_alignment,
+            "vector-link",
+            (),
+            tr("Matches, camera calibration, residuals and depth maps."),
+            not_aligned,
+        ),
+        Command(
+            "show_tie_points",
+            tr("Show &tie points"),
+            tie_points,
+            "dots-hexagon",
+            (),
+            tr("The sparse cloud of tie points, coloured by reprojection error."),
+            no_tie_points,
+        ),
+        Command(
+            "open_report",
+            tr("&Report"),
+            open_report,
+            "file-document-outline",
+            (),
+            tr("All figures of the reconstruction on one page."),
+            no_report,
+        ),
+    ]
+
+
+def _show_tie_points(studio: Studio, out: Path) -> None:
+    """Open the tie points as a model of their own, in the frame of the model that was made of the
+    same photos."""
+    folder = out.resolve()
+    # Links may lead to the same folder: paths are compared as they truly are.
+    models = {
+        model.id: path.resolve()
+        for model in studio.session.of(Model)
+        if (path := studio.project.find_model(model)) is not None
+    }
+    there = next((i for i, path in models.items() if path == folder / SPARSE), None)
+    if there is not None:
+        studio.set_visible([there], True)
+        studio.display.show_field(there, FieldStyle("error_px"))
+        return
+    like = next((i for i, path in models.items() if path.parent == folder), None)
+    name = studio.records[like].name if like is not None else folder.name
+
+    def opened(model_id: str) -> None:
+        studio.display.show_field(model_id, FieldStyle("error_px"))
+
+    studio.open_model(out / SPARSE, tr("Tie points of {model}", model=name), like=like, then=opened)

@@ -1,0 +1,94 @@
+"""Commands that look at a patch as a surface, and carry a plane on through its model."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.kinds import has_plane
+from vomstudio.project.records import Feature, OnAModel, Painted
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.studio import Studio
+
+
+def selected_patch(studio: Studio) -> Painted | None:
+    """The one selected feature, where it is a piece of a surface."""
+    ids = studio.selection.ids
+    record = studio.records.get(ids[0]) if len(ids) == 1 else None
+    return record if isinstance(record, Painted) else None
+
+
+def selected_plane(studio: Studio) -> Feature | None:
+    """The one selected feature, where it has a plane."""
+    ids = studio.selection.ids
+    record = studio.records.get(ids[0]) if len(ids) == 1 else None
+    return record if isinstance(record, Feature) and has_plane(record) else None
+
+
+def commands(studio: Studio, parent: QWidget) -> list[Command]:
+    """parent : of the dialogs."""
+
+    def no_patch() -> Finding | None:
+        patch = selected_patch(studio)
+        if patch is None:
+            return Finding("selection.no-patch")
+        if studio.models.get(patch.model_id) is None:
+            return Finding("model.not-open")
+        return None
+
+    def no_plane() -> Finding | None:
+        plane = selected_plane(studio)
+        if plane is None:
+            return Finding("selection.no-plane")
+        if not isinstance(plane, OnAModel) or studio.models.get(plane.model_id) is None:
+            return Finding("plane.model-not-open")
+        if studio.measure(plane).fit is None:
+            return studio.measure(plane).problem or Finding("field.no-plane")
+        return None
+
+    def show_surface() -> None:
+        from vomstudio.ui.dialogs.surface_dialog import SurfaceDialog
+
+        patch = selected_patch(studio)
+        if patch is not None:
+            dialog = SurfaceDialog(parent, studio, patch)
+            fit_to_screen(dialog)
+            dialog.show()
+
+    def show_extension() -> None:
+        from vomstudio.ui.dialogs.extended_plane_dialog import ExtendDialog
+
+        plane = selected_plane(studio)
+        if plane is not None:
+            dialog = ExtendDialog(parent, studio, plane)
+            fit_to_screen(dialog)
+            dialog.show()
+
+    return [
+        Command(
+            "patch_surface",
+            tr("Patch as a &surface…"),
+            show_surface,
+            "waves",
+            (),
+            tr(
+                "Deviations of the selected patch from its plane, where the plane ceases to "
+                "hold, its roughness and smoothest direction."
+            ),
+            no_patch,
+        ),
+        Command(
+            "extend_plane",
+            tr("E&xtend through the model…"),
+            show_extension,
+            "arrow-expand-horizontal",
+            (),
+            tr(
+                "Carry the selected plane on through its model, with the band of its error, "
+                "also repeated at the thickness of the beds."
+            ),
+            no_plane,
+        ),
+    ]

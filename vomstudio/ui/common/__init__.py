@@ -1,1 +1,0 @@
-"""Widgets, words and helpers that every room of the window uses."""

@@ -1,0 +1,1 @@
+"""Diagnostics of the alignment of a reconstruction."""

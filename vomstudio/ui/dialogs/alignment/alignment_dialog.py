@@ -1,0 +1,83 @@
+"""The Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialog, QStackedLayout, QTabWidget, QVBoxLayout, QWidget
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
+from vomstudio.ui.dialogs.alignment.calibration_page import CalibrationPage
+from vomstudio.ui.dialogs.alignment.depth_page import DepthPage
+from vomstudio.ui.dialogs.alignment.match_page import MatchPage
+from vomstudio.ui.dialogs.alignment.residual_page import ResidualPage
+
+
+class AlignmentDialog(QDialog):
+    """A window beside the main one. folder: of the reconstruction."""
+
+    def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
+        super().__init__(parent)
+        explain(self, "photos.md#what-a-model-rests-on")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.setWindowTitle(tr("Alignment of {folder}", folder=folder.name))
+        self.resize(1280, 800)
+        self.folder = folder
+        self._data = AlignmentData(studio, folder)
+        self.matches = MatchPage(self._data)
+        self.cameras = CalibrationPage(self._data)
+        self.residuals = ResidualPage(self._data)
+        self.depths = DepthPage(self._data)
+        self._pages = (self.matches, self.cameras, self.residuals, self.depths)
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        for page, title in zip(
+            self._pages,
+            (tr("&Matches"), tr("&Cameras"), tr("&Residuals"), tr("&Depth maps")),
+            strict=True,
+        ):
+            self.tabs.addTab(page, title)
+        self._filled: set[int] = set()
+        self._ready = False
+        self._note = Label(tr("Reading the alignment…"))
+        self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._note.setWordWrap(True)
+        self._stack = QStackedLayout()
+        self._stack.addWidget(self._note)
+        self._stack.addWidget(self.tabs)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addLayout(self._stack)
+        self.tabs.currentChanged.connect(lambda _: self._fill())
+        # A new project has nothing to do with these photos.
+        studio.project_opened.connect(self.close)
+        self._data.read(self._arrived, self._note.setText)
+
+    @property
+    def ready(self) -> bool:
+        return self._ready
+
+    def _arrived(self) -> None:
+        self._ready = True
+        self._stack.setCurrentWidget(self.tabs)
+        self._fill()
+
+    def _fill(self) -> None:
+        """A page reads what it shows when it is first looked at."""
+        now = self.tabs.currentIndex()
+        if self._ready and now not in self._filled:
+            self._filled.add(now)
+            self._pages[now].fill()
+
+    def done(self, result: int) -> None:
+        """However it is closed."""
+        try:
+            self._data.close()
+        finally:
+            super().done(result)

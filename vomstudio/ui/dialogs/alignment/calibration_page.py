@@ -1,0 +1,251 @@
+"""The intrinsics of each camera: values, errors and correlations."""
+
+from __future__ import annotations
+
+from html import escape
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QBrush, QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.words import tr
+from vomstudio.rendering.view.scalars import map_table
+from vomstudio.studio.jobs.inspection_tasks import AlignedCamera
+from vomstudio.ui.base.controls import ComboBox, Label, rich_label, rich_lines
+from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
+
+_CELL = 72
+STRONG = 0.9
+"""Parameters with a larger absolute correlation are poorly separated."""
+
+
+class CalibrationPage(QWidget):
+    """Parameters of a camera with their errors, and the matrix of their correlations."""
+
+    def __init__(self, data: AlignmentData) -> None:
+        super().__init__()
+        self._data = data
+        self.camera = ComboBox()
+        self.camera.setObjectName("camera")
+        self.camera.currentIndexChanged.connect(lambda _: self._show())
+        self._words = rich_label()
+        self._words.setObjectName("calibration_words")
+        self._words.setWordWrap(True)
+        self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.parameters = _table()
+        self.correlation = _table()
+        self.correlation.setObjectName("correlation")
+        self.correlation.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.correlation.horizontalHeader().setStretchLastSection(False)
+        self.correlation.verticalHeader().setDefaultSectionSize(_CELL // 2)
+        self._pairing = Label()
+        self._pairing.setWordWrap(True)
+        top = QHBoxLayout()
+        self._title = Label(tr("Camera"))
+        top.addWidget(self._title)
+        top.addWidget(self.camera)
+        top.addStretch()
+        left, right = QVBoxLayout(), QVBoxLayout()
+        left.addWidget(_heading(tr("Parameters")))
+        left.addWidget(self.parameters)
+        left.addStretch()
+        right.addWidget(_heading(tr("Correlation of the estimated parameters")))
+        right.addWidget(self.correlation)
+        right.addWidget(self._pairing)
+        right.addStretch()
+        tables = QHBoxLayout()
+        tables.setSpacing(24)
+        tables.addLayout(left, 1)
+        tables.addLayout(right, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(16, 14, 16, 14)
+        layout.setSpacing(12)
+        layout.addLayout(top)
+        layout.addWidget(self._words)
+        layout.addLayout(tables, 1)
+
+    def fill(self) -> None:
+        """Show the cameras of the overview."""
+        cameras = self._data.overview.cameras
+        self.camera.clear()
+        for number, camera in enumerate(cameras):
+            count = len(camera.photos)
+            if count == 1:
+                text = f"{number + 1}: {camera.photos[0]}"
+            else:
+                text = tr(
+                    "{number}: {count} photos ({first} …)",
+                    number=number + 1,
+                    count=count,
+                    first=camera.photos[0],
+                )
+            self.camera.addItem(text)
+        self._show()
+
+    def _show(self) -> None:
+        cameras = self._data.overview.cameras
+        row = self.camera.currentIndex()
+        if not 0 <= row < len(cameras):
+            return
+        camera = cameras[row]
+        self._words.setText(self._sentences(camera))
+        self._fill_parameters(camera)
+        self._fill_correlation(camera)
+
+    def _sentences(self, camera: AlignedCamera) -> str:
+        focal, sigma = camera.values[0], camera.sigma[0]
+        held = camera.focal == "held"
+        if held:
+            first = tr("The focal length was held fixed at <b>{focal:,.1f} px</b>.", focal=focal)
+        elif sigma is None:
+            first = tr("The focal length was estimated as <b>{focal:,.1f} px</b>.", focal=focal)
+        else:
+            first = tr(
+                "The focal length was estimated as <b>{focal:,.1f} px</b> ± {sigma:,.1f} px.",
+                focal=focal,
+                sigma=sigma,
+            )
+        lines = [first, escape(as_sentence(camera.reason))]
+        if camera.exif_px is None:
+            lines.append(tr("EXIF does not state a focal length."))
+        elif not held:
+            lines.append(
+                tr(
+                    "EXIF states {exif:,.1f} px; the difference is {difference:+.1f} %.",
+                    exif=camera.exif_px,
+                    difference=100 * (focal / camera.exif_px - 1),
+                )
+            )
+        lines.append(tr("Lens model: {model}.", model=camera.model))
+        return " ".join(lines)
+
+    def _fill_parameters(self, camera: AlignedCamera) -> None:
+        table = self.parameters
+        table.setColumnCount(4)
+        table.setHorizontalHeaderLabels([tr("Parameter"), tr("Value"), tr("1 sigma"), tr("State")])
+        table.setRowCount(len(camera.names))
+        for row, name in enumerate(camera.names):
+            value, sigma = camera.values[row], camera.sigma[row]
+            pixels = name[0] in "fc"
+            free = sigma is None or sigma > 0
+            if not free:
+                error = "–"
+            elif sigma is None:
+                error = tr("undetermined")
+            else:
+                error = f"{sigma:,.2f} px" if pixels else f"{sigma:.2g}"
+            texts = (
+                f"{name}   {self._meaning(name)}",
+                f"{value:,.2f} px" if pixels else f"{value:.6f}",
+                error,
+                tr("estimated") if free else self._why_held(name),
+            )
+            for column, text in enumerate(texts):
+                item = QTableWidgetItem(text)
+                if column in (1, 2):
+                    item.setTextAlignment(
+                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    )
+                table.setItem(row, column, item)
+        _close(table)
+
+    def _why_held(self, name: str) -> str:
+        if name[0] == "f":
+            return tr("held fixed, see above")
+        if name[0] == "c":
+            return tr("held fixed: not separable from camera rotation")
+        return tr("held fixed: too few photos")
+
+    def _meaning(self, name: str) -> str:
+        if name[0] == "f":
+            return tr("focal length")
+        if name[0] == "c":
+            return tr("principal point, {axis}", axis=name[1])
+        if name[0] == "k":
+            return tr("radial distortion")
+        return tr("tangential distortion")
+
+    def _fill_correlation(self, camera: AlignedCamera) -> None:
+        matrix = camera.correlation
+        free = [k for k in range(len(matrix)) if matrix[k][k] is not None]
+        table = self.correlation
+        names = [camera.names[k] for k in free]
+        table.setRowCount(len(free))
+        table.setColumnCount(len(free))
+        table.setHorizontalHeaderLabels(names)
+        table.setVerticalHeaderLabels(names)
+        table.verticalHeader().show()
+        for k in range(len(free)):
+            table.setColumnWidth(k, _CELL)
+        colors = map_table("RdBu_r")
+        for i, a in enumerate(free):
+            for j, b in enumerate(free):
+                value = matrix[a][b]
+                item = QTableWidgetItem("–" if value is None else f"{value:+.2f}")
+                item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
+                if value is not None:
+                    rgb = [int(v) for v in colors[round(127.5 + 127.5 * max(-1, min(1, value)))]]
+                    item.setBackground(QBrush(QColor(*rgb)))
+                    bright = sum(w * v for w, v in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 140
+                    item.setForeground(QBrush(QColor("#101010" if bright else "#ffffff")))
+                table.setItem(i, j, item)
+        table.setVisible(bool(free))
+        _close(table)
+        table.setFixedWidth(len(free) * _CELL + table.verticalHeader().sizeHint().width() + 4)
+        self._pairing.setText(self._strongest(camera, len(free)))
+
+    def _strongest(self, camera: AlignedCamera, free: int) -> str:
+        if free == 0:
+            return tr("No parameter of this camera was estimated.")
+        if free == 1:
+            return tr("Only one parameter was estimated, so there is no correlation.")
+        if camera.strongest is None:
+            return ""
+        a, b, value = camera.strongest
+        if abs(value) > STRONG:
+            return tr(
+                "{a} and {b} are strongly correlated ({value:+.2f}), so each is less certain than "
+                "its own error says. Add photos from more directions, some of them turned by 90°.",
+                a=a,
+                b=b,
+                value=value,
+            )
+        return tr(
+            "The strongest correlation is that of {a} and {b} ({value:+.2f}); it is harmless.",
+            a=a,
+            b=b,
+            value=value,
+        )
+
+
+def _close(table: QTableWidget) -> None:
+    """Make a table as high as its rows."""
+    rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
+    table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
+
+
+def _heading(text: str) -> Label:
+    label = rich_label(rich_lines([text], [text]))
+    label.setWordWrap(True)
+    return label
+
+
+def _table() -> QTableWidget:
+    table = QTableWidget()
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+    table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    table.verticalHeader().hide()
+    table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + 12)
+    table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    table.horizontalHeader().setStretchLastSection(True)
+    return table

@@ -1,0 +1,206 @@
+"""Dialog that declares the frame of a model whose file states none: up axis, unit, CRS or local."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QRadioButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.crs import crs_name, parse_crs
+from vomstudio.project.records import Model
+from vomstudio.studio.model_loading import OpenModel
+from vomstudio.ui.base.controls import ComboBox, Label, allow
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.widgets.crs_field import CrsField
+
+_UNITS = (
+    (to_translate("metre"), 1.0),
+    (to_translate("millimetre"), 0.001),
+    (to_translate("centimetre"), 0.01),
+    (to_translate("foot"), 0.3048),
+    (to_translate("US survey foot"), 1200 / 3937),
+    (to_translate("kilometre"), 1000.0),
+)
+_CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
+
+
+class FrameDialog(QDialog):
+    """`frame` holds the answer once it is accepted."""
+
+    def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
+        super().__init__(parent)
+        explain(self, "conventions.md#frames")
+        self.setWindowTitle(tr("Frame of {model}", model=model.name))
+        self.setMinimumWidth(480)
+        self.frame = model.frame
+        # A name that is not known is looked for in the whole register: not at every key.
+        self._pause = QTimer(self)
+        self._pause.setSingleShot(True)
+        self._pause.setInterval(300)
+        self._pause.timeout.connect(self._check)
+        intro = Label(
+            tr(
+                "The file states no frame. Dip directions and lengths are correct only if the "
+                "frame declared here is correct. It can be changed later, and undone."
+            )
+        )
+        intro.setWordWrap(True)
+        size = Label(_size(opened)) if opened is not None else Label()
+        size.setWordWrap(True)
+        self._buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        )
+        self._buttons.button(QDialogButtonBox.StandardButton.Cancel).setText(tr("Later"))
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addWidget(intro)
+        layout.addWidget(size)
+        for widget in self._make_choices(model.frame.crs or ""):
+            layout.addWidget(widget)
+        layout.addLayout(self._make_form())
+        layout.addWidget(self._buttons)
+        self._fill(model.frame, opened is not None and _large(opened))
+        self._check()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
+        """Four choices: how much is known of the frame, most first."""
+        self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
+        self._local_button = QRadioButton(
+            tr("Local: scale, up axis and grid north are correct, position arbitrary")
+        )
+        self._scaled_button = QRadioButton(
+            tr("Scale only: the unit is known; orientations are in the local frame")
+        )
+        self._none_button = QRadioButton(
+            tr("Unknown: orientations are in the local frame, lengths in model units")
+        )
+        buttons = (self._crs_button, self._local_button, self._scaled_button, self._none_button)
+        group = QButtonGroup(self)
+        for button in buttons:
+            group.addButton(button)
+            button.toggled.connect(self._check)
+        self._crs = CrsField(crs)
+        self._crs.setPlaceholderText(tr("EPSG:32633"))
+        self._crs.setObjectName("frame_crs")
+        self._crs.textChanged.connect(self._typed)
+        self._crs_says = Label()
+        self._crs_says.setWordWrap(True)
+        return (self._crs_button, self._crs, self._crs_says, *buttons[1:])
+
+    def _make_form(self) -> QFormLayout:
+        self._up = ComboBox()
+        self._up.addItem(tr("Z (x east, y north)"), "z")
+        self._up.addItem(tr("Y (x east, z south)"), "y")
+        self._unit = ComboBox()
+        for name, metres in _UNITS:
+            self._unit.addItem(tr(name), metres)
+        form = QFormLayout()
+        form.addRow(tr("Up axis"), self._up)
+        form.addRow(tr("Unit"), self._unit)
+        return form
+
+    def _fill(self, frame: Frame, large: bool) -> None:
+        """large : the model's coordinates look like projected ones"""
+        self._up.setCurrentIndex(self._up.findData(frame.up_axis))
+        self._unit.setCurrentIndex(max(0, self._unit.findData(frame.unit_m)))
+        if frame.kind == "crs" or (frame.kind == "undeclared" and large):
+            self._crs_button.setChecked(True)
+            self._crs.setFocus()
+        elif frame.kind == "local":
+            self._local_button.setChecked(True)
+        elif frame.kind == "scaled":
+            self._scaled_button.setChecked(True)
+        else:
+            self._none_button.setChecked(True)
+
+    # --- what is typed -----------------------------------------------------------------------
+    def _typed(self, text: str) -> None:
+        if not text.strip() or _CODE.fullmatch(text.strip()):
+            self._check()
+        else:
+            ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+            allow(ok, Finding("action.crs-pending"))
+            self._pause.start()
+
+    def _check(self, *_: object) -> None:
+        self._pause.stop()
+        ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+        other = Finding("action.frame-without-crs")
+        allow(self._crs, None if self._crs_button.isChecked() else other)
+        unknown = Finding("action.frame-unknown")
+        allow(self._unit, unknown if self._none_button.isChecked() else None)
+        if not self._crs_button.isChecked():
+            self._say("")
+            allow(ok, None)
+            return
+        if not self._crs.text().strip():
+            why = Finding("action.no-crs")
+            self._say(why.message)
+            allow(ok, why)
+            return
+        try:
+            code, unit = parse_crs(self._crs.text())
+        except InputError as error:
+            self._say(error.message)
+            allow(ok, cause_of(error))
+            return
+        self._say(crs_name(code))
+        self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
+        allow(ok, None)
+
+    def _say(self, text: str) -> None:
+        self._crs_says.setText(text)
+        if self.isVisible():
+            make_room_for_text(self)
+
+    def accept(self) -> None:
+        """Make `frame` of what was chosen, and close."""
+        up, unit = self._up.currentData(), float(self._unit.currentData())
+        if self._crs_button.isChecked():
+            code, _ = parse_crs(self._crs.text())
+            self.frame = Frame("crs", code, unit, up)
+        elif self._local_button.isChecked():
+            self.frame = Frame("local", None, unit, up)
+        elif self._scaled_button.isChecked():
+            self.frame = Frame("scaled", None, unit, up)
+        else:
+            self.frame = Frame("undeclared", None, 1.0, up)
+        super().accept()
+
+
+def _bounds(opened: OpenModel) -> np.ndarray:
+    return opened.data.bounds
+
+
+def _large(opened: OpenModel) -> bool:
+    return bool(np.abs(_bounds(opened)).max() > 1e4)
+
+
+def _size(opened: OpenModel) -> str:
+    low, high = _bounds(opened)
+    x, y, z = high - low
+    centre = ", ".join(f"{value:,.1f}" for value in (low + high) / 2)
+    size = f"{x:.4g} × {y:.4g} × {z:.4g}"
+    if isinstance(opened.data, Mesh):
+        return tr("Mesh of {size} units (x × y × z), centre at {centre}", size=size, centre=centre)
+    return tr(
+        "Point cloud of {size} units (x × y × z), centre at {centre}", size=size, centre=centre
+    )

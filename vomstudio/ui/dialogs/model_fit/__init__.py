@@ -1,0 +1,1 @@
+"""Alignment of one model to another by picked points and surfaces."""

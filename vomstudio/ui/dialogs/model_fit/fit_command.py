@@ -1,0 +1,109 @@
+"""The fit of one model to another as a command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
+from vomstudio.registration.register_options import RegisterOptions
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.dialogs.model_fit.picking_view import PickingView
+from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
+from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    Words,
+    copy_command,
+    copy_with_file,
+)
+from vomstudio.ui.widgets.other_model_box import OtherModel
+
+_START_SIGMA_M = 10.0
+
+
+class FitCopyButton(CopyCommandButton):
+    """Copies the fit of the dialog that it stands in. there : shows what the model is fitted to"""
+
+    def __init__(
+        self,
+        studio: Studio,
+        stable: StablePartBox,
+        points: PointPairs,
+        model: Callable[[], Model | None],
+        there: PickingView,
+    ) -> None:
+        super().__init__(
+            self._copy,
+            tr(
+                "the command that fits the model to this one; of a file that states no unit it "
+                "finds the scale too"
+            ),
+        )
+        self._studio, self._stable, self._points = studio, stable, points
+        self._model, self._there = model, there
+
+    def refresh(self, wait: Finding | None) -> None:
+        """wait : why it cannot be copied now, apart from what is chosen"""
+        self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
+
+    def _copy(self) -> None:
+        model, reference = self._model(), self._there.model
+        if model is not None and reference is not None:
+            copy_fit(self, self._studio, model, reference, self._stable, self._points)
+
+
+def why_no_command(
+    studio: Studio, reference: OtherModel | None, stable: StablePartBox
+) -> Finding | None:
+    """Return why no command makes the same fit; None if one does."""
+    if reference is None:
+        return Finding("action.no-other-model")
+    record = studio.records.get(reference.id)
+    if isinstance(record, Model) and record.registration is not None:
+        return Finding("action.other-model-placed")
+    return stable.why_no_mask()
+
+
+def copy_fit(
+    parent: QWidget,
+    studio: Studio,
+    model: Model,
+    reference: OtherModel,
+    stable: StablePartBox,
+    points: PointPairs,
+) -> None:
+    """Put the command on the clipboard; where points were clicked, ask for their table first."""
+    from vomstudio.io.control.writing import write_pairs
+
+    path = studio.project.find_model(model)
+    if path is None:
+        return
+    crs = reference.standing(studio.project.cache).crs
+    mask = stable.mask_file()
+
+    def words(pairs: Path | None) -> Words:
+        options = RegisterOptions(
+            reference=str(reference.path),
+            pairs=None if pairs is None else str(pairs),
+            stable=None if mask is None else str(mask),
+            crs=crs or None,
+        )
+        return ["register", path, *option_words(options)]
+
+    if points.pairs:
+        pairs = points.as_pairs()
+        # They are where the fit starts. Beside the surfaces they would pull at it otherwise.
+        pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
+        write = partial(write_pairs, pairs=pairs)
+        copy_with_file(parent, studio, "pairs.csv", write, words)
+    else:
+        copy_command(studio, words(None))

@@ -1,0 +1,78 @@
+"""The pairs of points with what is left over at each, and what they and the surfaces say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.registrations import Registration
+from vomstudio.registration.results import Placed
+from vomstudio.studio.jobs.registration_tasks import FittedModel, HomologousPoint
+from vomstudio.ui.base import theme
+
+
+class PairTable(QTableWidget):
+    """A row for each pair."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 3)
+        self.setObjectName("point_pairs")
+        self.setHorizontalHeaderLabels([tr("Point"), tr("Resid. (m)"), "dx, dy, dz (m)"])
+        self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QTableWidget.SelectionMode.SingleSelection)
+        self.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
+        self.setMinimumSize(300, 120)
+
+    def chosen(self) -> int | None:
+        """The row that is selected."""
+        rows = self.selectionModel().selectedRows()
+        return rows[0].row() if rows else None
+
+    def show_pairs(self, pairs: Sequence[HomologousPoint], placed: Placed | None) -> None:
+        known = {} if placed is None else {p.label: p for p in placed.control}
+        wrong = set() if placed is None else {b.label for b in placed.blunders}
+        self.setRowCount(len(pairs))
+        for row, pair in enumerate(pairs):
+            left = known.get(pair.label)
+            texts = [pair.label, "", ""]
+            if left is not None:
+                texts[1:] = [f"{left.error_m:.3f}", f"{left.dx:.3f}, {left.dy:.3f}, {left.dz:.3f}"]
+            for column, text in enumerate(texts):
+                item = QTableWidgetItem(text)
+                if not column and pair.label in wrong:
+                    item.setIcon(theme.icon("alert-outline"))
+                self.setItem(row, column, item)
+
+
+def placement_summary(placed: Placed) -> str:
+    """What the points alone say."""
+    from vomstudio.registration.warnings import worst_axis_findings
+
+    rms = placed.rms_control_m or 0.0
+    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *worst_axis_findings(placed)]
+    return "\n".join([" ".join(map(str, said)), *map(str, reversed(placed.warnings))])
+
+
+def fit_summary(fit: FittedModel, record: Registration | None) -> str:
+    """What points and surfaces together say. record : what they become, with the error of what the
+    model was fitted to where that is known"""
+    from vomstudio.registration.turn_checks import worst_turn95_deg
+    from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings
+
+    rests_on = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)
+    sentences = [
+        rests_on,
+        *worst_axis_findings(fit.placed),
+        Finding("registration.without-reference"),
+    ]
+    if record is not None and record.covariance != fit.placed.covariance:
+        worst = worst_turn95_deg(record.rotation_covariance())
+        sentences[-1] = Finding("registration.with-reference", rotation95_deg=worst)
+    return "\n".join([" ".join(map(str, sentences)), *map(str, fit.placed.warnings)])

@@ -1,0 +1,375 @@
+"""Dialog for an orthophoto along the present view; a worker process makes it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QRadioButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_line
+from vomstudio.geology.orientation import Line
+from vomstudio.geometry import transform
+from vomstudio.geometry.units import length_text as length
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
+from vomstudio.products.ortho.drawn_features import drawing_targets
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
+from vomstudio.project.domains import domain_names
+from vomstudio.project.records import Model
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
+from vomstudio.ui.base.command_targets import current_model, may_replace, start_folder
+from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.long_boxes import make_room_for_text
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
+from vomstudio.ui.panels.view.view_panel import ViewPanel
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    copy_command,
+    model_words,
+    numbers_text,
+)
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+_SUFFIX = ".tif"
+
+
+class OrthoDialog(QDialog):
+    """Accepting it starts the job; the window remains usable."""
+
+    def __init__(
+        self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
+    ) -> None:
+        """directions : knows from which measurement the view direction was taken"""
+        super().__init__(parent)
+        explain(self, "conventions.md#orthophotos")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Orthophoto along this view"))
+        self.setMinimumWidth(640)
+        self._studio = studio
+        trend, plunge = viewport.moves.view_direction()
+        self._direction = Line(wrap360(trend), plunge)
+        centre, width, height = viewport.moves.seen()
+        x, y, z = (float(v) for v in centre)
+        self._seen = planning.Region((x, y, z), width, height)
+        self._words, self._error_deg = directions.origin_of(self._direction)
+        form = self._make_form()
+        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self._start = self._buttons.addButton(
+            tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
+        )
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("the command that makes the same orthophoto")
+        )
+        self.copy.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._buttons.addButton(self.copy, QDialogButtonBox.ButtonRole.ActionRole)
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addWidget(self._buttons)
+        self.model.currentIndexChanged.connect(self._propose)
+        for signal in (self.whole.toggled, self.gsd.textChanged, self.target.textChanged):
+            signal.connect(self._check)
+        project = studio.project
+        folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
+        stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
+        self.target.setText(str(folder / f"{stem}.tif"))
+        # The texture's resolution is looked for once the dialog is on the screen.
+        self._size.setText(tr("Reading the resolution of the model…"))
+        QTimer.singleShot(0, self._propose)
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_form(self) -> QFormLayout:
+        self.model = ComboBox()
+        for record in self._studio.session.of(Model):
+            if record.id in self._studio.models:
+                self.model.addItem(record.name, record.id)
+        chosen = current_model(self._studio)
+        if chosen is not None:
+            self.model.setCurrentIndex(max(0, self.model.findData(chosen.id)))
+        shown = f"<b>{format_line(self._direction, 1)}</b>  {escape(self._words)}"
+        direction = rich_label(shown)
+        direction.setWordWrap(True)
+        self._cost = Label()
+        self._cost.setWordWrap(True)
+        self.flip = QCheckBox(tr("From the opposite side (mirror image)"))
+        self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
+        form = QFormLayout()
+        form.setVerticalSpacing(8)
+        form.addRow(tr("Model"), self.model)
+        form.addRow(tr("View direction"), direction)
+        form.addRow("", self.flip)
+        form.addRow(tr("Effect of its error"), self._cost)
+        form.addRow(tr("Area"), self._make_area())
+        form.addRow(tr("Pixel size"), self._make_pixel())
+        form.addRow(tr("Sheet"), self._make_sheet())
+        self.interpretation = InterpretationBox(self._studio)
+        self.sheet.toggled.connect(self.interpretation.show_sheet)
+        form.addRow(tr("Interpretation"), self.interpretation)
+        self.domain = ComboBox()
+        self.domain.setObjectName("ortho_domain")
+        self.domain.addItem(tr("The whole outcrop"), None)
+        for name in domain_names(self._studio.session.records):
+            self.domain.addItem(tr("{domain}, the rest grey", domain=name), name)
+        self.domain.setToolTip(
+            tr("Of a structure whose domains have axes of their own a picture shows one.")
+        )
+        form.addRow(tr("Show"), self.domain)
+        form.setRowVisible(self.domain, self.domain.count() > 1)
+        form.addRow(tr("File"), file)
+        return form
+
+    def _make_area(self) -> QHBoxLayout:
+        self.whole = QRadioButton(tr("Whole model"))
+        self.seen = QRadioButton(tr("Visible area"))
+        self.whole.setChecked(True)
+        area = QHBoxLayout()
+        area.addWidget(self.whole)
+        area.addWidget(self.seen)
+        area.addStretch()
+        return area
+
+    def _make_pixel(self) -> QHBoxLayout:
+        self.gsd = QLineEdit()
+        self.gsd.setObjectName("ortho_gsd")
+        self.gsd.setFixedWidth(90)
+        self._size = Label()
+        self._size.setWordWrap(True)
+        pixel = QHBoxLayout()
+        pixel.addWidget(self.gsd)
+        self._unit = Label()
+        pixel.addWidget(self._unit)
+        pixel.addSpacing(8)
+        pixel.addWidget(self._size, 1)
+        return pixel
+
+    def _make_sheet(self) -> QHBoxLayout:
+        self.sheet = QCheckBox(tr("Also write a sheet to scale"))
+        self.sheet_format = ComboBox()
+        for name in ("png", "pdf"):
+            self.sheet_format.addItem(name.upper(), name)
+        self.sheet.setChecked(True)
+        sheet = QHBoxLayout()
+        sheet.addWidget(self.sheet)
+        sheet.addWidget(self.sheet_format)
+        sheet.addStretch()
+        return sheet
+
+    # --- what it will be ----------------------------------------------------------------------
+    def _model(self) -> Model:
+        record = self._studio.records[str(self.model.currentData())]
+        assert isinstance(record, Model)
+        return record
+
+    def _box(self) -> np.ndarray:
+        """(8, 3) corners of the model along right, down and depth of the picture."""
+        model = self._model()
+        low, high = self._studio.models[model.id].data.bounds
+        grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+        corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
+        view = view_directions.view_along_line(
+            self._direction.trend_deg, self._direction.plunge_deg
+        )
+        return view.frame.to_view(corners, np.asarray(self._seen.centre))
+
+    def _extent(self) -> tuple[float, float]:
+        """Width and height of the area, at most, m."""
+        box = self._box()
+        low, high = box.min(axis=0), box.max(axis=0)
+        if self.seen.isChecked():
+            half = 0.5 * np.array([self._seen.width, self._seen.height])
+            low[:2], high[:2] = np.maximum(low[:2], -half), np.minimum(high[:2], half)
+        width, height = np.maximum(high - low, 0.0)[:2].tolist()
+        return width, height
+
+    def _propose(self) -> None:
+        model = self._model()
+        data = self._studio.models[model.id].data
+        gsd, code = planning.default_gsd(data, model.to_world, max(self._extent()))
+        unit = "m" if model.frame.has_metres else tr("units")
+        self._proposal = Finding(code, gsd=gsd, unit=unit)
+        self.gsd.setText(f"{gsd:g}")
+        box = self._box()
+        deep = float(np.ptp(box[:, 2]))
+        metric = model.frame.has_metres
+        self._unit.setText(unit)
+        cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
+        self._cost.setText(cost.message)
+        self._check()
+        # Labels of several lines have their text only now.
+        make_room_for_text(self)
+
+    def _check(self, *_: object) -> None:
+        gsd = parse_number(self.gsd.text())
+        width, height = self._extent()
+        why = None
+        if gsd is None or gsd <= 0:
+            why = Finding("number.not-a-length", text=self.gsd.text().strip())
+        elif not (width and height):
+            why = Finding("view.part-empty")
+        else:
+            pixels = (width / gsd) * (height / gsd)
+            size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
+            self._size.setText(
+                tr(
+                    "At most {width:,.0f} × {height:,.0f} pixels, {size}\n{proposal}",
+                    width=width / gsd,
+                    height=height / gsd,
+                    size=" × ".join(size),
+                    proposal=self._proposal,
+                )
+            )
+            if pixels > planning.MAX_PIXELS:
+                why = Finding(
+                    "gsd.too-many-pixels",
+                    gsd_m=gsd,
+                    megapixels=pixels / 1_000_000,
+                    limit=planning.MAX_PIXELS // 1_000_000,
+                    least_m=math.sqrt(width * height / planning.MAX_PIXELS),
+                )
+        if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
+            why = Finding("export.not-tif")
+        if why is not None and gsd is not None:
+            self._size.setText(why.message)
+        allow(self._start, why)
+        self.copy.allow(why)
+
+    def _browse(self) -> None:
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Orthophoto file"), self.target.text(), tr("GeoTIFF (*.tif)")
+        )
+        if name:
+            named = name.lower().endswith((".tif", ".tiff"))
+            self.target.setText(name if named else name + _SUFFIX)
+
+    def copy_command(self) -> None:
+        """Put the command that makes the same orthophoto on the clipboard."""
+        place = model_words(self._studio, self._model())
+        gsd = parse_number(self.gsd.text())
+        if place is None or gsd is None:
+            self._studio.warn(Finding("model.file-missing", model=self._model().name))
+            return
+        out = Path(self.target.text()).expanduser()
+        line, seen = self._direction, self._seen
+        parts, domain = self.interpretation.drawn, self.domain.currentData()
+        options = OrthoOptions(
+            trend_deg=line.trend_deg,
+            plunge_deg=line.plunge_deg,
+            gsd_m=gsd,
+            flip=self.flip.isChecked(),
+        )
+        sheet = self._sheet_of(out)
+        drawing = OrthoDrawing(
+            sheet=None if sheet is None else str(sheet),
+            draw=str(self._studio.project.folder) if parts or domain is not None else None,
+            show=",".join(parts) if parts and parts != interpretation.PARTS else None,
+            domain=domain,
+            around=numbers_text([*seen.centre, seen.width, seen.height])
+            if self.seen.isChecked()
+            else None,
+        )
+        words = [*option_words(options), *option_words(drawing)]
+        copy_command(self._studio, ["ortho", *place, ("-o", out), *words, "--force"])
+
+    def _sheet_of(self, out: Path) -> Path | None:
+        ending = str(self.sheet_format.currentData())
+        return out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
+
+    # --- the job ------------------------------------------------------------------------------
+    def accept(self) -> None:
+        """Start the job, after asking before files are replaced."""
+        model, studio = self._model(), self._studio
+        path = studio.project.find_model(model)
+        if path is None:
+            studio.warn(Finding("model.file-missing", model=model.name))
+            return
+        out = Path(self.target.text()).expanduser()
+        view = view_directions.View(
+            self._direction.trend_deg,
+            self._direction.plunge_deg,
+            view_directions.AS_GIVEN,
+            Finding("view.chosen", description=self._words),
+        )
+        if self.flip.isChecked():
+            view = view.flipped()
+        region = self._seen if self.seen.isChecked() else None
+        sheet = self._sheet_of(out)
+        try:
+            beside = [*orthophoto.orthophoto_outputs(out), *([sheet] if sheet else [])]
+        except VomError as error:
+            studio.fail(error)
+            return
+        parts = self.interpretation.drawn
+        if parts:
+            beside += drawing_targets(out).values()
+        domain = self.domain.currentData()
+        there = [p.name for p in (out, *beside) if p.exists()]
+        if there and not may_replace(self, there):
+            return
+        studio.jobs.submit(
+            ORTHOPHOTO,
+            OrthophotoRequest(
+                path,
+                studio.project.cache,
+                replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
+                model.to_world,
+                world_crs(model.frame.crs, model.frame.unit_m),
+                parse_number(self.gsd.text()),
+                region,
+                out,
+                sheet,
+                studio.project.folder if parts else None,
+                parts,
+                None if domain is None else (studio.project.folder, domain),
+            ),
+            title=tr("Orthophoto {file}", file=out.name),
+            on_done=lambda result: _show_result(studio, result),
+            on_failed=lambda event: _show_failure(studio, event),
+        )
+        super().accept()
+
+
+def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
+    beside = [file for file in (made.sheet, *made.drawing) if file]
+    findings = [*(Finding("export.written", file=file) for file in beside), *made.warnings]
+    written = Finding(
+        "ortho.written",
+        file=made.image,
+        width=made.width,
+        height=made.height,
+        gsd=made.gsd_m,
+        unit=made.unit,
+        coverage_percent=100 * made.coverage,
+    )
+    for finding in (written, *findings):
+        studio.info(finding)
+
+
+def _show_failure(studio: Studio, event: Failed) -> None:
+    if not event.cancelled:
+        studio.warn(finding_of(event.to_error()), "error")

@@ -1,0 +1,220 @@
+"""The dialog in which the profile is chosen by whose limits planes and lines are judged."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict, replace
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.project import edits
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import PROFILE_ID, Feature, limits_of
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.studio import Studio
+
+_PREVIEWED = 5_000
+"""More features are not judged twice, only to be counted."""
+
+_LIMITS = (
+    ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
+    ("poor_confidence95_deg", "error", to_translate("Error of a poor plane, more than"), "°"),
+    ("least_extent_over_resolution", "error", to_translate("Extent over resolution, at least"), ""),
+    ("least_coplanarity", "shape", to_translate("Coplanarity, at least"), ""),
+    ("most_collinearity", "shape", to_translate("Collinearity, at most"), ""),
+    ("extent_over_resolution", "shape", to_translate("Extent over resolution, at least"), ""),
+    ("surface_effect_deg", "", to_translate("Trace along the outcrop face, within"), "°"),
+)
+
+_SAYS = {
+    "error": to_translate(
+        "A plane is judged by how far it may be off (95 %). Shape and extent are notes."
+    ),
+    "shape": to_translate(
+        "A plane is judged by the limits of the textbook: good where all three are met, doubtful "
+        "where one is missed, poor where more are. The error is a note."
+    ),
+}
+
+
+def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
+    """parent : of the dialog"""
+
+    def show() -> None:
+        dialogs.show(ProfileDialog, lambda: ProfileDialog(parent, studio))
+
+    return Command(
+        "verdict_profile",
+        tr("Verdict &profile…"),
+        show,
+        "scale-balance",
+        (),
+        tr("Choose the limits by which planes are called good, doubtful or poor."),
+    )
+
+
+class ProfileDialog(QDialog):
+    """Applying is one edit that judges all features anew and can be undone."""
+
+    def __init__(self, parent: QWidget, studio: Studio) -> None:
+        super().__init__(parent)
+        explain(self, "conventions.md#verdicts")
+        self._studio = studio
+        self.setWindowTitle(tr("Verdict profile"))
+        self.setMinimumWidth(460)
+        self.profile = ComboBox()
+        self.profile.setObjectName("profile")
+        self.profile.activated.connect(self._chosen)
+        self.name = QLineEdit()
+        self.name.setObjectName("profile_name")
+        self.name.setPlaceholderText(tr("Name of your profile"))
+        self.name.textEdited.connect(self._typed)
+        self.says = Label()
+        self.says.setWordWrap(True)
+        self.effect = Label()
+        self.effect.setWordWrap(True)
+        self.boxes: dict[str, QDoubleSpinBox] = {}
+        self._arrange()
+        studio.edited.connect(self._edited)
+        studio.project_opened.connect(self.close)
+
+    def _arrange(self) -> None:
+        self.form = QFormLayout()
+        self.form.addRow(tr("Profile"), self.profile)
+        self.form.addRow(tr("Name"), self.name)
+        for name, _, title, unit in _LIMITS:
+            box = DoubleSpinBox()
+            box.setObjectName(name)
+            box.setDecimals(1)
+            box.setRange(0.1, 100_000.0)
+            box.setSuffix(unit)
+            box.valueChanged.connect(self._typed)
+            self.boxes[name] = box
+            self.form.addRow(tr(title), box)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.apply = buttons.addButton(
+            tr("Judge all features"), QDialogButtonBox.ButtonRole.ApplyRole
+        )
+        self.apply.setToolTip(tr("One step, which can be undone."))
+        self.apply.clicked.connect(self._apply)
+        buttons.rejected.connect(self.close)
+        column = QVBoxLayout(self)
+        column.addLayout(self.form)
+        column.addWidget(self.says)
+        column.addWidget(self.effect)
+        column.addStretch()
+        column.addWidget(buttons)
+
+    # --- what is shown -----------------------------------------------------------------------
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        self._show_project()
+
+    def _edited(self, *_: object) -> None:
+        """Another profile is shown; what is typed of one stays while features are worked on."""
+        if not self.isVisible():
+            return
+        if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
+            self._show_project()
+        else:
+            self._tell()
+
+    def _show_project(self) -> None:
+        """The profile of the project."""
+        self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
+        kept = self._studio.settings.profiles.values()
+        own = [Thresholds(**limits) for limits in kept]
+        self._own = PROFILES | {each.profile: each for each in (*own, self._current)}
+        with QSignalBlocker(self.profile):
+            self.profile.clear()
+            for name in self._own:
+                self.profile.addItem(_title(name), name)
+            self.profile.setCurrentIndex(self.profile.findData(self._current.profile))
+        self._fill(self._current)
+
+    def _chosen(self) -> None:
+        self._fill(self._own[self.profile.currentData()])
+
+    def _fill(self, limits: Thresholds) -> None:
+        self._base = limits
+        with QSignalBlocker(self.name):
+            self.name.setText(_title(limits.profile))
+        for name, by, _, _ in _LIMITS:
+            with QSignalBlocker(self.boxes[name]):
+                self.boxes[name].setValue(getattr(limits, name))
+            self.form.setRowVisible(self.boxes[name], by in ("", limits.by))
+        self.says.setText(tr(_SAYS[limits.by]))
+        self._tell()
+
+    def _typed(self, *_: object) -> None:
+        standard = PROFILES.get(self._base.profile)
+        if standard is not None and self.name.text() == _title(standard.profile):
+            with QSignalBlocker(self.name):
+                self.name.setText(tr("own limits"))
+        self._tell()
+
+    def limits(self) -> Thresholds:
+        """As they stand in the boxes, under the name beside them."""
+        values: dict[str, Any] = {name: box.value() for name, box in self.boxes.items()}
+        shown = replace(self._base, **values)
+        if shown == self._base and self.name.text() == _title(self._base.profile):
+            return self._base
+        return replace(shown, profile=self.name.text().strip())
+
+    def _tell(self) -> None:
+        """What the limits would change."""
+        limits, records = self.limits(), self._studio.records
+        same = limits == self._current
+        allow(self.apply, Finding("edit.no-change") if same else None)
+        ids = [id_ for id_, record in records.items() if isinstance(record, Feature)]
+        if len(ids) > _PREVIEWED:
+            self.effect.clear()
+            return
+        now = _counts(self._studio.measured(ids))
+        if same:
+            self.effect.setText(tr("Now: {counts}.", counts=now))
+            return
+        without = {id_: record for id_, record in records.items() if id_ != PROFILE_ID}
+        then = _counts(Measurements(limits).of(without, ids))
+        self.effect.setText(tr("Now: {counts}. With these limits: {then}.", counts=now, then=then))
+
+    # --- what is done ------------------------------------------------------------------------
+    def _apply(self) -> None:
+        limits = self.limits()
+        if not self._studio.attempt(edits.judge_by, limits):
+            return
+        if limits.profile not in PROFILES:
+            self._studio.settings.profiles[limits.profile] = asdict(limits)
+            self._studio.keep_settings()
+
+
+def _title(profile: str) -> str:
+    titles = {"error": tr("by error"), "textbook": tr("textbook: shape and extent")}
+    return titles.get(profile, profile)
+
+
+def _counts(measured: Any) -> str:
+    found = Counter(m.verdict.quality for m in measured.values() if m.verdict is not None)
+    return tr(
+        "{good} good, {doubtful} doubtful, {poor} poor",
+        good=found["good"],
+        doubtful=found["doubtful"],
+        poor=found["poor"],
+    )

@@ -1,1 +1,0 @@
-"""Panels of the tools, the tree, the table and the properties of features."""

@@ -1,0 +1,1 @@
+"""Presentation of models and features in the viewport."""

@@ -1,0 +1,163 @@
+"""The cameras of a reconstructed model's photos, shown at their poses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.geometry import transform
+from vomstudio.geometry.frusta import Frustum, frusta
+from vomstudio.io.photos.cameras_file import Cameras, read_cameras
+from vomstudio.project.records import Model
+from vomstudio.rendering.qt.photo_cameras import PhotoCameras
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.studio.photos import PhotoLinks
+from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.studio import Studio
+
+Rows = tuple[tuple[float, ...], ...]
+"""Of a 4 x 4 matrix."""
+
+
+class CameraView(QObject):
+    """chosen : name of a photo whose camera was clicked. found : cameras were read."""
+
+    chosen = Signal(str)
+    found = Signal()
+
+    def __init__(self, studio: Studio, links: PhotoLinks) -> None:
+        super().__init__()
+        self._studio, self._links = studio, links
+        self._cameras: PhotoCameras | None = None
+        self._background = QtBackground(self)
+        # By model: the file, and what it holds as pyramids in the model's own frame.
+        self._files: dict[str, Path] = {}
+        self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
+        self._shown: list[tuple[Path, Rows]] = []
+        studio.project_opened.connect(self._clear)
+        studio.model_loaded.connect(self._model_loaded)
+        links.changed.connect(self._links_changed)
+        studio.edited.connect(lambda _: self.refresh())
+        studio.visibility_changed.connect(lambda _: self.refresh())
+        studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
+
+    def watch(self, viewport: Viewport) -> None:
+        """Show cameras in this viewport from now on."""
+        self._cameras = viewport.photos
+        viewport.pointer.connect(self._pointer)
+        for model_id in self._studio.models:
+            self._model_loaded(model_id)
+
+    def why_not(self) -> Finding | None:
+        """Return why no cameras can be shown; None if they can."""
+        if not self._studio.models:
+            return Finding("action.no-model")
+        if not any(self._files.get(i) in self._frusta for i in self._studio.models):
+            return Finding("cameras.none-beside-models")
+        return None
+
+    def folder(self) -> Path | None:
+        """Folder of the cameras file of an open model; None where there is none."""
+        for model_id in self._studio.models:
+            path = self._files.get(model_id)
+            if path in self._frusta:
+                return path.parent
+        return None
+
+    def _clear(self) -> None:
+        self._files.clear()
+        self._frusta.clear()
+        self.refresh()
+
+    def _model_loaded(self, model_id: str) -> None:
+        record, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
+        if not isinstance(record, Model) or opened is None:
+            return
+        path = self._links.cameras_path(model_id)
+        if path is None:
+            return
+        self._files[model_id] = path
+        middle = opened.data.bounds.mean(axis=0)
+
+        def arrived(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
+            self._frusta[path] = cameras
+            # The file may have been written anew.
+            self._shown = []
+            self.refresh()
+            self.found.emit()
+
+        def failed(error: VomError) -> None:
+            finding = Finding(
+                "cameras.not-shown", model=record.name, reason=error, reason_code=error.code
+            )
+            self._studio.warn(finding)
+
+        self._background.run(lambda: _read(path, middle), arrived, failed)
+
+    def _wanted(self) -> list[tuple[Path, Rows]]:
+        """Files with the frames in which they are to be shown: of the visible models, and of models
+        that share their photos only once."""
+        studio = self._studio
+        if not studio.display.cameras or not studio.visible("models"):
+            return []
+        found: list[tuple[Path, Rows]] = []
+        for model_id, path in self._files.items():
+            record = studio.records.get(model_id)
+            if path not in self._frusta or not isinstance(record, Model):
+                continue
+            if model_id in studio.models and studio.visible(model_id):
+                found.append((path, record.to_world))
+        return list(dict.fromkeys(found))
+
+    def _links_changed(self, model_id: str) -> None:
+        """Cameras may have been chosen that do not lie beside the model."""
+        if self._links.cameras_path(model_id) != self._files.get(model_id):
+            self._model_loaded(model_id)
+
+    def shown(self) -> list[Frustum]:
+        """The cameras that are shown, in World."""
+        made = []
+        for path, to_world in self._wanted():
+            own, origin = self._frusta[path]
+            matrix = transform.matrix(to_world)
+            made += [each.transform(matrix, origin) for each in own]
+        return made
+
+    def refresh(self) -> None:
+        """Draw the cameras that are to be shown now."""
+        wanted = self._wanted()
+        # Every edit comes by here, and new cameras draw the whole outcrop anew.
+        if self._cameras is not None and wanted != self._shown:
+            self._shown = wanted
+            self._cameras.show(self.shown())
+
+    def choose(self, names: set[str]) -> None:
+        """Emphasise these photos' cameras."""
+        if self._cameras is not None:
+            self._cameras.choose(names)
+
+    def corners(self) -> FloatArray:
+        """(n, 3) World points around what is shown."""
+        points = [np.vstack([each.tip, each.corners]) for each in self.shown()]
+        return np.concatenate([np.zeros((0, 3)), *points])
+
+    def _pointer(self, event: PointerEvent) -> None:
+        clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
+        if not clicked or self._studio.tool_name != "navigate" or self._cameras is None:
+            return
+        name = self._cameras.at(event.x, event.y)
+        if name is not None:
+            self.choose({name})
+            self._studio.info(Finding("camera.clicked", photo=name))
+            self.chosen.emit(name)
+
+
+def _read(path: Path, middle: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
+    cameras: Cameras = read_cameras(path)
+    return frusta(cameras.views, middle - cameras.origin), cameras.origin

@@ -1,0 +1,80 @@
+"""A plane that is carried on through its model as it is drawn: its traces and the edges of its band
+as lines over the texture, so that it can be held against the beds that are seen there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.project.records import Model
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.studio.tools.polyline import rgb
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.proposed_trace_drawings import line_area, piece_area
+
+_COLORS = {"traces": "#e7298a", "edges": "#f0e442"}
+"""Unlike the colours that feature types begin with."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExtendedLines:
+    """World. traces : (n, 3) each, of the planes; edges : (k, 2, 3) pieces of those of their
+    bands"""
+
+    model_id: str
+    traces: Sequence[FloatArray]
+    edges: FloatArray
+
+
+class ExtendedPlaneDrawings:
+    """Keeps the viewport up to date with the plane that is shown. Nobody picks its lines as
+    features: they are none."""
+
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        self._studio, self._drawn = studio, viewport.features
+        self._lines: ExtendedLines | None = None
+        self._shown: set[str] = set()
+        studio.extension_shown.connect(self._show)
+        studio.project_opened.connect(lambda: self._show(None))
+        studio.edited.connect(lambda _: self._redraw())
+        studio.visibility_changed.connect(lambda _: self._redraw())
+
+    def _show(self, lines: ExtendedLines | None) -> None:
+        self._lines = lines
+        self._redraw()
+
+    def _redraw(self) -> None:
+        drawings = {drawing.id: drawing for drawing in self._drawings()}
+        gone = self._shown - drawings.keys()
+        self._shown = set(drawings)
+        if gone or drawings:
+            self._drawn.change({**dict.fromkeys(gone), **drawings})
+
+    def _drawings(self) -> list[FeatureDrawing]:
+        lines = self._lines
+        if lines is None or not isinstance(self._studio.records.get(lines.model_id), Model):
+            return []
+        visible = self._studio.visible(lines.model_id)
+        made = []
+        for key, area in (
+            ("edges", piece_area(lines.edges)),
+            ("traces", line_area(lines.traces)),
+        ):
+            if area is not None:
+                made.append(
+                    FeatureDrawing(
+                        f"extended plane:{key}",
+                        np.zeros((0, 3)),
+                        None,
+                        rgb(_COLORS[key]),
+                        "",
+                        area.origin,
+                        visible,
+                        area,
+                    )
+                )
+        return made

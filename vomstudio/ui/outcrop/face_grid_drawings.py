@@ -1,0 +1,109 @@
+"""Grids of cells as they are drawn: on the surface itself, in the colours of their marks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.geology.coverage.cells import ExposedArea
+from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, UNMEASURABLE
+from vomstudio.project.edit import Edit
+from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.records import FaceGrid, Model, get
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.studio.surfaces.face_grids import world_grid
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.studio.tools.polyline import rgb
+from vomstudio.ui.base.studio import Studio
+
+COLORS = {DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
+"""Okabe and Ito's green and yellow, and black."""
+_LINES = "#ffffff"
+_MOST_FILLED = 150_000
+_DOTS = 20_000
+
+
+class FaceGridDrawings:
+    """Keeps the viewport up to date with the grids whose models are open."""
+
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        self._studio, self._drawn = studio, viewport.features
+        self._shown: dict[str, set[str]] = {}
+        studio.project_opened.connect(self._rebuild)
+        studio.edited.connect(self._edited)
+        studio.visibility_changed.connect(self._visibility)
+        studio.workspace.grids.changed.connect(self._redraw)
+        self._rebuild()
+
+    def _rebuild(self) -> None:
+        for grid_id in list(self._shown):
+            self._remove(grid_id)
+        if self._studio.has_project:
+            for grid in self._studio.workspace.grids.all():
+                self._redraw(grid.id)
+
+    def _edited(self, edit: Edit) -> None:
+        moved = {id_ for id_, r in edit.after.items() if isinstance(r, Model)}
+        for id_, record in edit.after.items():
+            if isinstance(record, FaceGrid):
+                self._redraw(id_)
+            elif isinstance(edit.before[id_], FaceGrid):
+                self._remove(id_)
+        for grid in self._studio.workspace.grids.all() if moved else ():
+            if grid.model_id in moved:
+                self._redraw(grid.id)
+
+    def _visibility(self, ids: tuple[str, ...]) -> None:
+        for grid in self._studio.workspace.grids.all():
+            if {grid.id, grid.model_id, "models"} & set(ids):
+                self._redraw(grid.id)
+
+    def _remove(self, grid_id: str) -> None:
+        keys = self._shown.pop(grid_id, set())
+        if keys:
+            self._drawn.change(dict.fromkeys(keys))
+
+    def _redraw(self, grid_id: str) -> None:
+        studio = self._studio
+        grid = get(studio.records, grid_id, FaceGrid)
+        exposed = studio.workspace.grids.exposed(grid_id)
+        model = None if grid is None else get(studio.records, grid.model_id, Model)
+        if grid is None or model is None or exposed is None:
+            self._remove(grid_id)
+            return
+        drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposed)}
+        gone = self._shown.get(grid_id, set()) - drawings.keys()
+        self._shown[grid_id] = set(drawings)
+        self._drawn.change({**dict.fromkeys(gone), **drawings})
+
+    def _drawings(self, grid: FaceGrid, model: Model, exposed: ExposedArea) -> list[FeatureDrawing]:
+        cells = world_grid(grid, model)
+        turn = cells.cell * np.stack([cells.right, cells.up, cells.normal])
+        none = np.zeros((0, 3, 3), np.float32)
+        visible = self._studio.visible(grid.id) and self._studio.visible(grid.model_id)
+
+        def drawing(key: str, color: str, area: Area) -> FeatureDrawing:
+            return FeatureDrawing(
+                key, np.zeros((0, 3)), None, rgb(color), "", cells.origin, visible, area
+            )
+
+        lines = (exposed.lines @ turn).astype(np.float32)
+        found = []
+        if len(lines):
+            found.append(drawing(f"{grid.id}:lines", _LINES, Area(cells.origin, none, lines)))
+        marks = np.array(list(marks_of(grid)))
+        for mark, color in COLORS.items():
+            own = np.isin(exposed.cell, np.flatnonzero(marks == mark))
+            if own.any():
+                corners = _some(exposed.pieces[own]) @ turn
+                area = Area(cells.origin, corners.astype(np.float32), none[:, :2])
+                found.append(drawing(f"{grid.id}:{mark}", color, area))
+        return found
+
+
+def _some(pieces: FloatArray) -> FloatArray:
+    """Of very many there are dots."""
+    if len(pieces) <= _MOST_FILLED:
+        return pieces
+    return np.asarray(pieces[:: max(1, len(pieces) // _DOTS)].mean(axis=1))

@@ -1,0 +1,190 @@
+"""The view of the outcrop, as menus, panels and tools of the window use it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from vomstudio.core.findings import Finding
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.camera_view import CameraView
+from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedPlaneDrawings
+from vomstudio.ui.outcrop.face_grid_drawings import FaceGridDrawings
+from vomstudio.ui.outcrop.proposed_trace_drawings import ProposedTraceDrawings
+from vomstudio.ui.outcrop.scene_presenter import ScenePresenter
+from vomstudio.ui.outcrop.view_history import ViewHistory
+
+_KEEP_CAMERA_MS = 500
+_READING = "numbers.md#the-live-reading"
+
+
+class OutcropView(QObject):
+    """Connects the viewport with the studio. The window exists before its viewport: until `join`
+    is called, all other methods do nothing."""
+
+    turned = Signal(float, float, bool)
+    """Trend and plunge of the view direction, in degrees, and whether it is orthographic."""
+
+    def __init__(self, studio: Studio, cameras: CameraView) -> None:
+        super().__init__()
+        self._studio, self._cameras = studio, cameras
+        self.viewport: Viewport | None = None
+        self._presenter: ScenePresenter | None = None
+        self.history = ViewHistory(studio)
+        self.history.changed.connect(self._tell_direction)
+        self._camera_timer = QTimer(self)
+        self._camera_timer.setSingleShot(True)
+        self._camera_timer.setInterval(_KEEP_CAMERA_MS)
+        self._camera_timer.timeout.connect(self.keep_camera)
+
+    def join(self, viewport: Viewport) -> None:
+        """From now on the viewport shows what the studio holds."""
+        self.viewport = viewport
+        self._presenter = ScenePresenter(self._studio, viewport)
+        self._presenter.rebuild()
+        self._grids = FaceGridDrawings(self._studio, viewport)
+        self._proposed = ProposedTraceDrawings(self._studio, viewport)
+        self._extended = ExtendedPlaneDrawings(self._studio, viewport)
+        elements = self._studio.workspace.elements
+        elements.look = viewport.looking
+        self._studio.hidden_elements_changed.connect(
+            lambda id_: viewport.models.hide_elements(id_, elements.hidden(id_))
+        )
+        self._cameras.watch(viewport)
+        explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
+
+    def follow_camera(self) -> None:
+        """Send `turned` at every move of the camera from now on, and apply the settings."""
+        if self.viewport is not None:
+            settings = self._studio.settings
+            self.viewport.camera_changed.connect(self._camera_changed)
+            self.viewport.problem.connect(lambda finding: self._studio.warn(finding))
+            self.viewport.models.point_budget = settings.point_budget
+            self.viewport.gestures.set_turntable(settings.turntable)
+            self._camera_changed()
+            self.history.watch(self.viewport)
+
+    def why_not(self) -> Finding | None:
+        """Return why the view cannot be changed now; None if it can."""
+        if self.viewport is None or not self._studio.models:
+            return Finding("action.no-model")
+        return None
+
+    # --- directions --------------------------------------------------------------------------
+    @property
+    def orthographic(self) -> bool:
+        """Whether the view is orthographic."""
+        return self.viewport is not None and self.viewport.moves.orthographic
+
+    def toggle_orthographic(self) -> None:
+        """Switch between orthographic and perspective."""
+        if self.viewport is not None:
+            self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
+
+    def look(self, trend_deg: float, plunge_deg: float) -> None:
+        """Look along a direction, in degrees, orthographically."""
+        if self.viewport is not None:
+            self.viewport.moves.set_orthographic(True)
+            self.viewport.moves.look_along(trend_deg, plunge_deg)
+
+    def direction(self) -> tuple[float, float] | None:
+        """Trend and plunge of the way the viewer looks, degrees; None while there is no view."""
+        return None if self.viewport is None else self.viewport.moves.view_direction()
+
+    def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
+        """Camera and clipping box as `restore` takes them; None before anything is shown."""
+        if self.viewport is None or not self._studio.models:
+            return None
+        box = self._studio.display.clip_shown
+        return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
+
+    def restore(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
+        """Look as before. Raises ValueError where these are no camera or no box."""
+        if self.viewport is None:
+            return
+        shown = None if box is None else ClipBox.from_dict(box)
+        try:
+            self.viewport.moves.set_camera_state(camera)
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from error
+        self._studio.display.set_clip(shown or self._studio.display.box, shown is not None)
+
+    def standard_view(self, name: str) -> None:
+        """Look in one of the standard directions, such as "north"."""
+        if self.viewport is not None:
+            self.viewport.moves.standard_view(name)
+
+    def set_turntable(self, on: bool) -> None:
+        """Whether Z stays up when the view is rotated."""
+        if self.viewport is not None:
+            self.viewport.gestures.set_turntable(on)
+
+    # --- what is in sight --------------------------------------------------------------------
+    def see_all(self) -> None:
+        """Show all visible models and cameras."""
+        if self._presenter is not None:
+            self._presenter.see_all(self._cameras.corners())
+
+    def frame_selection(self) -> None:
+        """Show the selected features."""
+        measured = self._studio.measured(self._studio.selection.ids).values()
+        points = [p for m in measured if len(p := drawn_points(m))]
+        if self.viewport is not None and points:
+            self.viewport.moves.frame(np.concatenate(points))
+
+    def models_box(self) -> ClipBox | None:
+        """The box around all visible models; None where there are none."""
+        return None if self._presenter is None else self._presenter.models_box()
+
+    def clip_holds_something(self) -> bool:
+        """Whether the clipping box has a part of the visible models in it."""
+        box, around = self._studio.display.box, self.models_box()
+        return box is not None and around is not None and box.meets(around)
+
+    # --- tools -------------------------------------------------------------------------------
+    def take_up(self, tool: str) -> None:
+        """Set cursor and mouse buttons for a tool."""
+        if self.viewport is not None:
+            found = self._studio.tools.get(tool)
+            arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+            self.viewport.setCursor(arrow if found is None else cross)
+            paints = found is not None and found.paints
+            self.viewport.gestures.orbit_button = (
+                Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
+            )
+            takes = {entry.name for entry in TOOLS if entry.takes_keys}
+            self.viewport.gestures.tool_takes_keys = tool in takes
+
+    # --- the camera --------------------------------------------------------------------------
+    def _camera_changed(self) -> None:
+        self._tell_direction()
+        self._camera_timer.start()
+
+    def _tell_direction(self) -> None:
+        if self.viewport is not None:
+            trend, plunge = self.viewport.moves.view_direction()
+            self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
+
+    def keep_camera(self) -> None:
+        """Keep the camera with the project, so that it opens as it was left."""
+        # Before a model is there the camera looks at nothing: no better than the one that is kept.
+        if self.viewport is not None and self._studio.models:
+            self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
+
+    def close(self) -> None:
+        """Stop drawing: the window is being closed."""
+        self._camera_timer.stop()
+        self.history.stop()
+        if self.viewport is not None:
+            # First: what fails in an event of Qt's does not come back to whoever caused it.
+            try:
+                self.viewport.shutdown()
+            finally:
+                self.viewport.close()

@@ -1,0 +1,81 @@
+"""Proposed traces as they are drawn: lines on the surface, in the colour of how sure they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.project.records import Model
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.studio.tools.polyline import rgb
+from vomstudio.ui.base.studio import Studio
+
+SURE = 0.05
+_COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
+"""Okabe and Ito's orange and sky blue."""
+
+
+class ProposedTraceDrawings:
+    """Keeps the viewport up to date with the lines that are to be decided upon. Nobody picks them
+    as features: they are none."""
+
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        self._studio, self._drawn = studio, viewport.features
+        self._shown: set[str] = set()
+        studio.proposed_traces.changed.connect(self._redraw)
+        studio.visibility_changed.connect(lambda _: self._redraw())
+        self._redraw()
+
+    def _redraw(self) -> None:
+        drawings = {drawing.id: drawing for drawing in self._drawings()}
+        gone = self._shown - drawings.keys()
+        self._shown = set(drawings)
+        if gone or drawings:
+            self._drawn.change({**dict.fromkeys(gone), **drawings})
+
+    def _drawings(self) -> list[FeatureDrawing]:
+        studio, traces = self._studio, self._studio.proposed_traces
+        proposals, left = traces.proposals, sorted(traces.open)
+        if proposals is None or not isinstance(studio.records.get(proposals.model_id), Model):
+            return []
+        made = []
+        for key, color in _COLORS.items():
+            lines = [
+                proposals.lines[row].points
+                for row in left
+                if (proposals.lines[row].doubt <= SURE) == (key == "sure")
+            ]
+            area = line_area(lines)
+            if area is not None:
+                made.append(
+                    FeatureDrawing(
+                        f"proposed traces:{key}",
+                        np.zeros((0, 3)),
+                        None,
+                        rgb(color),
+                        "",
+                        area.origin,
+                        studio.visible(proposals.model_id),
+                        area,
+                    )
+                )
+        return made
+
+
+def line_area(lines: Sequence[FloatArray]) -> Area | None:
+    """Lines (n, 3), World, as they are drawn on the outcrop; None where there are none."""
+    pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
+    return piece_area(np.concatenate(pieces)) if pieces else None
+
+
+def piece_area(pieces: FloatArray) -> Area | None:
+    """The same of pieces of lines (k, 2, 3)."""
+    if not len(pieces):
+        return None
+    origin = np.floor(pieces[0, 0])
+    none = np.zeros((0, 3, 3), np.float32)
+    return Area(origin, none, (pieces - origin).astype(np.float32))

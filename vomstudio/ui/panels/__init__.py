@@ -1,0 +1,1 @@
+"""Panels of the inspector, the drawer and the docks."""

@@ -1,0 +1,175 @@
+"""Panels that refresh only while they are visible, and panels that analyse the project."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.project.edit import Edit
+from vomstudio.ui.base.command_targets import ask_for_target
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.common import hint_label
+
+Question = TypeVar("Question")
+Answer = TypeVar("Answer")
+
+_REFRESH_DELAY_MS = 120
+"""Changes within this delay share one refresh."""
+
+
+class LazyPanel(QWidget):
+    """Panel that refreshes only while it is visible.
+
+    Subclasses implement `show_now`.
+
+    Parameters
+    ----------
+    studio : Studio
+    """
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self._stale = True
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_REFRESH_DELAY_MS)
+        self._timer.timeout.connect(self.refresh)
+
+    def show_now(self) -> None:
+        """Update all widgets of the panel. Called only while it is visible."""
+        raise NotImplementedError
+
+    def refresh(self) -> None:
+        """Update the panel if it is visible, otherwise when it is next painted."""
+        self._stale = self.visibleRegion().isEmpty()
+        if not self._stale:
+            self.show_now()
+
+    def _soon(self, *_: object) -> None:
+        """Schedule a refresh; a hidden panel is refreshed when it is next painted."""
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+        elif not self._timer.isActive():
+            self._timer.start()
+
+    def _edited(self, edit: Edit) -> None:
+        if self._studio.affected(edit):
+            self._soon()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        super().paintEvent(event)
+        if self._stale:
+            self._soon()
+
+
+class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
+    """Panel that computes a result from the project in a worker thread and shows it.
+
+    Parameters
+    ----------
+    studio : Studio
+    prefix : str
+        Prefix of the object names.
+    topic : str
+        Help page of the panel.
+    busy : str
+        Text that is shown while a result is computed.
+
+    Attributes
+    ----------
+    result : Answer or None
+        The result that is shown; None if it could not be computed.
+    message : Label
+        Summary of the result, or the reason why it could not be computed.
+    """
+
+    def __init__(self, studio: Studio, prefix: str, topic: str, busy: str) -> None:
+        super().__init__(studio)
+        explain(self, topic)
+        self.result: Answer | None = None
+        self.message = hint_label()
+        self.message.setObjectName(f"{prefix}_message")
+        self._background = QtBackground(self)
+        self._requests = NewestResult(
+            self, self._show_result, self._show_error, lambda: self.message.setText(busy)
+        )
+        studio.jobs.closed.connect(self._close)
+
+    def show_now(self) -> None:
+        """Compute the result for the current form, or show why this is not possible."""
+        if not self._studio.has_project:
+            return
+        self._list()
+        try:
+            question = self._question()
+        except VomError as error:
+            self._requests.drop()
+            self._show_error(error)
+        else:
+            self._requests.ask(partial(self._answer, question))
+            self._refresh()
+
+    def _list(self) -> None:
+        """Update the lists of the form."""
+
+    def _question(self) -> Question:
+        """Return the question in the form. Raises VomError, which states what is missing."""
+        raise NotImplementedError
+
+    def _answer(self, question: Question) -> Answer:
+        """Compute the result. Runs in a worker thread. Raises VomError."""
+        raise NotImplementedError
+
+    def _result_text(self, result: Answer) -> str:
+        """Summarise a result for the user."""
+        raise NotImplementedError
+
+    def _show_result(self, result: Answer) -> None:
+        self._show(result, self._result_text(result))
+
+    def _show_error(self, error: VomError) -> None:
+        self._show(None, error.message)
+
+    def _show(self, result: Answer | None, message: str) -> None:
+        self.result = result
+        self.message.setText(message)
+        self._draw()
+        self._refresh()
+
+    def _draw(self) -> None:
+        """Draw the current result."""
+
+    def _refresh(self) -> None:
+        """Enable and disable the buttons."""
+
+    # --- files -------------------------------------------------------------------------------
+    def _ask_for_file(self, title: str, name: str, formats: Mapping[str, str]) -> None:
+        path = ask_for_target(self, self._studio, title, name, formats)
+        if path is not None:
+            self.write_to(path)
+
+    def write_to(self, path: Path) -> None:
+        """Write the current result to a file in a worker thread."""
+        raise NotImplementedError
+
+    def _write(self, write: Callable[[Any, Path], object], result: Any, path: Path) -> None:
+        studio, written = self._studio, Finding("export.written", file=path)
+        self._background.run(
+            partial(write, result, path), lambda _: studio.info(written), studio.fail
+        )
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._requests.close()
+        self._background.stop()

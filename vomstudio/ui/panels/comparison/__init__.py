@@ -1,0 +1,1 @@
+"""Comparison of two models of the same rock."""

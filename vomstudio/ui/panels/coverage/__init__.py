@@ -1,0 +1,1 @@
+"""Coverage of the face by a grid of inspected cells."""

@@ -1,0 +1,458 @@
+"""The dock of fault displacement: cut-off traces on both sides of a fault, and its slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import GeometryError, InputError, VomError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import escape_formula
+from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr
+from vomstudio.geology.faults.displacement_options import DisplacementOptions
+from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.units import Axes
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import has_plane
+from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
+from vomstudio.project.records import Picked, get_feature
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import LowTable, allow, button_row, narrow_form
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import LazyPanel
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes, unit_of
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    Words,
+    copy_with_file,
+    numbers_text,
+)
+from vomstudio.ui.widgets.line_field import LineField
+from vomstudio.ui.widgets.options_form import OptionFields
+from vomstudio.ui.widgets.plane_choice import TakenPlane
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+if TYPE_CHECKING:
+    from vomstudio.geology.faults.cutoffs import Cutoffs
+    from vomstudio.geology.faults.displacement import Displacement
+    from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
+    from vomstudio.geology.measured import Measured
+
+_COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
+_LEAST_HEIGHT = 96
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """What the command is asked, and what it says. names, cuts : of each pair"""
+
+    names: tuple[str, ...]
+    cuts: tuple[Cutoffs, ...]
+    fault: Plane
+    bed: Plane
+    rake_deg: float | None
+    options: DisplacementOptions
+    found: Displacements
+
+
+class DisplacementPanel(LazyPanel):
+    """Panel of the displacement along a fault.
+
+    Attributes
+    ----------
+    pairs : list of (str, str)
+        Ids of two traces of the same bed on either side of the fault.
+    result : Answered or None
+        The result that is shown; None if it could not be computed.
+    """
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "window.md#fault-displacement")
+        self.pairs: list[tuple[str, str]] = []
+        self.result: Answered | None = None
+        self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
+        self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
+        self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
+        self.slip.line.setToolTip(
+            tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
+        )
+        unknown = DisplacementOptions(fault="000/90")
+        self.options = OptionFields(DisplacementOptions, "displacement", unknown)
+        self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
+        self.add.setToolTip(tr("A pair of cut-offs of one bed."))
+        self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
+        self.table = _table()
+        follow_axes(studio, self._show_axes)
+        self.message = hint_label()
+        self.message.setObjectName("displacement_message")
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the points as a table, and copy the command")
+        )
+        self._arrange()
+        self.options.changed.connect(self._soon)
+        self.slip.changed.connect(self._soon)
+        self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
+        for taken in (self.fault, self.bed):
+            taken.changed.connect(self._soon)
+        self.add.clicked.connect(lambda _=False: self.add_pair())
+        self.remove.clicked.connect(lambda _=False: self._remove())
+        self.table.itemSelectionChanged.connect(self._refresh)
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.jobs.closed.connect(self._timer.stop)
+        # Until the first result is looked for there is nothing to copy either.
+        self._refresh()
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Fault"), self.fault)
+        form.addRow(tr("Bed"), self.bed)
+        form.addRow(tr("Slip"), self.slip)
+        self.options.add_rows(form)
+        buttons = button_row(self.add, self.remove, self.copy)
+        column = narrow_column(self)
+        column.addLayout(form)
+        column.addLayout(buttons)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.message)
+        self._column = column
+
+    # --- what is chosen ----------------------------------------------------------------------
+    def _selected_two(self) -> tuple[str, str] | None:
+        records, ids = self._studio.records, self._studio.selection.ids
+        fault = self.fault.id
+        traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
+        # Thousands may be selected.
+        found = tuple(islice(traces, 3))
+        return (found[0], found[1]) if len(found) == 2 else None
+
+    def add_pair(self) -> None:
+        two = self._selected_two()
+        if two is not None and not {two, two[::-1]} & set(self.pairs):
+            self.pairs.append(two)
+            self.refresh()
+
+    def _remove(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self.pairs):
+            del self.pairs[row]
+            self.refresh()
+
+    def _take_slip_error(self) -> None:
+        current = self._studio.selection.current
+        if current is not None and self.slip.selected() is not None:
+            error = self._studio.measured([current])[current].total95_deg
+            self.options.show_value("rake_error_deg", error or 0.0)
+
+    def _edited(self, edit: Edit) -> None:
+        there = self._studio.records
+        self.pairs = [pair for pair in self.pairs if all(i in there for i in pair)]
+        super()._edited(edit)
+
+    def _opened(self) -> None:
+        self.pairs = []
+        self.options.reset()
+        self._soon()
+
+    # --- the answer --------------------------------------------------------------------------
+    def show_now(self) -> None:
+        if not self._studio.has_project:
+            return
+        try:
+            self.result, why = self._answer(), ""
+        except VomError as error:
+            self.result, why = None, str(error)
+        self._show(why)
+
+    def _answer(self) -> Answered | None:
+        """None without pairs. Raises VomError, which says what is missing."""
+        from vomstudio.geology.beds.common_attitude import fit_common_bed
+        from vomstudio.geology.faults.displacement_pairs import displacements
+
+        if not self.pairs:
+            raise InputError(Finding("displacement.no-pairs"))
+        studio = self._studio
+        if not has_plane(studio.records.get(self.fault.id)):
+            raise InputError(Finding("displacement.no-fault"))
+        measured = studio.measured(
+            {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
+        )
+        of_fault = measured[self.fault.id]
+        fault = _plane_of(of_fault)
+        through = of_fault.points.mean(axis=0)
+        traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
+        names = tuple(self._names())
+        cuts = tuple(
+            _cut(name, a, b, fault, through) for name, (a, b) in zip(names, traces, strict=True)
+        )
+        if self.bed.id:
+            of_bed = measured[self.bed.id]
+            bed, bed95 = _plane_of(of_bed), of_bed.total95_deg
+        else:
+            common = fit_common_bed([points for pair in traces for points in pair])
+            beds = [measured[i] for pair in self.pairs for i in pair]
+            bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
+        rake, slip = self._slip(fault)
+        options = self.options.options(
+            fault=exact_plane(fault),
+            bed=exact_plane(bed),
+            rake_deg=rake if slip is None else None,
+            slip=None if slip is None else exact_line(slip),
+            fault_error_deg=of_fault.total95_deg or 0.0,
+            bed_error_deg=bed95 or 0.0,
+        )
+        if options.sigma_m is None:
+            scatter = pick_scatter_m([measured[i] for pair in self.pairs for i in pair])
+            options = replace(options, sigma_m=scatter)
+        found = displacements(
+            names,
+            np.array([cut.hanging_wall for cut in cuts]),
+            np.array([cut.footwall for cut in cuts]),
+            options,
+        )
+        return Answered(names, cuts, fault, bed, rake, options, found)
+
+    def _names(self) -> list[str]:
+        """Of the pairs, each another one."""
+        records = self._studio.records
+
+        def name(id_: str) -> str:
+            return getattr(get_feature(records, id_), "name", "") or id_
+
+        return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
+
+    def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
+        """Its rake, and the line where that was typed."""
+        from vomstudio.geology.orientation import rake_of
+
+        text = self.slip.line.text().strip()
+        if not text:
+            return None, None
+        rake = parse_number(text)
+        if rake is not None:
+            if not 0.0 <= rake <= 180.0:
+                raise InputError(Finding("displacement.not-a-rake", value=rake))
+            return rake, None
+        line = self.slip.direction()
+        assert isinstance(line, Line)
+        return rake_of(line, fault), line
+
+    def _show_axes(self, axes: Axes) -> None:
+        _show_unit(self.table, unit_of(axes))
+        self.options.show_unit(unit_of(axes))
+
+    def _show(self, why: str) -> None:
+        result = self.result
+        pairs = {} if result is None else {pair.name: pair for pair in result.found.pairs}
+        self.table.setRowCount(len(self.pairs))
+        for row, name in enumerate(self._names()):
+            cells = _cells(pairs.get(name))
+            for column, text in enumerate((name, *cells)):
+                item = QTableWidgetItem(text)
+                if column:
+                    right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    item.setTextAlignment(right)
+                self.table.setItem(row, column, item)
+        self.message.setText(why if result is None else self._result_text(result))
+        # In a low window what stands below the table has to be scrolled to: what is missing stands
+        # above it, what is added to its figures below.
+        self._column.removeWidget(self.message)
+        place = self._column.indexOf(self.table)
+        self._column.insertWidget(place if result is None else place + 1, self.message)
+        self._refresh()
+
+    def _result_text(self, result: Answered) -> str:
+        found, notation = result.found, self._studio.settings.notation
+        unit = unit_of(axes_of(self._studio))
+        known = result.rake_deg is not None
+        lines = [
+            tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
+            if known
+            else tr(
+                "Dip separation, {unit}, with 95 % errors; the slip is unknown, so this is no "
+                "slip.",
+                unit=unit,
+            ),
+            tr(
+                "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
+                fault=format_attitude(result.fault, result.options.fault_error_deg, notation),
+                bed=format_attitude(result.bed, result.options.bed_error_deg, notation),
+                sigma=result.options.sigma_m,
+                unit=unit,
+            ),
+        ]
+        if known:
+            lines.append(
+                tr(
+                    "Rake of the slip lineation {rake:.1f}°, from 0 to 180 down the dip; the slip "
+                    "rake of a pair has the sign of the motion.",
+                    rake=result.rake_deg,
+                )
+            )
+        separations = [p.separations for p in found.pairs if p.separations is not None]
+        if separations:
+            lines.append(
+                tr(
+                    "Stratigraphic separation {values} {unit}.",
+                    values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
+                    unit=unit,
+                )
+            )
+        if found.n > 1:
+            lines.append(
+                tr(
+                    "Mean of {n} pairs: net {net:.3f} ± {std:.3f} {unit} (standard deviation).",
+                    n=found.n,
+                    net=found.mean_net_m,
+                    std=found.std_net_m or 0.0,
+                    unit=unit,
+                )
+            )
+        lines += map(str, found.warnings)
+        lines += [f"{each['id']}: {each['reason']}" for each in found.skipped]
+        return "\n".join(lines)
+
+    def _refresh(self) -> None:
+        two = self._selected_two() if self._studio.has_project else None
+        lacking = Finding("action.not-two-traces")
+        allow(self.add, None if two is not None else lacking)
+        chosen = 0 <= self.table.currentRow() < len(self.pairs)
+        allow(self.remove, None if chosen else Finding("action.no-row"))
+        self.copy.allow(None if self.result is not None else Finding("action.no-result"))
+
+    # --- the command -------------------------------------------------------------------------
+    def copy_command(self) -> None:
+        """Ask for the table of the points, and put the command on the clipboard."""
+        result = self.result
+        if result is not None:
+            copy_with_file(
+                self,
+                self._studio,
+                "cutoffs.csv",
+                partial(_write_points, result),
+                partial(words_of, result),
+            )
+
+
+def words_of(result: Answered, points: Path) -> Words:
+    """The command that says the same of these points."""
+    return ["displacement", points, *option_words(result.options)]
+
+
+def _write_points(result: Answered, path: Path) -> None:
+    import csv
+    import io
+
+    file = io.StringIO()
+    file.write(WORLD_COMMENT)
+    out = csv.writer(file, lineterminator="\n")
+    sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
+    out.writerow(["name", *sides])
+    for name, cut in zip(result.names, result.cuts, strict=True):
+        points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
+        out.writerow([escape_formula(name), *numbers_text(points).split(",")])
+    write_bytes(path, file.getvalue().encode(), force=True)
+
+
+def _cut(
+    name: str, one: FloatArray, other: FloatArray, fault: Plane, through: FloatArray
+) -> Cutoffs:
+    """Raises InputError that names the pair."""
+    from vomstudio.geology.faults.cutoffs import find_cutoffs
+
+    try:
+        return find_cutoffs(one, other, fault, through)
+    except GeometryError as error:
+        raise InputError(cause_of(error), field=name) from error
+
+
+def _plane_of(measured: Measurement) -> Plane:
+    if measured.plane is None:
+        raise InputError(measured.problem or Finding("field.no-plane"))
+    return measured.plane
+
+
+def _vector(pair: Pair) -> Displacement | None:
+    return pair.displacement if pair.separations is None else pair.separations.dip
+
+
+def _cells(pair: Pair | None) -> list[str]:
+    moved = None if pair is None else _vector(pair)
+    if moved is None:
+        return [""] * (len(_COLUMNS) + 1)
+    rake = moved.slip_rake_deg
+    return [
+        *(_with_error(getattr(moved, name)) for name in _COLUMNS),
+        "–" if rake is None else f"{rake:.0f}°",
+    ]
+
+
+def _with_error(measured: Measured) -> str:
+    # Without the sign of a zero.
+    value = round(measured.value, 3) + 0.0
+    if measured.error95 is None:
+        return f"{value:.3f}"
+    return f"{value:.3f} ± {measured.error95:.3f}"
+
+
+def _show_unit(table: QTableWidget, unit: str) -> None:
+    titles = (
+        tr("Net ({unit})", unit=unit),
+        tr("Throw ({unit})", unit=unit),
+        tr("Heave ({unit})", unit=unit),
+        tr("Strike slip ({unit})", unit=unit),
+    )
+    for column, title in enumerate(titles, 1):
+        head = table.horizontalHeaderItem(column)
+        assert head is not None
+        head.setText(title)
+
+
+def _table() -> QTableWidget:
+    heads = (
+        (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
+        ("", tr("How far the hanging wall moved against the footwall.")),
+        ("", tr("Vertical part; down is positive.")),
+        ("", tr("Horizontal part across the strike; apart is positive.")),
+        ("", tr("Along the strike; sinistral is positive.")),
+        (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
+    )
+    table = LowTable(0, len(heads))
+    table.setObjectName("displacement_table")
+    table.setAccessibleName(tr("Pairs of cut-offs"))
+    for column, (title, tip) in enumerate(heads):
+        item = QTableWidgetItem(title)
+        item.setToolTip(tip)
+        table.setHorizontalHeaderItem(column, item)
+    table.verticalHeader().hide()
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+    table.setTabKeyNavigation(False)
+    header = table.horizontalHeader()
+    header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    table.setMinimumHeight(_LEAST_HEIGHT)
+    return table

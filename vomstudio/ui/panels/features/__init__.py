@@ -1,0 +1,1 @@
+"""Tree, table and properties of the features."""

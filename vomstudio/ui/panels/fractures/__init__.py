@@ -1,0 +1,1 @@
+"""Analysis of fracture traces on a face."""

@@ -1,0 +1,57 @@
+"""The features that a photo shows, drawn in a thread."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.studio.background import Request
+from vomstudio.studio.photos import ModelPhotos
+from vomstudio.ui.widgets.photo_canvas import Drawn
+
+_MAX_EDGES = 3000
+"""Maximum number of edges of a patch that are drawn."""
+_STEP_PX = 5.0
+_AT_ONCE = 25
+
+
+def draw_features(
+    request: Request[list[Drawn]],
+    photos: ModelPhotos,
+    view: int,
+    drawings: Sequence[FeatureDrawing],
+) -> list[Drawn]:
+    """Draw features over one photo in their order; deliver those drawn so far now and then."""
+    drawn: list[Drawn] = []
+    for number, drawing in enumerate(drawings, start=1):
+        drawn += _drawn(photos, view, drawing)
+        request.check()
+        if number % _AT_ONCE == 0:
+            request.emit(list(drawn))
+    return drawn
+
+
+def _drawn(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
+    """A feature over a photo; nothing where it does not reach into it."""
+    views = photos.views
+    pairs = False
+    if len(drawing.line) > 1:
+        pixels, visible = views.course(view, drawing.line, _STEP_PX)
+    elif drawing.area is not None:
+        edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MAX_EDGES)]
+        world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
+        pixels, visible = views.pixels(view, world), views.shows(view, world)
+        pairs = True
+    else:
+        return []
+    if not visible.any():
+        return []
+    anchor = None
+    if views.shows(view, drawing.anchor[None])[0]:
+        anchor = views.pixels(view, drawing.anchor[None])[0]
+    elif not pairs:
+        rows = np.flatnonzero(visible)
+        anchor = pixels[rows[len(rows) // 2]]
+    return [Drawn(drawing.id, pixels, visible, drawing.color, drawing.label, anchor, pairs)]

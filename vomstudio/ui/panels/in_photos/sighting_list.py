@@ -1,0 +1,110 @@
+"""The list of photos in which something is visible, with GSD and viewing angle of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.photo_images import THUMBNAIL, PhotoImages
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.inspect.photo_views import Sighting
+
+
+class SightingList(QListWidget):
+    """chosen : the name of a photo that the user has chosen; listed : the list has changed."""
+
+    chosen = Signal(str)
+    listed = Signal()
+
+    def __init__(self, images: PhotoImages) -> None:
+        super().__init__()
+        self._images = images
+        self._rows: list[tuple[str, str]] = []
+        self._paths: dict[str, str] = {}
+        self.setObjectName("photos_that_show_it")
+        self.setIconSize(THUMBNAIL)
+        self.setUniformItemSizes(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.setViewMode(QListView.ViewMode.ListMode)
+        self.setMinimumWidth(210)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.currentRowChanged.connect(self._row_chosen)
+        images.thumbnailed.connect(self._thumbnailed)
+
+    @property
+    def names(self) -> list[str]:
+        """The photos in the list."""
+        return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
+
+    def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
+        """Show these photos. rows : name and text of each; path_of : its file, or None."""
+        paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
+        if rows == self._rows and paths == self._paths and self.count() == len(rows):
+            return
+        self._rows, self._paths = rows, paths
+        files = {name: path for path, name in paths.items()}
+        blank = QPixmap(THUMBNAIL)
+        blank.fill(Qt.GlobalColor.transparent)
+        with QSignalBlocker(self):
+            self.clear()
+            for name, words in rows:
+                item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{words}".strip())
+                item.setData(Qt.ItemDataRole.UserRole, name)
+                item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
+                item.setToolTip(as_words(self._tip(name, words)))
+                self.addItem(item)
+                file = files.get(name)
+                if file is not None and (image := self._images.thumbnail(Path(file))) is not None:
+                    item.setIcon(_icon(image))
+        self.listed.emit()
+
+    def mark(self, name: str | None) -> None:
+        """Show which of them is looked at."""
+        names = self.names
+        with QSignalBlocker(self):
+            self.setCurrentRow(names.index(name) if name in names else -1)
+
+    def step(self, by: int) -> None:
+        """The next photo of the list, or one before."""
+        if count := self.count():
+            self.setCurrentRow((max(self.currentRow(), 0) + by) % count)
+
+    def _row_chosen(self, row: int) -> None:
+        if row >= 0:
+            self.chosen.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
+
+    def _tip(self, name: str, words: str) -> str:
+        meaning = tr("GSD · angle between line of sight and surface normal")
+        return f"{name}\n{words}\n({meaning})" if words else name
+
+    def _thumbnailed(self, key: str, image: QImage) -> None:
+        name = self._paths.get(key)
+        if name is not None and not image.isNull():
+            for i, shown in enumerate(self.names):
+                if shown == name:
+                    self.item(i).setIcon(_icon(image))
+
+
+def sighting_words(sighting: Sighting, metric: bool) -> str:
+    """In lines: GSD of metric models, angle between line of sight and normal, visible share."""
+    parts = []
+    if metric:
+        gsd = sighting.gsd_m
+        parts.append(f"{gsd * 1000:.1f} mm/px" if gsd < 0.01 else f"{gsd * 100:.1f} cm/px")
+    if sighting.obliquity_deg is not None:
+        parts.append(f"{sighting.obliquity_deg:.0f}°")
+    if sighting.share < 0.995:
+        parts.append(tr("{share:.0f} % visible", share=100 * sighting.share))
+    return "\n".join([" · ".join(parts[:2]), *parts[2:]])
+
+
+def _icon(image: QImage) -> QIcon:
+    return QIcon(QPixmap.fromImage(image))

@@ -1,0 +1,128 @@
+"""The jobs that run in the background, and those that have ended."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QProgressBar,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+)
+
+from vomstudio.core.words import to_translate, tr
+from vomstudio.studio.running_jobs import Jobs, RunningJob
+from vomstudio.ui.base import theme
+
+_COLUMNS = (
+    to_translate("Job"),
+    to_translate("Status"),
+    to_translate("Progress"),
+    to_translate("Time"),
+    "",
+)
+_KEPT = 50
+# What was over sooner than this is not worth a line.
+_WORTH_S = 2.0
+
+
+class JobsPanel(QTableWidget):
+    """Running jobs, each with a button that stops it, above those that have ended."""
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__(0, len(_COLUMNS))
+        self._jobs = jobs
+        self._begun: dict[int, float] = {}
+        self._shown: dict[int, RunningJob] = {}
+        self._ended: list[tuple[str, str, str]] = []
+        self.setObjectName("jobs")
+        self.setHorizontalHeaderLabels([tr(title) if title else "" for title in _COLUMNS])
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self._clock = QTimer(self)
+        self._clock.setInterval(1000)
+        self._clock.timeout.connect(self._show_times)
+        jobs.changed.connect(self._refresh)
+        jobs.closed.connect(self._clock.stop)
+
+    def _refresh(self) -> None:
+        running = {id(job): job for job in self._jobs.visible()}
+        for key, job in self._shown.items():
+            if key not in running:
+                took = time.monotonic() - self._begun.pop(key)
+                if took >= _WORTH_S:
+                    status = _ended(job)
+                    self._ended.insert(0, (job.title, status, _duration(took)))
+        del self._ended[_KEPT:]
+        if list(running) != list(self._shown):
+            for key in running:
+                self._begun.setdefault(key, time.monotonic())
+            self._shown = running
+            self._build()
+        for row, job in enumerate(running.values()):
+            self._show(row, job)
+        if running and not self._clock.isActive():
+            self._clock.start()
+        elif not running:
+            self._clock.stop()
+
+    def _build(self) -> None:
+        self.setRowCount(0)
+        self.setRowCount(len(self._shown) + len(self._ended))
+        for row, job in enumerate(self._shown.values()):
+            for column in (0, 1, 3):
+                self.setItem(row, column, QTableWidgetItem(job.title if column == 0 else ""))
+            bar = QProgressBar()
+            bar.setFixedWidth(160)
+            self.setCellWidget(row, 2, bar)
+            stop = QToolButton()
+            stop.setText(tr("Pause") if job.resumable else tr("Stop"))
+            stop.setIcon(theme.icon("pause" if job.resumable else "stop"))
+            stop.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            stop.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
+            self.setCellWidget(row, 4, stop)
+        for row, (title, words, took) in enumerate(self._ended, start=len(self._shown)):
+            for column, text in ((0, title), (1, words), (3, took)):
+                self.setItem(row, column, QTableWidgetItem(text))
+
+    def _show(self, row: int, job: RunningJob) -> None:
+        status, bar = self.item(row, 1), self.cellWidget(row, 2)
+        if status is not None:
+            status.setText(job.status())
+        if isinstance(bar, QProgressBar):
+            bar.setRange(0, job.total or 0)
+            bar.setValue(job.done)
+
+    def _show_times(self) -> None:
+        for row, key in enumerate(self._shown):
+            item = self.item(row, 3)
+            if item is not None:
+                item.setText(_duration(time.monotonic() - self._begun[key]))
+
+
+def _ended(job: RunningJob) -> str:
+    """How and when a job has ended, in words."""
+    now = datetime.now()
+    if job.outcome == "stopped" and job.resumable:
+        return tr("Paused at {time:%H:%M}", time=now)
+    if job.outcome == "stopped":
+        return tr("Stopped at {time:%H:%M}", time=now)
+    if job.outcome == "failed":
+        return tr("Failed at {time:%H:%M}", time=now)
+    return tr("Ended at {time:%H:%M}", time=now)
+
+
+def _duration(seconds: float) -> str:
+    minutes, left = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"

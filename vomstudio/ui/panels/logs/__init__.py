@@ -1,0 +1,1 @@
+"""Sedimentary logs along a line on the outcrop."""

@@ -1,0 +1,87 @@
+"""What the panel of logs takes away: the figure, the table, and the command of a log."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+from vomstudio.core.files.atomic import atomic_write, write_bytes
+from vomstudio.core.files.spreadsheet_cells import escape_formula
+from vomstudio.core.options import option_words
+from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.notation import exact_plane
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
+from vomstudio.products.section.line_log import LogAnswer, RockWords, unique_names
+from vomstudio.ui.widgets.copied_command import Words, numbers_text
+
+
+def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
+    """In a thread: the figure as PNG."""
+    file = io.BytesIO()
+    _write_figure(result, file, "png", dpi)
+    return file.getvalue()
+
+
+def write(result: LogAnswer, path: Path) -> None:
+    """In a thread: the table, or the figure, by the ending; in place of what is there."""
+    from vomstudio.project.tables.log_table import about_log, write_log
+
+    ending = path.suffix.lower().removeprefix(".")
+    if ending == "csv":
+        about = about_log(result.bed, result.bed95_deg)
+        metric = result.question.metric
+        write_log(path, result.log, about=about, metric=metric, force=True)
+    else:
+        with atomic_write(path, True) as temporary:
+            _write_figure(result, temporary, ending, 300.0)
+
+
+def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
+    from vomstudio.products.section.bed_log_figure import write_log_figure
+    from vomstudio.project.tables.log_table import about_log
+
+    about = about_log(result.bed, result.bed95_deg)
+    write_log_figure(
+        target, result.log, format=format_, about=about, metric=result.question.metric, dpi=dpi
+    )
+
+
+def write_boundaries(result: LogAnswer, path: Path) -> None:
+    """The table that the command reads, in place of what is there. Raises TargetError."""
+    file = io.StringIO()
+    file.write(WORLD_COMMENT)
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(["name", "x", "y", "z", "lithology", "notes"])
+    words = result.question.words
+    names = unique_names([b.name for b in result.boundaries])
+    for name, boundary in zip(names, result.boundaries, strict=True):
+        said = words.get(boundary.key, RockWords())
+        place = numbers_text(boundary.place).split(",")
+        out.writerow(
+            [
+                escape_formula(name),
+                *place,
+                escape_formula(said.lithology),
+                escape_formula(said.notes),
+            ]
+        )
+    write_bytes(path, file.getvalue().encode(), force=True)
+
+
+def words_of(result: LogAnswer, table: Path) -> Words:
+    """The command that says the same of this table of boundaries, and draws it."""
+    options = LogOptions(
+        sigma_m=result.sigma_m or None,
+        bed_error_deg=result.bed95_deg or None,
+        overturned=result.question.options.overturned,
+    )
+    beside = table.with_name(f"{table.stem}_result")
+    return [
+        "log",
+        table,
+        ("--bed", exact_plane(result.bed)),
+        *option_words(options),
+        ("-o", beside.with_suffix(".csv")),
+        ("--plot", beside.with_suffix(".svg")),
+    ]

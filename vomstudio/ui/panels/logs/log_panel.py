@@ -1,0 +1,307 @@
+"""The dock of logs: boundaries of beds along a line on the outcrop, and the thickness between."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QPushButton,
+    QSplitter,
+)
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.notation import format_attitude
+from vomstudio.geometry.units import Axes
+from vomstudio.products.section.line_log import (
+    BOTH,
+    POINTS,
+    TRACES,
+    LogAnswer,
+    LogQuestion,
+    RockWords,
+    answer,
+    words_along,
+)
+from vomstudio.project.bed_descriptions import describe_bed
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Feature, Logged, get, get_feature
+from vomstudio.project.registration_errors import model_of
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import current_line, why_no_model
+from vomstudio.ui.base.controls import (
+    ComboBox,
+    ElidedLabel,
+    allow,
+    button_row,
+    icon_button,
+    narrow_form,
+)
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import AnalysisPanel
+from vomstudio.ui.panels.logs.analysis import draw_figure, words_of, write, write_boundaries
+from vomstudio.ui.panels.logs.log_table import BedLogTable
+from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes, unit_of
+from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file
+from vomstudio.ui.widgets.drawn_line import DrawnLine
+from vomstudio.ui.widgets.error_fields import error_field, number_in
+from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
+from vomstudio.ui.widgets.options_form import OptionFields
+from vomstudio.ui.widgets.plane_choice import TakenPlane
+from vomstudio.ui.widgets.scaled_picture import FittingPicture
+
+_FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
+
+
+class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
+    """Panel of the bed thickness log along a line.
+
+    Attributes
+    ----------
+    line_id : str
+        Id of the line along which the log runs; "" if no line is taken.
+    """
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio, "log", "window.md#log", tr("Computing…"))
+        self.line_id = ""
+        self._drawn: LogAnswer | None = None
+        self._line = DrawnLine(self, studio)
+        self.line = ElidedLabel()
+        self.line.setObjectName("log_line")
+        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
+        self.take.setToolTip(tr("The log runs along the selected trace or polyline."))
+        self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
+        self.pick.setObjectName("log_pick")
+        self.pick.setToolTip(
+            tr("Click a point on each boundary, from bed to bed, then press Enter.")
+        )
+        self.of = ComboBox()
+        self.of.setObjectName("log_of")
+        for name, title in (
+            (TRACES, tr("traces across the line")),
+            (POINTS, tr("the points of the line")),
+            (BOTH, tr("traces and points")),
+        ):
+            self.of.addItem(title, name)
+        self.of.keep_narrow()
+        self.group = GroupBox(studio)
+        self.group.setAccessibleName(tr("Traces"))
+        self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
+        self.reach = error_field(
+            "log_reach",
+            tr("automatic"),
+            tr("How near to the line a trace has to come; by itself a twentieth of the line."),
+        )
+        self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
+        self.options = OptionFields(LogOptions, "log")
+        self.write = QPushButton(theme.icon("export"), tr("Write…"))
+        self.write.setToolTip(tr("The table as CSV, or the column of beds as SVG, PDF or PNG."))
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the boundaries as a table, and copy the command")
+        )
+        self.table = BedLogTable()
+        follow_axes(studio, self._show_axes)
+        self.picture = FittingPicture()
+        self._arrange()
+        self._connect()
+        self._show(None, "")
+
+    def _arrange(self) -> None:
+        line = QHBoxLayout()
+        line.setSpacing(3)
+        for part in (self.line, self.take, self.pick):
+            line.addWidget(part, 1 if part is self.line else 0)
+        traces = QHBoxLayout()
+        traces.setSpacing(3)
+        traces.addWidget(self.group, 2)
+        traces.addWidget(self.reach, 1)
+        form = narrow_form()
+        form.addRow(tr("Line"), line)
+        form.addRow(tr("Boundaries"), self.of)
+        add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
+        form.addRow(tr("Bed"), self.bed)
+        self.options.add_rows(form)
+        shown = QSplitter()
+        shown.setChildrenCollapsible(False)
+        shown.addWidget(self.table)
+        shown.addWidget(self.picture)
+        shown.setSizes([400, 150])
+        shown.setStretchFactor(0, 2)
+        shown.setStretchFactor(1, 1)
+        self.picture.setMinimumWidth(120)
+        buttons = button_row(self.write, self.copy)
+        overturned = self.options.fields["overturned"]
+        FormBeside.fill(self, form, overturned, buttons, self.message, picture=shown)
+
+    def _show_axes(self, axes: Axes) -> None:
+        self.table.show_unit(unit_of(axes))
+        self.options.show_unit(unit_of(axes))
+
+    def _connect(self) -> None:
+        studio, soon = self._studio, self._soon
+        self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Logged)))
+        self.pick.clicked.connect(lambda _=False: self._pick())
+        for box in (self.of, self.group):
+            box.activated.connect(soon)
+        self.reach.textChanged.connect(soon)
+        self.options.changed.connect(soon)
+        self.bed.changed.connect(soon)
+        self.table.said.connect(self._words_typed)
+        title = tr("Write the log")
+        self.write.clicked.connect(lambda _=False: self._ask_for_file(title, "log.csv", _FORMATS))
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(soon)
+        studio.selection_changed.connect(lambda _: self._selected())
+        self._line.drawn.connect(self._picked)
+
+    # --- the line ----------------------------------------------------------------------------
+    def _take(self, feature: Feature | None) -> None:
+        if feature is not None:
+            self.line_id = feature.id
+            self._soon()
+
+    def _pick(self) -> None:
+        self._line.begin()
+        self.message.setText(tr("Click a point on each boundary, then press Enter."))
+
+    def _picked(self, line: Dimension) -> None:
+        self.of.setCurrentIndex(self.of.findData(POINTS))
+        self._take(line)
+
+    def _selected(self) -> None:
+        if self.group.choice() == SELECTED:
+            self._soon()
+        self._refresh()
+
+    def _opened(self) -> None:
+        """Another project."""
+        self.line_id = ""
+        self.reach.clear()
+        self.options.reset()
+        self._soon()
+
+    def _words_typed(self, key: str, words: object) -> None:
+        """Kept with the line, as one step that can be undone."""
+        assert isinstance(words, RockWords)
+        line = get_feature(self._studio.records, self.line_id)
+        if line is not None and words_along(line).get(key, RockWords()) != words:
+            self._studio.attempt(describe_bed, line.id, key, words.lithology, words.notes)
+
+    # --- the question ------------------------------------------------------------------------
+    def _list(self) -> None:
+        self.group.list_groups()
+        if self.line_id and self.line_id not in self._studio.records:
+            self.line_id = ""
+
+    def _answer(self, question: LogQuestion) -> LogAnswer:
+        return answer(question)
+
+    def _question(self) -> LogQuestion:
+        studio = self._studio
+        line = get_feature(studio.records, self.line_id) if self.line_id else None
+        if line is None:
+            raise InputError(Finding("bed.no-line"))
+        each = (get(studio.records, f.id, Trace) for f in self.group.features())
+        traces = [trace for trace in each if trace is not None]
+        measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
+        bed = measured[self.bed.id] if self.bed.id else None
+        if bed is not None and bed.plane is None:
+            raise InputError(bed.problem or Finding("field.no-plane"))
+        reach = number_in(self.reach, "number.not-a-length")
+        options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
+        model = model_of(studio.records, line)
+        return LogQuestion(
+            line.id,
+            measured[line.id],
+            str(self.of.currentData()),
+            {f.id: measured[f.id] for f in traces},
+            {f.id: f.name or f.id for f in traces},
+            None if bed is None else bed.plane,
+            options,
+            reach,
+            words_along(line),
+            model is None or model.frame.has_metres,
+            frozenset(f.id for f in traces if f.overturned),
+        )
+
+    # --- the answer --------------------------------------------------------------------------
+    def _result_text(self, result: LogAnswer) -> str:
+        from vomstudio.products.section.decimals import format_with_error
+
+        q, total = result.question, result.log.total_m
+        unit = "m" if q.metric else tr("units")
+        lines = [
+            tr_n(
+                "{count} bed, {total} {unit} across the bedding (95 %).",
+                "{count} beds, {total} {unit} across the bedding (95 %).",
+                len(result.log.intervals),
+                total=format_with_error(total.value, total.error95),
+                unit=unit,
+            ),
+            tr(
+                "Bedding {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
+                bed=format_attitude(result.bed, result.bed95_deg, self._studio.settings.notation),
+                sigma=result.sigma_m,
+                unit=unit,
+            ),
+        ]
+        if q.of != POINTS:
+            lines.append(
+                tr("Traces within {reach:.3g} {unit} of the line.", reach=result.reach_m, unit=unit)
+            )
+        return "\n".join([*lines, *map(str, result.log.warnings)])
+
+    def _draw(self) -> None:
+        result = self._drawn = self.result
+        self.table.show_log(result)
+        if result is None:
+            self.picture.show_image(QImage())
+        else:
+            self._background.run(partial(draw_figure, result), partial(self._drawn_now, result))
+
+    def _drawn_now(self, of: LogAnswer, png: bytes) -> None:
+        if of is self._drawn:
+            self.picture.show_image(QImage.fromData(png))
+
+    def _refresh(self) -> None:
+        studio = self._studio
+        is_line_selected = current_line(studio, Logged) is not None
+        allow(self.take, None if is_line_selected else Finding("action.no-line"))
+        line = get_feature(studio.records, self.line_id) if studio.has_project else None
+        self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
+        allow(self.pick, why_no_model(studio))
+        by_points = Finding("action.points-are-boundaries")
+        allow(self.reach, by_points if self.of.currentData() == POINTS else None)
+        why = None
+        if self._requests.waiting:
+            why = Finding("action.busy")
+        elif self.result is None:
+            why = Finding("action.no-result")
+        allow(self.write, why)
+        self.copy.allow(why)
+
+    # --- what is taken away ------------------------------------------------------------------
+    def write_to(self, path: Path) -> None:
+        if self.result is not None:
+            self._write(write, self.result, path)
+
+    def copy_command(self) -> None:
+        """Ask for the table of the boundaries, and put the command on the clipboard."""
+        result = self.result
+        if result is not None:
+            copy_with_file(
+                self,
+                self._studio,
+                "boundaries.csv",
+                partial(write_boundaries, result),
+                partial(words_of, result),
+            )

@@ -1,0 +1,185 @@
+"""The beds of a log as rows, the youngest on top, with what can be typed of them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QAbstractItemModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from vomstudio.core.words import tr
+from vomstudio.geology.beds import lithologies
+from vomstudio.products.section.decimals import format_with_error
+from vomstudio.products.section.line_log import LogAnswer, RockWords
+from vomstudio.ui.base.controls import ComboBox
+
+Index = QModelIndex | QPersistentModelIndex
+
+THICKNESS, LITHOLOGY, NOTES = 3, 4, 5
+_LEAST_HEIGHT = 110
+_LEAST_WORDS = 110
+_ROW = 24
+
+
+class BedLogTable(QTableWidget):
+    """said : something was typed of the bed with this key"""
+
+    said = Signal(str, object)
+
+    def __init__(self) -> None:
+        heads = (
+            (tr("Bed"), tr("Counted from the oldest up.")),
+            (tr("From"), tr("The boundary at which the bed begins.")),
+            (tr("To"), tr("The boundary at which it ends.")),
+            ("", tr("Across the bedding, with half of its 95 % interval.")),
+            (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
+            (tr("Notes"), tr("Double click to type.")),
+        )
+        super().__init__(0, len(heads))
+        self.setObjectName("log_table")
+        self.setAccessibleName(tr("Beds of the log"))
+        for column, (title, tip) in enumerate(heads):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            self.setHorizontalHeaderItem(column, item)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setTabKeyNavigation(False)
+        self.show_unit("m")
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        # Stretched it would be cut to nothing where the dock is narrow.
+        header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Fixed)
+        header.setMinimumSectionSize(32)
+        header.sectionResized.connect(
+            lambda column, *_: self._widen_notes() if column != NOTES else None
+        )
+        self._rocks = _LithologyEditor(self)
+        self.setItemDelegateForColumn(LITHOLOGY, self._rocks)
+        self.setMinimumHeight(_LEAST_HEIGHT)
+        self._keys: list[str] = []
+        self.itemChanged.connect(self._typed)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._widen_notes()
+
+    def _widen_notes(self) -> None:
+        """What the others leave, and never less than the word at the top."""
+        header = self.horizontalHeader()
+        others = sum(header.sectionSize(column) for column in range(NOTES))
+        least = header.sectionSizeHint(NOTES)
+        header.resizeSection(NOTES, max(self.viewport().width() - others, least))
+
+    def show_unit(self, unit: str) -> None:
+        """Of the thicknesses."""
+        head = self.horizontalHeaderItem(THICKNESS)
+        assert head is not None
+        head.setText(tr("Thickness ({unit})", unit=unit))
+
+    def show_log(self, result: LogAnswer | None) -> None:
+        """What stands in the cells is changed in place, so that one that is being typed in stays
+        open."""
+        beds = [] if result is None else list(result.log.intervals)
+        keys = [] if result is None else list(result.base_keys)
+        blocked = self.blockSignals(True)
+        self.setRowCount(len(beds))
+        self._keys = keys[::-1]
+        for row, each in enumerate(reversed(beds)):
+            thick = each.thickness_m
+            texts = (
+                str(each.number),
+                each.base,
+                each.top,
+                format_with_error(thick.value, thick.error95),
+                each.lithology,
+                each.notes,
+            )
+            for column, text in enumerate(texts):
+                self._put(row, column, text)
+        self.blockSignals(blocked)
+        self._widen_notes()
+
+    def _put(self, row: int, column: int, text: str) -> None:
+        item = self.item(row, column)
+        if item is None:
+            item = QTableWidgetItem()
+            if column not in (LITHOLOGY, NOTES):
+                item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
+            if column in (0, 3):
+                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(right)
+            self.setItem(row, column, item)
+        item.setText(text)
+        if column in (LITHOLOGY, NOTES):
+            item.setToolTip(text or tr("Double click to type."))
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        row = item.row()
+        if item.column() in (LITHOLOGY, NOTES) and row < len(self._keys):
+            rock, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
+            assert rock is not None
+            assert notes is not None
+            words = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
+            self.said.emit(self._keys[row], words)
+
+
+class _LithologyEditor(QStyledItemDelegate):
+    """A list of StraboSpot's words in which others can be typed too."""
+
+    def createEditor(  # noqa: N802
+        self, parent: QWidget, option: QStyleOptionViewItem, index: Index
+    ) -> QWidget:
+        box = _Rocks()
+        box.setParent(parent)
+        box.setMinimumWidth(_LEAST_WORDS)
+        box.addItem("")
+        box.addItems(lithologies.lithology_choices())
+        box.activated.connect(lambda _: self._chosen(box))
+        return box
+
+    def _chosen(self, box: _Rocks) -> None:
+        """From the list; what is typed is taken over with Enter, as in every cell."""
+        if box.from_list:
+            self.commitData.emit(box)
+            self.closeEditor.emit(box)
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:  # noqa: N802
+        assert isinstance(editor, ComboBox)
+        editor.setEditText(str(index.data() or ""))
+
+    def setModelData(  # noqa: N802
+        self, editor: QWidget, model: QAbstractItemModel, index: Index
+    ) -> None:
+        assert isinstance(editor, ComboBox)
+        model.setData(index, editor.currentText())
+
+
+class _Rocks(ComboBox):
+    """from_list : the list was opened, and nothing typed since"""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.from_list = False
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        typed = self.lineEdit()
+        assert typed is not None
+        typed.textEdited.connect(lambda _: self._take_note())
+
+    def _take_note(self) -> None:
+        self.from_list = False
+
+    def showPopup(self) -> None:  # noqa: N802
+        self.from_list = True
+        super().showPopup()

@@ -1,0 +1,1 @@
+"""The stereonet: its source, settings, drawing and export."""

@@ -1,0 +1,118 @@
+"""The button of the net whose menu chooses contours of density."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QActionGroup
+from PySide6.QtWidgets import QMenu, QToolButton
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.density import DENSITY_METHODS, SIGMA
+from vomstudio.products.net.contents import Contouring
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.studio import Studio
+
+_METHODS = {
+    "": to_translate("No contours"),
+    "exponential_kamb": to_translate("Kamb, exponential kernel"),
+    "linear_kamb": to_translate("Kamb, linear kernel"),
+    "kamb": to_translate("Kamb, plain count"),
+    "schmidt": to_translate("Schmidt, 1 % of the area"),
+}
+
+
+_SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
+"""Offered in the menu: the larger, the smoother."""
+
+
+class ContourButton(QToolButton):
+    """Keeps what is chosen in the settings, which tell the net."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        tip = tr("Contours of the density of poles and lines")
+        self.setIcon(theme.icon("chart-bell-curve-cumulative"))
+        self.setToolTip(tip)
+        self.setAccessibleName(tip)
+        self.setCheckable(True)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        theme.show_toggles(self)
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        group = QActionGroup(self)
+        self.methods = {}
+        for method, title in _METHODS.items():
+            action = menu.addAction(tr(title))
+            action.setCheckable(True)
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, m=method: self._choose(m))
+            self.methods[method] = action
+        menu.addSeparator()
+        self.filled = menu.addAction(tr("Filled"))
+        self.each_set = menu.addAction(tr("Each set by itself"))
+        for action in (self.filled, self.each_set):
+            action.setCheckable(True)
+            action.triggered.connect(lambda _=False: self._choose(self.method or None))
+        self.smoothness = menu.addMenu(tr("Smoothness of Kamb's methods"))
+        sigmas = QActionGroup(self)
+        self.sigmas = {}
+        for sigma in _SIGMAS:
+            number = f"{sigma:g}"
+            usual = tr("{sigma} σ (usual)", sigma=number)
+            action = self.smoothness.addAction(usual if sigma == SIGMA else f"{number} σ")
+            action.setCheckable(True)
+            sigmas.addAction(action)
+            action.triggered.connect(lambda _=False, s=sigma: self._smooth(s))
+            self.sigmas[sigma] = action
+        self.setMenu(menu)
+        self._show()
+        studio.settings_changed.connect(self._show)
+
+    @property
+    def method(self) -> str | None:
+        """One of `density.DENSITY_METHODS`; None without contours."""
+        chosen = self._studio.settings.contour
+        return chosen if chosen in DENSITY_METHODS else None
+
+    @property
+    def contouring(self) -> Contouring:
+        settings = self._studio.settings
+        return Contouring(
+            filled=settings.contour_filled,
+            each_set=settings.contour_each_set,
+            sigma=settings.contour_sigma if settings.contour_sigma in _SIGMAS else SIGMA,
+        )
+
+    def nextCheckState(self) -> None:  # noqa: N802
+        """Qt's name. The space bar opens the menu as a click does: what is chosen there decides."""
+        self.showMenu()
+
+    def _choose(self, method: str | None) -> None:
+        settings = self._studio.settings
+        settings.contour = method or ""
+        settings.contour_filled = self.filled.isChecked()
+        settings.contour_each_set = self.each_set.isChecked()
+        self._studio.keep_settings()
+
+    def _smooth(self, sigma: float) -> None:
+        self._studio.settings.contour_sigma = sigma
+        self._studio.keep_settings()
+
+    def _show(self) -> None:
+        settings = self._studio.settings
+        self.methods[self.method or ""].setChecked(True)
+        self.filled.setChecked(settings.contour_filled)
+        self.each_set.setChecked(settings.contour_each_set)
+        without = tr("Not now: {reason}", reason=Finding("action.no-contours"))
+        for action in (self.filled, self.each_set):
+            action.setEnabled(self.method is not None)
+            action.setToolTip("" if self.method else without)
+        self.sigmas[self.contouring.sigma].setChecked(True)
+        smooth = self.method not in (None, "schmidt")
+        self.smoothness.setEnabled(smooth)
+        self.smoothness.menuAction().setToolTip(
+            "" if smooth else tr("Not now: {reason}", reason=Finding("action.not-smoothed"))
+        )
+        # It looks pressed while there are contours.
+        self.setChecked(self.method is not None)

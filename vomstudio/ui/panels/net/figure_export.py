@@ -1,0 +1,60 @@
+"""What the dock of the net shows, written as a figure in the style that the user has chosen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Protocol
+
+from vomstudio.ui.base.studio import Studio
+
+if TYPE_CHECKING:
+    from vomstudio.products.net.contents import NetContents
+    from vomstudio.products.net.figure_style import FigureStyle
+    from vomstudio.products.net.rose_contents import RoseContents
+    from vomstudio.ui.panels.net.view_settings import NetWishes
+
+
+class NetDock(Protocol):
+    """What the dock of the net tells of itself."""
+
+    wishes: NetWishes
+
+    def contents(self) -> NetContents: ...
+    def for_print(self) -> NetContents | RoseContents: ...
+
+
+def style_of(studio: Studio) -> FigureStyle:
+    """Of printed figures, as the user has chosen it."""
+    from vomstudio.products.net.figure_style import FigureStyle
+
+    return FigureStyle.restore(studio.settings.figure_style)
+
+
+def write_shown(
+    target: Path | IO[bytes],
+    shown: NetContents | RoseContents,
+    style: FigureStyle,
+    format_: str,
+    dpi: float = 300.0,
+) -> None:
+    """The net or the roses as a figure in this style. Raises GeometryError where no set has the
+    angle."""
+    from vomstudio.products.net.figure import write_stereonet
+    from vomstudio.products.net.figure_options import SIZE_MM
+    from vomstudio.products.net.rose import write_roses
+    from vomstudio.products.net.rose_contents import RoseContents, check_roses
+
+    if isinstance(shown, RoseContents):
+        check_roses(shown, None)
+        width = style.width_mm or SIZE_MM[0]
+        write_roses(target, shown, format=format_, style=style.net_style(), width_mm=width, dpi=dpi)
+        return
+    write_stereonet(
+        target,
+        shown,
+        format=format_,
+        style=style.net_style(),
+        width_mm=style.width_mm,
+        height_mm=style.height_mm,
+        dpi=dpi,
+    )

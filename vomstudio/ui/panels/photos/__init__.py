@@ -1,0 +1,1 @@
+"""Photo sets, opened photos, masks and marks."""

@@ -1,0 +1,119 @@
+"""How masks are drawn: the tools' settings, and what is done to a whole mask."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import log
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QGridLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QToolButton,
+    QVBoxLayout,
+)
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import Label, Slider
+from vomstudio.ui.panels.photos.mark_canvas import MarkCanvas
+
+_STEPS = 100
+_LEAST, _MOST = 2.0, 600.0
+
+
+class MaskBox(QGroupBox):
+    """How much of the photo is masked, whether drawing masks or unmasks, and the brush's size."""
+
+    def __init__(self, canvas: MarkCanvas) -> None:
+        super().__init__(tr("Mask"))
+        self._canvas = canvas
+        self.words = Label()
+        self.words.setObjectName("mask_words")
+        self.words.setWordWrap(True)
+        self.hide_button, self.keep_button = QToolButton(), QToolButton()
+        group = QButtonGroup(self)
+        row = QHBoxLayout()
+        for button, text, icon, tip in (
+            (
+                self.hide_button,
+                tr("Mask"),
+                "eye-off-outline",
+                tr("Drawing masks: sky, vegetation, people, your own shadow (X)."),
+            ),
+            (self.keep_button, tr("Unmask"), "eraser", tr("Drawing erases the mask (X).")),
+        ):
+            button.setText(text)
+            button.setIcon(theme.icon(icon))
+            button.setToolTip(tip)
+            button.setCheckable(True)
+            theme.show_toggles(button)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            group.addButton(button)
+            row.addWidget(button)
+        row.addStretch(1)
+        self.hide_button.setChecked(True)
+        self.hide_button.toggled.connect(self._hides_toggled)
+        self.brush_size = Slider()
+        self.brush_size.setObjectName("brush_size")
+        self.brush_size.setRange(0, _STEPS)
+        self.brush_size.setToolTip(
+            tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
+        )
+        self.brush_size.valueChanged.connect(self._size_changed)
+        self._size_words = Label()
+        self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
+        self._size_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        brush = QHBoxLayout()
+        brush.addWidget(Label(tr("Brush")))
+        brush.addWidget(self.brush_size, 1)
+        brush.addWidget(self._size_words)
+        more = QGridLayout()
+        more.setSpacing(4)
+        self._buttons: dict[str, QToolButton] = {}
+        for number, name in enumerate(("repeat_mask", "invert_mask", "clear_mask")):
+            button = self._buttons[name] = QToolButton()
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            more.addWidget(
+                button, 0 if number == 0 else 1, max(number - 1, 0), 1, 2 if number == 0 else 1
+            )
+        more.setColumnStretch(2, 1)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(6)
+        layout.addWidget(self.words)
+        layout.addLayout(row)
+        layout.addLayout(brush)
+        layout.addLayout(more)
+        canvas.radius_asked.connect(lambda factor: self.set_radius(canvas.radius * factor))
+        self.set_radius(canvas.radius)
+
+    def offer(self, actions: Mapping[str, QAction]) -> None:
+        """The actions of the buttons, by their names."""
+        for name, button in self._buttons.items():
+            button.setDefaultAction(actions[name])
+
+    def set_radius(self, radius: float) -> None:
+        """Of the brush, in pixels of the photo."""
+        self._canvas.radius = min(max(radius, _LEAST), _MOST)
+        with QSignalBlocker(self.brush_size):
+            # Each step is by the same factor.
+            share = log(self._canvas.radius / _LEAST) / log(_MOST / _LEAST)
+            self.brush_size.setValue(round(_STEPS * share))
+        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
+        self._canvas.update()
+
+    def _size_changed(self, step: int) -> None:
+        self._canvas.radius = _LEAST * (_MOST / _LEAST) ** (step / _STEPS)
+        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
+        self._canvas.update()
+
+    def turn_over(self) -> None:
+        """Switch between masking and unmasking."""
+        (self.keep_button if self._canvas.hides else self.hide_button).setChecked(True)
+
+    def _hides_toggled(self, hides: bool) -> None:
+        self._canvas.hides = hides
+        self._canvas.update()

@@ -1,0 +1,144 @@
+"""Opening a photo, of whichever set of photos in the project."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.records import PhotoSet
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+
+if TYPE_CHECKING:
+    from vomstudio.ui.panels.photos.photo_page import PhotoPage
+
+
+def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
+    """chosen : the name of the photo that is selected in the list"""
+    return [
+        Command(
+            "open_photo",
+            tr("&Open photo"),
+            lambda: opening.open(chosen()),
+            "image-edit-outline",
+            (),
+            tr("In the middle of the window, to draw its mask and to mark points."),
+            opening.why_not,
+        ),
+        Command(
+            "take_in_photos",
+            tr("Re-&import points and masks"),
+            opening.take_in,
+            "tray-arrow-down",
+            (),
+            tr(
+                "Replace those of the project by the control points, marks and masks beside the "
+                "photos."
+            ),
+            opening.why_not,
+        ),
+    ]
+
+
+class PhotoOpening(QObject):
+    """One photo is open at a time: the next one takes its page.
+
+    shown : PhotoPage, which is to be looked at now
+    """
+
+    shown = Signal(object)
+
+    def __init__(self, studio: Studio, survey: PhotoSurvey) -> None:
+        super().__init__()
+        self._studio, self._survey = studio, survey
+        self._page: PhotoPage | None = None
+        self._waiting: tuple[Path, str | None] | None = None
+        survey.changed.connect(self._survey_changed)
+
+    def why_not(self) -> Finding | None:
+        """Return why no photo can be opened; None if one can."""
+        if self._survey.folder is None or not self._survey.rows:
+            return Finding("action.no-photos")
+        if not self._survey.document.taken_in:
+            return Finding("photos.pending")
+        return None
+
+    def take_in(self) -> None:
+        """Import again what lies beside the photos."""
+        self._survey.take_in_beside()
+
+    @property
+    def opened(self) -> PhotoPage | None:
+        """The page of the photo that is open."""
+        return self._page
+
+    def open(self, name: str | None = None) -> None:
+        """The photo of this name, or the first, of the photos in the panel."""
+        from vomstudio.ui.panels.photos.photo_page import PhotoPage
+
+        self._waiting = None
+        if self.why_not() is not None:
+            return
+        names = [row.name for row in self._survey.rows]
+        wanted = name if name is not None and name in names else names[0]
+        if self._page is None:
+            self._page = PhotoPage(self._survey)
+            self._page.closed.connect(self._closed)
+        page = self._page
+        self.shown.emit(page)
+        page.show_photo(wanted)
+        page.canvas.setFocus()
+
+    def open_set(self, photo_set: PhotoSet) -> bool:
+        """Show a set of photos in the panel; False, with the reason said, where its folder is not
+        to be found."""
+        document = self._survey.document
+        if (shown := document.photo_set) is not None and shown.id == photo_set.id:
+            return True
+        folder = document.folder_of(photo_set)
+        if folder is None:
+            self._studio.warn(
+                Finding("photo.folder-missing", name=photo_set.name, folder=photo_set.path)
+            )
+            return False
+        self._survey.open(folder)
+        return True
+
+    def open_in(self, photo_set: PhotoSet, name: str | None = None) -> None:
+        """A photo of a set, which is first shown in the panel where another one is."""
+        if not self.open_set(photo_set):
+            return
+        if self.why_not() is None:
+            self.open(name)
+        elif self._survey.folder is not None:
+            # Opened once its photos are read.
+            self._waiting = self._survey.folder, name
+
+    def _survey_changed(self) -> None:
+        if self._waiting is None:
+            return
+        folder, name = self._waiting
+        if folder != self._survey.folder or self._survey.problem:
+            self._waiting = None
+        elif self.why_not() is None:
+            self.open(name)
+
+    def _closed(self) -> None:
+        self._page = None
+
+    def may_close(self) -> bool:
+        """Whether the program may end over what was drawn in photos."""
+        page = self._page
+        if page is None:
+            return True
+        if not page.may_close():
+            return False
+        # First: what fails in an event of Qt's does not come back to whoever caused it.
+        page.end()
+        return page.close()

@@ -1,0 +1,72 @@
+"""What the Photos panel says of control points and of a finished reconstruction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.ui.base.texts import as_sentence
+
+if TYPE_CHECKING:
+    from vomstudio.project.records import Model
+    from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.studio.jobs.survey_tasks import ControlFacts
+
+
+def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:
+    """Return the findings about the control points. note : why control points beside the photos
+    are not used, None if they are; it is reported if there are no facts."""
+    if facts is None:
+        return [] if note is None else [note]
+    if facts.problem is not None:
+        return [facts.problem]
+    summary = as_sentence(str(facts.summary))
+    if facts.crs:
+        first = Finding("control.registers", crs=facts.crs, summary=summary)
+    else:
+        first = Finding("control.registers-locally", summary=summary)
+    return [first, *facts.warnings]
+
+
+def placement_text(model: Model, resolution: float | None) -> str:
+    """Return scale, north and resolution of a model of the photos that was placed.
+
+    resolution : in units of its file, None if it is not known
+    """
+    from vomstudio.registration.summary import placement_facts
+
+    facts = placement_facts(model, resolution)
+    return tr(
+        "{model} is placed. {facts}.",
+        model=model.name,
+        facts="; ".join(f"{name}: {value}" for name, value in facts),
+    )
+
+
+def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
+    """Return the notice of a finished reconstruction of the photos of this name, with how well it
+    fits what registered it."""
+    fit = _registration_rms(result.registration)
+    return Finding(
+        "reconstruction.finished",
+        name=name,
+        registered=result.registered,
+        photos=result.photos,
+        faces=result.faces,
+        fit="" if fit is None else fit.message,
+        **({} if fit is None else fit.values),
+    )
+
+
+def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
+    """Root mean squares of the residuals, control and check points apart; None without any."""
+    control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
+    if control is not None and check is not None:
+        return Finding("registration.check-rms", control_m=control, check_m=check)
+    if control is not None:
+        return Finding("registration.control-rms", control_m=control)
+    if (positions := registration.get("rms_m")) is not None:
+        return Finding("registration.positions-rms", positions_m=positions)
+    return None

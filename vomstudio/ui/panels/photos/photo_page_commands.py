@@ -1,0 +1,323 @@
+"""Commands of an open photo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.pixel_areas import whole_area
+from vomstudio.studio.history import step_title
+from vomstudio.ui.base.actions import Actions, Command
+from vomstudio.ui.panels.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
+from vomstudio.ui.panels.photos.mark_editing import MarkEditing
+from vomstudio.ui.panels.photos.mask_box import MaskBox
+from vomstudio.ui.panels.photos.opened_photo import OpenedPhoto
+from vomstudio.ui.panels.photos.photo_document import PhotoDocument
+from vomstudio.ui.panels.photos.photo_list import PhotoList
+from vomstudio.ui.panels.photos.photo_masks import PhotoMasks
+from vomstudio.ui.panels.photos.photo_tools import PhotoTools
+
+TOOLS = ("look", "mark", "polygon", "brush")
+_BRUSH_STEP = 1.15
+_WINDOW_KEYS = {
+    "previous": ("PgUp", "Alt+Left"),
+    "next": ("PgDown", "Alt+Right"),
+    "undo": ("Ctrl+Z",),
+    "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
+}
+# The main window has the others, and gives them to the photo that is seen (`over_photo`).
+_MIDDLE_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
+_SAME = {
+    "undo": "undo",
+    "redo": "redo",
+    "previous_photo": "previous",
+    "next_photo": "next",
+    "fit_photo": "fit",
+}
+
+
+def give_keys(table: Actions, *, in_own_window: bool) -> None:
+    """Keys that act wherever in the page the focus is. in_own_window : the page is one, and no
+    other part of it has the same keys"""
+    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if in_own_window else _MIDDLE_KEYS
+    for name, own in keys.items():
+        action = table.all[name]
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.setShortcuts([QKeySequence(key) for key in own])
+
+
+def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command:
+    """A command of the main window that does in an open photo what it means there, where one is
+    seen. table : the commands of the photo that is seen, or None"""
+    name = _SAME.get(command.name)
+    if name is None:
+        return command
+
+    def run() -> None:
+        photo = table()
+        if photo is None:
+            command.run()
+        else:
+            photo.run(name)
+
+    def why_not() -> Finding | None:
+        photo = table()
+        return command.why_not() if photo is None else photo.why_not(name)
+
+    def text() -> str:
+        photo = table()
+        if photo is None:
+            return command.text if command.text_now is None else command.text_now()
+        step = photo.what(name)
+        if step is None:
+            return command.text
+        words = step_title(step).replace("&", "&&")
+        return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
+
+    named = command if command.text_now is None else replace(command, text_now=text)
+    return replace(named, run=run, why_not=why_not)
+
+
+def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
+    """Takes the page out of the main window, or puts it back."""
+    return Command(
+        "own_window",
+        tr("Own window"),
+        change_place,
+        "open-in-new",
+        (),
+        tr("Show the photo in a window of its own, for a second screen, or put it back."),
+        checked=page.isWindow,
+    )
+
+
+def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
+    """Commands that change the photo, the view or the tool."""
+
+    def take_up(name: str) -> Callable[[], None]:
+        return lambda: tools.take_up(name)
+
+    def is_tool(name: str) -> Callable[[], bool]:
+        return lambda: canvas.tool == name
+
+    return [
+        Command("previous", tr("Previous photo"), lambda: photos.step(-1), "chevron-left"),
+        Command("next", tr("Next photo"), lambda: photos.step(1), "chevron-right"),
+        Command(
+            "look",
+            tr("Navigate"),
+            take_up(LOOK),
+            "hand-back-right-outline",
+            "V",
+            tr("Pan and zoom."),
+            in_viewport=True,
+            checked=is_tool(LOOK),
+        ),
+        Command(
+            "mark",
+            tr("Mark"),
+            take_up(MARK),
+            "target",
+            "M",
+            tr("Mark control points, check points and tie points."),
+            in_viewport=True,
+            checked=is_tool(MARK),
+        ),
+        Command(
+            "polygon",
+            tr("Polygon"),
+            take_up(POLYGON),
+            "vector-polygon",
+            "P",
+            tr("Mask or unmask a polygon."),
+            in_viewport=True,
+            checked=is_tool(POLYGON),
+        ),
+        Command(
+            "brush",
+            tr("Brush"),
+            take_up(BRUSH),
+            "brush",
+            "B",
+            tr("Mask or unmask with a brush."),
+            in_viewport=True,
+            checked=is_tool(BRUSH),
+        ),
+        Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", in_viewport=True),
+        Command(
+            "one_to_one",
+            "1 : 1",
+            canvas.one_to_one,
+            "magnify-plus-outline",
+            "1",
+            tr("One pixel of the photo is one pixel of the screen."),
+            in_viewport=True,
+        ),
+    ]
+
+
+def undo_commands(
+    masks: PhotoMasks, tools: PhotoTools, document: PhotoDocument, undo: Callable[[bool], None]
+) -> list[Command]:
+    """undo : undoes the last step, or with True redoes it"""
+    return [
+        Command(
+            "undo",
+            tr("Undo"),
+            lambda: undo(False),
+            "undo",
+            (),
+            "",
+            lambda: (
+                masks.busy
+                or (
+                    None
+                    if tools.corners or document.undo_label
+                    else Finding("edit.nothing-to-undo")
+                )
+            ),
+            what=lambda: tr("Last vertex") if tools.corners else document.undo_label,
+        ),
+        Command(
+            "redo",
+            tr("Redo"),
+            lambda: undo(True),
+            "redo",
+            (),
+            "",
+            lambda: (
+                masks.busy or (None if document.redo_label else Finding("edit.nothing-to-redo"))
+            ),
+            what=lambda: document.redo_label,
+        ),
+    ]
+
+
+def mask_commands(
+    masks: PhotoMasks, box: MaskBox, canvas: MarkCanvas, photo: OpenedPhoto
+) -> list[Command]:
+    """Commands that change the brush, and the mask as a whole."""
+
+    def no_mask() -> Finding | None:
+        if masks.busy or masks.used(photo.name) is not None:
+            return masks.busy
+        return Finding("mask.pending")
+
+    def clear() -> None:
+        used = masks.used(photo.name)
+        if used is not None:
+            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), hides=False)
+
+    return [
+        Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", in_viewport=True),
+        Command(
+            "brush_smaller",
+            tr("Smaller brush"),
+            lambda: box.set_radius(canvas.radius / _BRUSH_STEP),
+            None,
+            "[",
+            in_viewport=True,
+        ),
+        Command(
+            "brush_larger",
+            tr("Larger brush"),
+            lambda: box.set_radius(canvas.radius * _BRUSH_STEP),
+            None,
+            "]",
+            in_viewport=True,
+        ),
+        Command(
+            "repeat_mask",
+            tr("Apply to all photos"),
+            masks.repeat,
+            "image-multiple-outline",
+            (),
+            tr(
+                "Draw the last shape in every photo of this size, for something that is at the "
+                "same place in all of them, such as a leg of the drone."
+            ),
+            masks.why_not_repeat,
+        ),
+        Command(
+            "invert_mask",
+            tr("Invert"),
+            lambda: masks.invert(photo.name),
+            "invert-colors",
+            (),
+            tr("Mask what is not masked, and unmask what is masked."),
+            no_mask,
+        ),
+        Command(
+            "clear_mask",
+            tr("Clear"),
+            clear,
+            "image-outline",
+            (),
+            tr("Unmask the whole photo."),
+            no_mask,
+        ),
+    ]
+
+
+def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
+    """folder : in which the file dialogs begin. parent : of the dialogs"""
+
+    def import_table(marks: bool) -> Callable[[], None]:
+        return lambda: editing.import_table(folder, parent, marks=marks)
+
+    return [
+        Command(
+            "new_point",
+            tr("New point"),
+            editing.new_point,
+            "plus",
+            "N",
+            tr("A tie point; with coordinates it becomes a control point."),
+            in_viewport=True,
+        ),
+        Command(
+            "remove_point",
+            tr("Remove point"),
+            editing.remove_point,
+            "delete-outline",
+            (),
+            tr("Remove the point with all its marks."),
+            editing.why_no_point,
+        ),
+        Command(
+            "import_points",
+            tr("Import points…"),
+            import_table(False),
+            "map-marker-plus-outline",
+            (),
+            tr(
+                "A table of control points: label, x, y, z and, if known, sigma and use "
+                "(control or check)."
+            ),
+        ),
+        Command(
+            "import_marks",
+            tr("Import marks…"),
+            import_table(True),
+            "map-marker-multiple-outline",
+            (),
+            tr("A table of image marks: label, photo, x, y."),
+        ),
+        Command(
+            "remove_mark",
+            tr("Remove mark"),
+            editing.remove_mark,
+            "close",
+            "Del",
+            tr("Remove the mark of the point in this photo."),
+            editing.why_no_mark,
+            in_viewport=True,
+        ),
+    ]

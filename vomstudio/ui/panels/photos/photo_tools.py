@@ -1,0 +1,162 @@
+"""Gestures in an opened photo become marks, polygon vertices or brush strokes."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.geometry.pixel_areas import polygon_area, stroke_area
+from vomstudio.photogrammetry.georeferencing.mark_prediction import Pixel
+from vomstudio.studio.tools.interaction_types import Button, Pointer
+from vomstudio.ui.panels.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas
+from vomstudio.ui.panels.photos.photo_masks import PhotoMasks
+from vomstudio.ui.widgets.photo_canvas import PhotoPointer
+
+
+class PhotoTools(QObject):
+    """The tools of an open photo.
+
+    marked : (x, y) at which the chosen point is to be marked; moved : (label, x, y, whether the
+    drag goes on) of a mark; picked : the label of a mark that was clicked
+    """
+
+    marked = Signal(float, float)
+    moved = Signal(str, float, float, bool)
+    picked = Signal(str)
+    corners_changed = Signal()
+    tool_changed = Signal()
+
+    def __init__(self, canvas: MarkCanvas, masks: PhotoMasks) -> None:
+        super().__init__()
+        self._canvas, self._masks = canvas, masks
+        self.photo = ""
+        self.size = (1, 1)
+        self._corners: list[Pixel] = []
+        self._last: Pixel | None = None
+        self._held = ""
+        canvas.pointed.connect(self._pointed)
+
+    @property
+    def hides(self) -> bool:
+        return self._canvas.hides
+
+    @property
+    def corners(self) -> int:
+        return len(self._corners)
+
+    def set_photo(self, name: str, width: int, height: int) -> None:
+        self.drop()
+        self.photo, self.size = name, (width, height)
+
+    def take_up(self, tool: str) -> None:
+        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is dropped."""
+        self.drop()
+        self._canvas.set_tool(tool)
+        self.tool_changed.emit()
+
+    def drop(self) -> None:
+        """Forget the polygon that is not closed, end the stroke that is not lifted."""
+        self.end_stroke()
+        self._held = ""
+        self._set_corners([])
+
+    def end_stroke(self) -> None:
+        """What was painted so far is done, though the button is still down."""
+        if self._last is not None:
+            self._last = None
+            self._masks.end()
+
+    def _pointed(self, event: PhotoPointer) -> None:
+        tool = self._canvas.tool
+        if tool == MARK:
+            self._mark(event)
+        elif tool == POLYGON:
+            self._polygon(event)
+        elif tool == BRUSH:
+            self._brush(event)
+
+    # --- marks -------------------------------------------------------------------------------
+    def _mark(self, event: PhotoPointer) -> None:
+        if event.button is not Button.LEFT:
+            return
+        marks, handle = self._canvas.marks, event.handle
+        if event.kind is Pointer.CLICK:
+            if handle is not None and not marks[handle].chosen:
+                self.picked.emit(marks[handle].label)
+            elif handle is None and self._inside(event):
+                self.marked.emit(event.x, event.y)
+        elif event.kind is Pointer.DRAG_START and handle is not None:
+            self._held = marks[handle].label
+            self.picked.emit(self._held)
+        elif event.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END) and self._held:
+            x, y = self._canvas.pixel_of_drag((event.x, event.y))
+            x, y = min(max(x, 0.0), self.size[0]), min(max(y, 0.0), self.size[1])
+            going_on = event.kind is Pointer.DRAG_MOVE
+            if not event.more:
+                self.moved.emit(self._held, x, y, going_on)
+            if not going_on:
+                self._held = ""
+
+    def _inside(self, event: PhotoPointer) -> bool:
+        return 0 <= event.x <= self.size[0] and 0 <= event.y <= self.size[1]
+
+    # --- polygon -----------------------------------------------------------------------------
+    def _polygon(self, event: PhotoPointer) -> None:
+        at = (event.x, event.y)
+        if event.button is not Button.LEFT:
+            return
+        if event.kind is Pointer.CLICK:
+            if event.handle == 0 and len(self._corners) > 2:
+                self.close_polygon()
+            elif event.handle is None:
+                self._set_corners([*self._corners, at])
+        elif event.kind is Pointer.DOUBLE_CLICK:
+            # Its first click was the last corner.
+            self.close_polygon()
+        elif event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.more:
+            corners = list(self._corners)
+            corners[event.handle] = at
+            self._set_corners(corners)
+
+    def close_polygon(self) -> None:
+        """Mask or unmask what lies within the polygon, if it has three vertices."""
+        if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
+            area = polygon_area(self._corners, *self.size)
+            self._masks.draw_once(self.photo, area, self.hides)
+            self._set_corners([])
+
+    def take_back_corner(self) -> None:
+        """Remove the last vertex of the polygon."""
+        self._set_corners(self._corners[:-1])
+
+    def _set_corners(self, corners: list[Pixel]) -> None:
+        if corners or self._corners:
+            self._corners = corners
+            self._canvas.set_corners(corners)
+            self.corners_changed.emit()
+
+    # --- brush -------------------------------------------------------------------------------
+    def _brush(self, event: PhotoPointer) -> None:
+        if event.button is not Button.LEFT or self._masks.used(self.photo) is None:
+            return
+        at = (event.x, event.y)
+        if event.kind is Pointer.CLICK:
+            self._masks.begin(self.photo, self.hides)
+            self._stamp(at, at)
+            self._masks.end()
+        elif event.kind is Pointer.DRAG_START:
+            self._masks.begin(self.photo, self.hides)
+            self._stamp(at, at)
+            self._last = at
+        elif event.kind is Pointer.DRAG_MOVE and self._last is not None:
+            if not event.more or math.dist(at, self._last) > 0.3 * self._canvas.radius:
+                self._stamp(self._last, at)
+                self._last = at
+        elif event.kind is Pointer.DRAG_END and self._last is not None:
+            self._stamp(self._last, at)
+            self._last = None
+            self._masks.end()
+
+    def _stamp(self, a: Pixel, b: Pixel) -> None:
+        self._masks.draw(stroke_area([a, b], self._canvas.radius, *self.size))

@@ -1,0 +1,406 @@
+"""The Photos panel: the photos of a folder, the survey check, and the reconstruction."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QIcon, QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QListWidget,
+    QListWidgetItem,
+    QMenu,
+    QProgressBar,
+    QSplitter,
+    QStackedWidget,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geometry.units import length_text
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, as_words
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.panels.photos import reconstruction_folders
+from vomstudio.ui.panels.photos.photo_row import PhotoRow
+from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.panels.photos.plan_view import PlanView
+from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES
+from vomstudio.ui.widgets.collapsing_texts import FittingTexts
+
+_LEAST_WIDTH = 360
+_THUMBNAIL = QSize(72, 48)
+_COLUMNS = (
+    (to_translate("Photo"), ""),
+    (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
+    (
+        to_translate("Blur"),
+        to_translate("Blur of the sharpest edges (one sigma) in pixels; the smaller, the sharper."),
+    ),
+    (
+        to_translate("Mask"),
+        to_translate("A part of the photo is masked. Open the photo to edit it."),
+    ),
+    (to_translate("Finding"), ""),
+    (to_translate("Camera"), ""),
+    (to_translate("Focal length"), ""),
+    (to_translate("Size"), to_translate("Width × height in pixels.")),
+    (to_translate("GPS"), to_translate("The photo states its position.")),
+)
+"""Title and tool tip."""
+_GSD, _MASK, _FINDING = 1, 3, 4
+# Results of the alignment.
+_AFTER = ("show_alignment", "show_tie_points", "open_report")
+_SEVERITIES = {
+    "info": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
+
+
+class PhotosPanel(QWidget):
+    """actions: the commands of `survey_commands` by their names. chosen: the names of the selected
+    photos, a set."""
+
+    chosen = Signal(object)
+    opened = Signal(str)
+    """A photo that is to be looked at."""
+
+    def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "photos.md#what-the-survey-check-looks-at")
+        self._survey, self._actions = survey, actions
+        self.quality = ComboBox()
+        self.quality.setObjectName("quality")
+        for title, name, tip in QUALITIES:
+            self.quality.addItem(tr(title), name)
+            self.quality.setItemData(self.quality.count() - 1, tr(tip), Qt.ItemDataRole.ToolTipRole)
+        self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        self.quality.currentIndexChanged.connect(
+            lambda _: survey.choose_quality(self.quality.currentData())
+        )
+        self._verdict = ElidedLabel()
+        self._verdict.setObjectName("survey_verdict")
+        self.results = QToolButton()
+        self.results.setObjectName("results")
+        self.results.setText(tr("Results"))
+        self.results.setIcon(theme.icon("file-document-outline"))
+        self.results.setToolTip(tr("Alignment, tie points and report of the reconstruction."))
+        self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self.results)
+        menu.setToolTipsVisible(True)
+        for name in _AFTER:
+            menu.addAction(actions[name])
+        self.results.setMenu(menu)
+        self._bar = QProgressBar()
+        self._bar.setMaximumWidth(180)
+        self._bar.setTextVisible(False)
+        self._stage = ElidedLabel()
+        self.table = self._make_table()
+        self._findings = QListWidget()
+        self._failed = ""
+        self._placements: list[str] = []
+        self._scale: float | None = None
+        self._findings.setObjectName("findings")
+        self._findings.setWordWrap(True)
+        self._findings.itemSelectionChanged.connect(self._finding_chosen)
+        self._plan = PlanView(self.choose)
+        middle = QSplitter(Qt.Orientation.Horizontal)
+        for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
+            middle.addWidget(widget)
+            middle.setStretchFactor(middle.count() - 1, stretch)
+        middle.setChildrenCollapsible(False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setSpacing(4)
+        layout.addWidget(self._make_header())
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._make_empty())
+        self._pages.addWidget(middle)
+        layout.addWidget(self._pages, 1)
+        survey.rows_changed.connect(self._fill)
+        survey.changed.connect(self._refresh)
+        survey.drawn_changed.connect(self._show_masks)
+        self._fill()
+
+    def _make_empty(self) -> QWidget:
+        """The page that is shown while no folder is chosen."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        words = Label(tr("Choose a folder of overlapping photos, or drop it here."))
+        words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        for name in ("choose_photos", "video_frames", "plan_survey"):
+            row.addWidget(self._button(name))
+        row.addStretch(1)
+        column.addStretch(1)
+        column.addWidget(words)
+        column.addLayout(row)
+        column.addStretch(1)
+        return page
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton()
+        button.setDefaultAction(self._actions[name])
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        return button
+
+    def _make_header(self) -> QWidget:
+        row = QWidget()
+        row.setMinimumWidth(_LEAST_WIDTH)
+        header = QHBoxLayout(row)
+        header.setContentsMargins(0, 0, 0, 0)
+        buttons = {}
+        # Beside the list that it belongs to, one word says it.
+        self._actions["open_photo"].setIconText(tr("Open"))
+        for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
+            buttons[name] = button = self._button(name)
+            if name == "make_settings":
+                # Its neighbours say what it belongs to.
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            header.addWidget(button)
+            if name == "pause_model":
+                self._pause = button
+            if name == "open_photo":
+                header.addSpacing(8)
+                header.addWidget(Label(tr("Quality")))
+                header.addWidget(self.quality)
+        header.addWidget(self.results)
+        header.addSpacing(8)
+        header.addWidget(self._bar)
+        header.addWidget(self._stage, 2)
+        header.addWidget(self._verdict, 1)
+        self._texts = FittingTexts(row, lambda: header.minimumSize().width())
+        # What is done most often keeps its words longest.
+        self._texts.drop([buttons["choose_photos"], self.results])
+        self._texts.drop([buttons["open_photo"], self._pause])
+        self._texts.drop([buttons["make_model"]])
+        return row
+
+    def _make_table(self) -> QTableWidget:
+        table = QTableWidget(0, len(_COLUMNS))
+        table.setObjectName("photo_table")
+        table.setIconSize(_THUMBNAIL)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.verticalHeader().hide()
+        table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        table.horizontalHeader().setStretchLastSection(True)
+        table.itemSelectionChanged.connect(self._chosen)
+        table.doubleClicked.connect(self._open)
+        for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            key = QShortcut(QKeySequence(code), table)
+            key.setContext(Qt.ShortcutContext.WidgetShortcut)
+            key.activated.connect(self._open)
+        for column, (title, tip) in enumerate(_COLUMNS):
+            header = QTableWidgetItem(tr(title))
+            # No message is empty: the empty one is the catalogue's own head.
+            header.setToolTip(tr(tip) if tip else "")
+            table.setHorizontalHeaderItem(column, header)
+        return table
+
+    # --- filling -----------------------------------------------------------------------------
+    def _fill(self) -> None:
+        survey, table = self._survey, self.table
+        self._scale = survey.metres_per_unit()
+        with QSignalBlocker(table):
+            table.setRowCount(len(survey.rows))
+            for number, row in enumerate(survey.rows):
+                self._fill_row(number, row)
+        self._findings.clear()
+        self._failed, self._placements = "", []
+        if survey.verdict:
+            self._add_finding("info", survey.verdict, [])
+            verdict = self._findings.item(0)
+            font = verdict.font()
+            font.setBold(True)
+            verdict.setFont(font)
+            verdict.setIcon(QIcon())
+        for finding in survey.findings:
+            self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
+        for finding in (*survey.control_findings(), *survey.left_out):
+            self._add_finding(finding.severity, finding.message, [])
+        self._chosen()
+        self._refresh()
+
+    def _fill_row(self, number: int, row: PhotoRow) -> None:
+        cells = (
+            row.name.rpartition("/")[2],
+            _gsd(row, self._scale),
+            "–" if row.blur is None else f"{row.blur:.1f} px",
+            _mask_text(row),
+            _cut(row.findings[0]) if row.findings else "",
+            row.camera,
+            row.focal,
+            f"{row.width} × {row.height}",
+            tr("yes") if row.has_gps else "–",
+        )
+        for column, text in enumerate(cells):
+            item = QTableWidgetItem(text)
+            if column == 0:
+                item.setToolTip(as_words(row.path))
+                if row.thumbnail:
+                    item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
+            elif column == _FINDING:
+                item.setToolTip(as_words("\n".join(row.findings)))
+            self.table.setItem(number, column, item)
+        self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
+
+    def _show_masks(self) -> None:
+        for number, row in enumerate(self._survey.rows):
+            if (item := self.table.item(number, _MASK)) is not None:
+                item.setText(_mask_text(row))
+
+    def _add_finding(
+        self, severity: str, text: str, photos: list[str], place: int | None = None
+    ) -> None:
+        item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
+        item.setData(Qt.ItemDataRole.UserRole, photos)
+        self._findings.insertItem(self._findings.count() if place is None else place, item)
+
+    def _refresh(self) -> None:
+        survey = self._survey
+        job = survey.making
+        self._pages.setCurrentIndex(0 if survey.folder is None else 1)
+        with QSignalBlocker(self.quality):
+            self.quality.setCurrentIndex(self.quality.findData(survey.quality))
+        allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
+        self._bar.setVisible(job is not None or survey.reading)
+        self._stage.setVisible(job is not None)
+        self._pause.setVisible(job is not None)
+        self._texts.again()
+        if job is not None:
+            self._bar.setRange(0, job.total or 0)
+            self._bar.setValue(job.done)
+            if not job.stage:
+                self._stage.setText(tr("Starting"))
+            elif job.total:
+                self._stage.setText(f"{job.stage} {job.done} / {job.total}")
+            else:
+                self._stage.setText(job.stage)
+        elif survey.reading:
+            self._bar.setRange(0, 0)
+        self._verdict.setText(self._words())
+        self._show_failure()
+        self._show_placements()
+        make = self._actions["make_model"]
+        make.setText(
+            tr("&Continue reconstruction") if survey.begun and job is None else tr("&Reconstruct")
+        )
+
+    def _words(self) -> str:
+        survey = self._survey
+        if survey.folder is None:
+            return ""
+        if survey.problem:
+            return survey.problem
+        if survey.reading:
+            return tr("Reading the photos…")
+        warnings = sum(finding.severity != "info" for finding in survey.findings)
+        photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
+        said = tr_n("{count} warning", "{count} warnings", warnings)
+        if self._failure():
+            return tr("Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=said)
+        if survey.begun and survey.making is None:
+            return tr("{photos}, {warnings}, reconstruction paused", photos=photos, warnings=said)
+        return tr("{photos}, {warnings}", photos=photos, warnings=said)
+
+    def _failure(self) -> str:
+        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
+        out = self._survey.out() if self._survey.making is None else None
+        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
+
+    def _show_failure(self) -> None:
+        """Above the findings."""
+        reason = self._failure()
+        if reason == self._failed:
+            return
+        if self._failed:
+            self._findings.takeItem(0)
+        self._failed = reason
+        if reason:
+            text = tr("The reconstruction failed: {reason}", reason=reason)
+            self._add_finding("error", text, [], place=0)
+
+    def _show_placements(self) -> None:
+        """Show how the models of these photos are placed, as the last findings."""
+        texts = self._survey.placement_findings()
+        if texts != self._placements:
+            for _ in self._placements:
+                self._findings.takeItem(self._findings.count() - 1)
+            self._placements = texts
+            for text in texts:
+                self._add_finding("info", text, [])
+        if (scale := self._survey.metres_per_unit()) != self._scale:
+            self._scale = scale
+            for number, row in enumerate(self._survey.rows):
+                if (item := self.table.item(number, _GSD)) is not None:
+                    item.setText(_gsd(row, scale))
+
+    # --- choosing ----------------------------------------------------------------------------
+    def _chosen_names(self) -> set[str]:
+        rows = {index.row() for index in self.table.selectionModel().selectedRows()}
+        return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
+
+    def chosen_photo(self) -> str | None:
+        """The first of the photos that are selected."""
+        names = self._chosen_names()
+        return next((row.name for row in self._survey.rows if row.name in names), None)
+
+    def _open(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self._survey.rows):
+            self.opened.emit(self._survey.rows[row].name)
+
+    def _chosen(self) -> None:
+        survey = self._survey
+        names = self._chosen_names()
+        self._plan.show_rows(survey.rows, names, survey.has_north)
+        self.chosen.emit(names)
+
+    def choose(self, name: str) -> None:
+        """Select the photo of this name and scroll to it."""
+        for number, row in enumerate(self._survey.rows):
+            if row.name == name:
+                self.table.selectRow(number)
+                self.table.scrollTo(self.table.model().index(number, 0))
+
+    def _finding_chosen(self) -> None:
+        """Select the photos that the finding is about."""
+        names: set[str] = set()
+        for item in self._findings.selectedItems():
+            names.update(item.data(Qt.ItemDataRole.UserRole) or ())
+        self.table.clearSelection()
+        mode = QAbstractItemView.SelectionMode
+        self.table.setSelectionMode(mode.MultiSelection)
+        for number, row in enumerate(self._survey.rows):
+            if row.name in names:
+                self.table.selectRow(number)
+        self.table.setSelectionMode(mode.ExtendedSelection)
+
+
+def _mask_text(row: PhotoRow) -> str:
+    return "–" if row.mask is None else tr("yes")
+
+
+def _cut(text: str) -> str:
+    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+    return text if len(text) <= 48 else text[:46].rstrip() + " …"
+
+
+def _gsd(row: PhotoRow, metres_per_unit: float | None) -> str:
+    gsd_m = row.gsd_m
+    if gsd_m is None and row.gsd is not None and metres_per_unit is not None:
+        gsd_m = row.gsd * metres_per_unit
+    if gsd_m is None:
+        return length_text(row.gsd, 2, metric=False)
+    return f"{gsd_m * 1000:.1f} mm" if gsd_m < 0.01 else f"{gsd_m * 100:.1f} cm"

@@ -1,0 +1,326 @@
+"""The list of points, the coordinates and mark of the chosen one, and what is still missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import isfinite
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFormLayout,
+    QGridLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.coordinate_limits import check_coordinates
+from vomstudio.io.control.points import ControlPoint
+from vomstudio.io.text.rows import parse_number
+from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
+from vomstudio.rendering.qt.painting import VERDICT_COLORS
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, as_words
+from vomstudio.ui.base.texts import as_sentence
+from vomstudio.ui.panels.photos.mark_canvas import COLORS
+from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
+
+
+class PointsBox(QGroupBox):
+    """chosen : the label of the chosen point; "" for none. message : a sentence for the user, and
+    its level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
+    """
+
+    chosen = Signal(str)
+    message = Signal(object, str)
+    typed = Signal(float, float)
+
+    def __init__(self, marks: PhotoMarks) -> None:
+        super().__init__(tr("Points"))
+        self._marks = marks
+        self.label = ""
+        self.photo = ""
+        self._labels: tuple[str, ...] = ()
+        self._buttons: dict[str, QToolButton] = {}
+        self.table = self._make_table()
+        self.missing = Label()
+        self.missing.setObjectName("missing")
+        self.missing.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(6)
+        buttons = QGridLayout()
+        buttons.setSpacing(4)
+        for number, name in enumerate(
+            ("new_point", "remove_point", "import_points", "import_marks")
+        ):
+            button = self._buttons[name] = QToolButton()
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            buttons.addWidget(button, number // 2, number % 2)
+        buttons.setColumnStretch(2, 1)
+        layout.addLayout(buttons)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self._make_form())
+        layout.addWidget(self.missing)
+        marks.changed.connect(self.refresh)
+        self.refresh()
+
+    def _make_table(self) -> QTableWidget:
+        titles = (tr("Point"), tr("Role"), tr("Photos"), tr("Residual"))
+        table = QTableWidget(0, len(titles))
+        table.setObjectName("point_table")
+        table.setHorizontalHeaderLabels(titles)
+        worst = QTableWidgetItem(titles[3])
+        worst.setToolTip(
+            tr("Largest distance in pixels between a mark and its predicted position.")
+        )
+        table.setHorizontalHeaderItem(3, worst)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + 8)
+        header = table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        table.setMinimumHeight(110)
+        table.itemSelectionChanged.connect(self._row_chosen)
+        return table
+
+    def _make_form(self) -> QWidget:
+        self.form = QWidget()
+        form = QFormLayout(self.form)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setVerticalSpacing(4)
+        self.name = QLineEdit()
+        self.name.setObjectName("point_name")
+        self.name.editingFinished.connect(self._renamed)
+        self.role = ComboBox()
+        self.role.setObjectName("point_role")
+        for text, role, tip in (
+            (tr("control"), CONTROL, tr("Takes part in the registration of the model.")),
+            (tr("check"), CHECK, tr("Takes no part, and shows how good the registration is.")),
+            (tr("tie"), TIE, tr("Has no coordinates and only joins photos.")),
+        ):
+            self.role.addItem(theme.swatch(COLORS[role]), text, role)
+            self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.role.currentIndexChanged.connect(self._role_chosen)
+        row = QHBoxLayout()
+        row.addWidget(self.name, 1)
+        row.addWidget(self.role)
+        form.addRow(tr("Point"), row)
+        self.numbers = [QLineEdit() for _ in range(4)]
+        titles = (tr("East"), tr("North"), tr("Height"), tr("Accuracy"))
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        for number, (field, title) in enumerate(zip(self.numbers, titles, strict=True)):
+            field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
+            field.setPlaceholderText(title)
+            field.setToolTip(
+                tr("{coordinate} in metres; empty where it is not known.", coordinate=title)
+            )
+            field.editingFinished.connect(self._numbers_typed)
+            grid.addWidget(field, number // 2, number % 2)
+        form.addRow(tr("Position"), grid)
+        self.mark_x, self.mark_y = DoubleSpinBox(), DoubleSpinBox()
+        pixel = QHBoxLayout()
+        for spin, name in ((self.mark_x, "mark_x"), (self.mark_y, "mark_y")):
+            spin.setObjectName(name)
+            spin.setRange(0.0, 1e6)
+            spin.setDecimals(2)
+            spin.setSingleStep(0.1)
+            spin.setKeyboardTracking(False)
+            spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1."))
+            spin.valueChanged.connect(
+                lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
+            )
+            pixel.addWidget(spin, 1)
+        remove = self._buttons["remove_mark"] = QToolButton()
+        remove.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        pixel.addWidget(remove)
+        form.addRow(tr("Mark"), pixel)
+        return self.form
+
+    def offer(self, actions: Mapping[str, QAction]) -> None:
+        """The actions of the buttons, by their names."""
+        for name, button in self._buttons.items():
+            button.setDefaultAction(actions[name])
+
+    # --- showing -----------------------------------------------------------------------------
+    def refresh(self) -> None:
+        """Renew the list, the form, and what is missing."""
+        marking = self._marks.marking
+        labels = marking.labels
+        with QSignalBlocker(self.table):
+            if labels != self._labels:
+                self._labels = labels
+                self.table.setRowCount(len(labels))
+            for row, label in enumerate(labels):
+                self._fill_row(row, label)
+            gone = bool(self.label) and self.label not in labels
+            if gone:
+                self.label = ""
+            if self.label:
+                self.table.selectRow(labels.index(self.label))
+            else:
+                self.table.clearSelection()
+        self._fill_form()
+        said = [finding.message for finding in self._marks.missing()]
+        if not labels:
+            said = [tr("Import control points, or click in the photo to mark a tie point.")]
+        elif self._marks.cameras is None:
+            said = [
+                *said,
+                tr("Once the photos are aligned, two marks of a point predict the others."),
+            ]
+        elif not said:
+            said = [tr("Nothing is missing.")]
+        self.missing.setText("\n".join(map(as_sentence, said)))
+        if gone:
+            self.chosen.emit("")
+
+    def _fill_row(self, row: int, label: str) -> None:
+        marking = self._marks.marking
+        role, prediction = marking.role(label), self._marks.prediction(label)
+        worst = prediction.worst
+        cells = (
+            label,
+            {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],
+            str(len(marking.of(label))),
+            "–" if worst is None else f"{worst[1]:.2f} px",
+        )
+        for column, text in enumerate(cells):
+            item = self.table.item(row, column)
+            if item is None:
+                item = QTableWidgetItem()
+                self.table.setItem(row, column, item)
+            item.setText(text)
+            if column == 0:
+                item.setIcon(theme.swatch(COLORS[role]))
+            if column >= 2:
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            last = item
+        bad = worst is not None and worst[1] > BAD_PX
+        last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
+        last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
+        last.setToolTip(
+            "" if worst is None else tr("Largest residual in {photo}", photo=as_words(worst[0]))
+        )
+
+    def show_photo(self, name: str, width: int, height: int) -> None:
+        """Show the mark in this photo, of so many pixels as stored."""
+        self.photo = name
+        with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
+            self.mark_x.setMaximum(width)
+            self.mark_y.setMaximum(height)
+        self._fill_form()
+
+    def _fill_form(self) -> None:
+        marking = self._marks.marking
+        allow(self.form, None if self.label else Finding("action.no-point"))
+        point = marking.point(self.label)
+        if not self.name.hasFocus() or not self.name.isModified():
+            self.name.setText(self.label)
+        with QSignalBlocker(self.role):
+            self.role.setCurrentIndex(self.role.findData(marking.role(self.label)))
+        values: list[str] = [""] * 4
+        if point is not None:
+            values = [
+                *(f"{v:.4f}".rstrip("0").rstrip(".") for v in point.position),
+                "" if point.sigma_m is None else f"{point.sigma_m:g}",
+            ]
+        for field, value in zip(self.numbers, values, strict=True):
+            if not (field.hasFocus() and field.isModified()):
+                field.setText(value)
+        pixel = marking.of(self.label).get(self.photo)
+        for spin, number in zip((self.mark_x, self.mark_y), pixel or (0.0, 0.0), strict=True):
+            with QSignalBlocker(spin):
+                spin.setValue(number)
+            allow(spin, None if pixel is not None else Finding("action.no-mark"))
+
+    # --- choosing and typing -----------------------------------------------------------------
+    def choose(self, label: str) -> None:
+        """Make this the point that is edited and marked; "" for none."""
+        if label != self.label:
+            self.label = label
+            self.refresh()
+            self.chosen.emit(label)
+
+    def _row_chosen(self) -> None:
+        rows = self.table.selectionModel().selectedRows()
+        self.choose(self._labels[rows[0].row()] if rows else "")
+
+    def _renamed(self) -> None:
+        text, label = self.name.text().strip(), self.label
+        self.name.setModified(False)
+        if not label or text == label:
+            return
+        try:
+            made = self._marks.marking.renamed(label, text)
+        except GeometryError as error:
+            self.message.emit(error, "warning")
+            self._fill_form()
+            return
+        self.label = text
+        self._marks.change(tr("Rename {label}", label=label), made)
+        self.chosen.emit(text)
+
+    def _role_chosen(self) -> None:
+        role, label, marking = self.role.currentData(), self.label, self._marks.marking
+        point = marking.point(label)
+        if not label or role == marking.role(label):
+            return
+        if point is None:
+            self.message.emit(Finding("control.no-coordinates", label=label), "warning")
+            self._fill_form()
+            self.numbers[0].setFocus()
+            return
+        if role == TIE:
+            made = marking.unplaced(label)
+        else:
+            made = marking.placed(replace(point, check=role == CHECK))
+        self._marks.change(tr("Role of {label}", label=label), made)
+
+    def _numbers_typed(self) -> None:
+        if not self.label or not any(field.isModified() for field in self.numbers):
+            return
+        texts = [field.text().strip() for field in self.numbers]
+        marking, label = self._marks.marking, self.label
+        point = marking.point(label)
+        if not any(texts[:3]) and point is not None:
+            made = marking.unplaced(label)
+        else:
+            values = [parse_number(text, decimal_comma=True) if text else None for text in texts]
+            read = zip(texts, values, strict=True)
+            bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
+            if bad is not None:
+                self.message.emit(Finding("number.invalid", text=bad), "warning")
+                return
+            x, y, z, sigma = values
+            if x is None or y is None or z is None:
+                # The others are still to be typed.
+                return
+            if (said := check_coordinates((x, y, z))) is not None:
+                self.message.emit(said, "warning")
+                return
+            if sigma is not None and not sigma > 0:
+                self.message.emit(Finding("number.not-positive", value=sigma), "warning")
+                return
+            made = marking.placed(
+                ControlPoint(label, (x, y, z), sigma, point is not None and point.check)
+            )
+        for field in self.numbers:
+            field.setModified(False)
+        self._marks.change(tr("Coordinates of {label}", label=label), made)

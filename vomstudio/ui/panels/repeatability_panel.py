@@ -1,0 +1,273 @@
+"""The dock of repeats: picks are offered a second time, and their spread stands beside the errors
+that they state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+
+import numpy as np
+from PySide6.QtWidgets import QLineEdit, QPushButton
+
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
+from vomstudio.io.text.orientation_reading import OrientationTable
+from vomstudio.project.exports.feature_table import feature_table
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import FeatureType, Repeatable, Typed, get
+from vomstudio.project.repeated_features import set_interpreter
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.base.controls import allow, button_row, narrow_form
+from vomstudio.ui.base.number_formatting import drawn_points
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+from vomstudio.ui.panels.analysis_panel import AnalysisPanel
+from vomstudio.ui.panels.tools.common import hint_label
+from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.results_page import FiguresPage
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+_PLACE = "place to be picked again"
+_COLOR = (1.0, 0.76, 0.03)
+_CORNERS = 48
+
+
+class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
+    """Panel that offers picks a second time, and shows their repeatability."""
+
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
+        super().__init__(studio, "repeats", "fractures.md#picked-again", tr("Counting…"))
+        self._view = view
+        self._round = studio.workspace.repeats
+        self.interpreter = QLineEdit()
+        self.interpreter.setObjectName("repeats_interpreter")
+        self.interpreter.setPlaceholderText(tr("initials"))
+        self.share = QLineEdit("10")
+        self.share.setObjectName("repeats_share")
+        self.share.setToolTip(tr("How many of the picks are offered again, in percent."))
+        self.begin = QPushButton(theme.icon("replay"), tr("Offer picks again"))
+        self.begin.setToolTip(tr("A random share of the picks, the first ones hidden."))
+        self.name = QPushButton(tr("Name the selected"))
+        self.name.setToolTip(tr("Record this interpreter for the selected features."))
+        self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
+        self.skip = QPushButton(tr("Skip"))
+        self.stop = QPushButton(tr("Stop"))
+        self.offered = hint_label()
+        self.offered.setObjectName("repeats_offered")
+        self.figures = FiguresPage(Finding("repeats.not-begun").message)
+        self.figures.setAccessibleName(tr("Spread of the repeats"))
+        self._arrange()
+        self._connect()
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Interpreter"), self.interpreter)
+        form.addRow(tr("Share (%)"), self.share)
+        first = button_row(self.begin, self.name)
+        second = button_row(self.look, self.skip, self.stop)
+        FormBeside.fill(self, form, first, second, self.offered, self.message, picture=self.figures)
+
+    def _connect(self) -> None:
+        studio = self._studio
+        for button, run in (
+            (self.begin, self._begin),
+            (self.name, self._name),
+            (self.look, self._look),
+            (self.skip, self._round.skip),
+            (self.stop, self._round.stop),
+        ):
+            button.clicked.connect(lambda _=False, run=run: self._run(run))
+        self.share.textChanged.connect(lambda _: self._refresh())
+        studio.project_opened.connect(self._soon)
+        studio.edited.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh_name())
+        self._round.changed.connect(self._offer)
+
+    def _run(self, run: Callable[[], object]) -> None:
+        try:
+            run()
+        except VomError as error:
+            self._studio.fail(error)
+        self._refresh()
+
+    # --- a round -----------------------------------------------------------------------------
+    def _begin(self) -> None:
+        # A clicked button has the keyboard, which the tool needs.
+        self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
+        if self._view.viewport is not None:
+            self._view.viewport.setFocus()
+
+    def _share(self) -> float | None:
+        value = parse_number(self.share.text())
+        return value / 100.0 if value is not None and 0.0 < value <= 100.0 else None
+
+    def _name(self) -> None:
+        studio = self._studio
+        ids, who = chosen_features(studio), self.interpreter.text().strip()
+        studio.attempt(set_interpreter, ids, who)
+
+    def _offer(self) -> None:
+        """Say what is to be picked, and show where."""
+        records, id_ = self._studio.records, self._round.current
+        feature = get(records, id_, Repeatable)
+        if feature is None:
+            self.offered.clear()
+            self._mark(None)
+        else:
+            type_ = (
+                get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
+            )
+            done = len(self._round.chosen) - len(self._round.waiting)
+            self.offered.setText(
+                tr(
+                    "{number} of {all}: pick the {type} in the ring again ({kind}).",
+                    number=done + 1,
+                    all=len(self._round.chosen),
+                    type="" if type_ is None else type_.name.lower(),
+                    kind=tr(kind_of(feature).title).lower(),
+                )
+            )
+            self._look()
+        self._refresh()
+
+    def _look(self) -> None:
+        """Before the face around the place, so that the attitude is not given away."""
+        id_, viewport = self._round.current, self._view.viewport
+        if id_ is None or viewport is None:
+            return
+        measured = self._studio.measured([id_])[id_]
+        points = drawn_points(measured)
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+        radius = max(float(np.linalg.norm(points - middle, axis=1).max()) * 1.15, 1e-6)
+        trend, plunge = viewport.moves.view_direction()
+        from vomstudio.geology.orientation import Line
+        from vomstudio.geometry.view_frame import ViewFrame
+
+        toward = Line(trend, plunge).vector()
+        face = measured.outcrop_normal
+        if face is not None and abs(float(face @ toward)) > 0.1:
+            toward = -face if float(face @ toward) < 0.0 else face
+            line = Line.from_vector(toward, directed=True)
+            viewport.moves.look_along(line.trend_deg, line.plunge_deg)
+        frame = ViewFrame.looking(toward)
+        angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
+        around = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
+        viewport.moves.frame(middle + 2.5 * radius * around)
+        self._mark((middle - 0.5 * radius * toward, radius * around))
+
+    def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """Draw the ring, or none. Nobody can select it."""
+        viewport = self._view.viewport
+        if viewport is None:
+            return
+        drawing = None
+        if ring is not None:
+            middle, around = ring
+            edges = np.stack([around[:-1], around[1:]], axis=1).astype(np.float32)
+            area = Area(middle, np.zeros((0, 3, 3), np.float32), edges)
+            drawing = FeatureDrawing(_PLACE, np.zeros((0, 3)), None, _COLOR, "", middle, area=area)
+        if drawing is not None or _PLACE in viewport.features.drawings:
+            viewport.features.change({_PLACE: drawing})
+
+    # --- figures -----------------------------------------------------------------------------
+    def _answer(self, question: OrientationTable) -> TableRepeats:
+        return table_repeats(question)
+
+    def _question(self) -> OrientationTable:
+        studio = self._studio
+        features = studio.session.of(Repeatable)
+        if not any(f.repeat_of for f in features):
+            raise InputError(Finding("repeats.not-begun"))
+        measured = studio.measured(f.id for f in features)
+        return feature_table(studio.records, features, measured, repeats=True)
+
+    def _result_text(self, result: TableRepeats) -> str:
+        return "\n".join(map(str, result.reasons))
+
+    def _show(self, result: TableRepeats | None, message: str) -> None:
+        super()._show(result, "" if result is None else message)
+        if result is None:
+            self.figures.say(message)
+        else:
+            names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
+            self.figures.setHtml(figures_html(result, names))
+
+    def _refresh(self) -> None:
+        if not self._studio.has_project:
+            return
+        going = self._round.current is not None
+        why = Finding("action.round-running") if going else None
+        if why is None and not self._round.available():
+            why = Finding("action.no-pick-left")
+        if why is None and self._share() is None:
+            text = self.share.text().strip()
+            why = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
+        allow(self.begin, why)
+        for button in (self.look, self.skip, self.stop):
+            allow(button, None if going else Finding("action.no-round"))
+        self._refresh_name()
+
+    def _refresh_name(self) -> None:
+        # The picks that could be offered do not change with what is selected.
+        if not self._studio.has_project:
+            return
+        allow(self.name, why_none_chosen(self._studio))
+
+
+def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
+    """names : of features, by id"""
+    lines = []
+    if found.spread is not None:
+        own = found.spread
+        lines = [
+            (
+                tr("95 % of a pick, by repeats"),
+                f"{own.error95_deg:.1f}° ({own.error95_low_deg:.1f} – {own.error95_high_deg:.1f}°)",
+            ),
+            (tr("95 % as stated"), _degrees(found.stated95_deg)),
+            (tr("Median angle of a pair"), _degrees(found.median_angle_deg)),
+        ]
+    if found.test is not None:
+        lines.append(
+            (
+                tr("Within the stated errors"),
+                tr("{within} of {count}", within=found.test.within95, count=found.test.n),
+            )
+        )
+    lines += [
+        (
+            own.name or tr("not named"),
+            tr(
+                "{error}, repeats: {count}",
+                error=_degrees(own.spread.error95_deg),
+                count=own.spread.n,
+            ),
+        )
+        for own in found.interpreters
+    ]
+    table = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(a)}</td>"
+        f"<td style='padding:1px 2px'>{escape(b)}</td></tr>"
+        for a, b in lines
+    )
+    pairs = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(names.get(p.first, p.first))}</td>"
+        f"<td style='padding:1px 8px'>{escape(' / '.join(w or '–' for w in p.by))}</td>"
+        f"<td style='padding:1px 8px' align='right'>{p.angle_deg:.1f}°</td>"
+        f"<td style='padding:1px 8px' align='right'>{_degrees(p.stated95_deg)}</td></tr>"
+        for p in found.pairs
+    )
+    heads = "".join(
+        f"<th align='left' style='padding:1px 8px 1px 4px'>{escape(h)}</th>"
+        for h in (tr("Pick"), tr("By"), tr("Angle"), tr("Stated 95 %"))
+    )
+    return f"<table>{table}</table><br><table><tr>{heads}</tr>{pairs}</table>"
+
+
+def _degrees(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}°"

@@ -1,0 +1,1 @@
+"""Sections and elevation models."""

@@ -1,0 +1,389 @@
+"""The dock of sections: the model cut along a plane or a line, with the features beside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QLineEdit,
+    QPushButton,
+)
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.units import Axes
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
+from vomstudio.project.domains import domain_names
+from vomstudio.project.records import Feature, Model, Picked
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import (
+    current_feature,
+    current_line,
+    start_folder,
+)
+from vomstudio.ui.base.controls import (
+    ComboBox,
+    allow,
+    button_row,
+    icon_button,
+    narrow_form,
+    row_of,
+)
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import AnalysisPanel
+from vomstudio.ui.panels.sections.analysis import (
+    SectionAnswer,
+    SectionQuestion,
+    answer,
+    curtain_of,
+    write,
+)
+from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
+from vomstudio.ui.widgets.copied_command import (
+    CopyCommandButton,
+    Words,
+    copy_command,
+    copy_with_file,
+    model_words,
+    numbers_text,
+)
+from vomstudio.ui.widgets.drawing_view import DrawingView
+from vomstudio.ui.widgets.drawn_line import DrawnLine
+from vomstudio.ui.widgets.form_with_picture import FormBeside
+from vomstudio.ui.widgets.line_field import LineField
+from vomstudio.ui.widgets.model_box import ModelBox
+from vomstudio.ui.widgets.options_form import OptionFields
+from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_text
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+_FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
+
+
+class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
+    """Panel of a section along a plane, or along a line on the outcrop.
+
+    Attributes
+    ----------
+    line : (n, 3) float64 or None
+        World. Vertices of the line that was taken; None before that.
+    """
+
+    def __init__(self, studio: Studio, view: ViewDirection) -> None:
+        super().__init__(studio, "section", "window.md#section", tr("Cutting…"))
+        self.line: FloatArray | None = None
+        self._line_name = ""
+        self._drawn_line = DrawnLine(self, studio)
+        self.model = ModelBox(studio)
+        self.model.setObjectName("section_model")
+        self.along_what = ComboBox()
+        self.along_what.setObjectName("section_along_what")
+        self.along_what.addItem(tr("a plane"), "plane")
+        self.along_what.addItem(tr("a line on the outcrop"), "line")
+        self.plane = PlaneField(studio, "section_plane", view=view)
+        self.through = QLineEdit()
+        self.through.setObjectName("section_through")
+        self.through.setPlaceholderText(tr("the middle of the model"))
+        self.take_through = icon_button(
+            "cursor-default-click-outline", tr("Through the selected feature")
+        )
+        self.take_line = QPushButton(tr("Take selected"))
+        self.take_line.setToolTip(
+            tr("The section runs vertically along the selected trace or polyline.")
+        )
+        self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
+        self.direction = LineField(studio, "section_direction", tr("at right angles"))
+        self.features = QCheckBox(tr("Features"))
+        self.features.setChecked(True)
+        self.by_domain = QCheckBox(tr("Domains along their own axes"))
+        self.by_domain.setObjectName("section_by_domain")
+        self.cutting = OptionFields(SectionOptions, "section", SectionOptions(section_line=""))
+        self.projected = OptionFields(SectionFeatures, "section")
+        follow_axes(studio, self._show_axes)
+        self.write = QPushButton(theme.icon("export"), tr("Write…"))
+        self.write.setToolTip(tr("As SVG, DXF or CSV."))
+        self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
+        self.picture = DrawingView(tr("The section will be drawn here."))
+        self.picture.setAccessibleName(tr("Section"))
+        self._arrange()
+        self._connect()
+
+    def _arrange(self) -> None:
+        self._form_rows = form = narrow_form()
+        form.addRow(tr("Model"), self.model)
+        form.addRow(tr("Along"), self.along_what)
+        form.addRow(tr("Plane"), self.plane)
+        self._through_row = row_of(self.through, self.take_through)
+        form.addRow(tr("Through"), self._through_row)
+        self._line_row = row_of(self.take_line, self.draw_line)
+        form.addRow(tr("Line"), self._line_row)
+        form.addRow(tr("Project"), self.direction)
+        form.addRow("", self.by_domain)
+        form.addRow("", self.features)
+        self.projected.add_rows(form)
+        self.cutting.add_rows(form)
+        buttons = button_row(self.write, self.copy)
+        FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
+        self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
+        self.direction.line.setToolTip(
+            tr("Features are projected along this trend/plunge, such as the fold axis.")
+        )
+        self.draw_line.setToolTip(
+            tr("Click along the outcrop, then press Enter: the section runs vertically along it.")
+        )
+
+    def _connect(self) -> None:
+        studio, soon = self._studio, self._soon
+        for box in (self.model, self.along_what):
+            box.currentIndexChanged.connect(soon)
+        self.along_what.currentIndexChanged.connect(self._show_rows)
+        for changed in (
+            self.through.textChanged,
+            self.cutting.changed,
+            self.projected.changed,
+            self.plane.changed,
+            self.direction.changed,
+            self.features.toggled,
+            self.by_domain.toggled,
+        ):
+            changed.connect(soon)
+        self.plane.take.clicked.connect(lambda _=False: self._take_through())
+        self.take_through.clicked.connect(lambda _=False: self._take_through())
+        self.take_line.clicked.connect(
+            lambda _=False: self._take_line(current_line(studio, Picked))
+        )
+        self.draw_line.clicked.connect(lambda _=False: self._draw_line())
+        self._drawn_line.drawn.connect(self._take_line)
+        title = tr("Write the section")
+        self.write.clicked.connect(
+            lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
+        )
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.model_loaded.connect(soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        self._show_rows()
+
+    def _show_rows(self, *_: object) -> None:
+        by_plane = self.along_what.currentData() == "plane"
+        for widget, shown in (
+            (self.plane, by_plane),
+            (self._through_row, by_plane),
+            (self._line_row, not by_plane),
+        ):
+            self._form_rows.setRowVisible(widget, shown)
+        self._refresh()
+
+    # --- the line and the point -----------------------------------------------------------------
+    def _take_line(self, feature: Feature | None) -> None:
+        if feature is None:
+            return
+        self.line = self._studio.measured([feature.id])[feature.id].points
+        self._line_name = feature.name or tr("the drawn line")
+        self.along_what.setCurrentIndex(self.along_what.findData("line"))
+        self._soon()
+
+    def _draw_line(self) -> None:
+        self._drawn_line.begin()
+        self.message.setText(tr("Click along the outcrop, then press Enter."))
+
+    def _take_through(self) -> None:
+        feature = current_feature(self._studio)
+        if feature is None:
+            return
+        points = self._studio.measured([feature.id])[feature.id].points
+        if len(points):
+            self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
+
+    def _point(self, model: Model) -> FloatArray:
+        """(3,) World, on the plane. Raises InputError for text that is not a point."""
+        text = self.through.text().strip()
+        if not text:
+            from vomstudio.geometry import transform
+
+            low, high = self._studio.models[model.id].data.bounds
+            corners = np.array(
+                [[(low, high)[k][a] for a, k in enumerate(ijk)] for ijk in np.ndindex(2, 2, 2)]
+            )
+            world = transform.apply(model.to_world, corners)
+            middle: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            return middle
+        values = [parse_number(word) for word in text.replace(";", ",").split(",")]
+        if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
+            raise InputError(Finding("section.not-a-point", text=text))
+        return np.array(values, np.float64)
+
+    def _show_axes(self, axes: Axes) -> None:
+        for fields in (self.cutting, self.projected):
+            fields.show_unit(unit_of(axes))
+
+    # --- the question ---------------------------------------------------------------------------
+    def _list(self) -> None:
+        self.model.list_models()
+
+    def _answer(self, question: SectionQuestion) -> SectionAnswer:
+        return answer(question)
+
+    def _question(self) -> SectionQuestion:
+        studio, model = self._studio, self.model.chosen_model()
+        if model is None:
+            raise InputError(Finding("action.no-model"))
+        path = studio.project.find_model(model)
+        if path is None:
+            raise InputError(Finding("model.file-missing", model=model.name))
+        by_line = self.along_what.currentData() == "line"
+        if by_line and self.line is None:
+            raise InputError(Finding("section.line-missing"))
+        plane, along = self.plane.plane(), self.direction.direction()
+        if not by_line and plane is None:
+            raise InputError(Finding("field.plane-missing"))
+        through = None if by_line else self._point(model)
+        curtain = curtain_of(plane, through, self.line if by_line else None)
+        data, frame = studio.models[model.id].data, model.frame
+        options = self.cutting.options(
+            plane=None if plane is None or by_line else plane_text(plane),
+            through=None if through is None else numbers_text(through.tolist()),
+            section_line=self._line_name if by_line else None,
+            **{} if isinstance(data, PointCloud) else {"slab_m": None},
+        )
+        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.session.records))
+        typed = None if along is None else f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"
+        features = SectionFeatures()
+        if self.features.isChecked():
+            features = self.projected.options(
+                features=str(studio.project.folder), along=DOMAINS if by_domain else typed
+            )
+        return SectionQuestion(
+            data,
+            model.to_world,
+            path,
+            world_crs(frame.crs, frame.unit_m),
+            frame.has_metres,
+            frame.has_north,
+            curtain,
+            options,
+            features,
+            dict(studio.records) if self.features.isChecked() else None,
+            None if along is None or by_domain else along.vector(),
+        )
+
+    # --- the answer -----------------------------------------------------------------------------
+    def _result_text(self, result: SectionAnswer) -> str:
+        f = result.figures
+        unit = "m" if result.question.metric else tr("units")
+        texts = [
+            tr_n(
+                "{count} line, {length:.3f} {unit} in all",
+                "{count} lines, {length:.3f} {unit} in all",
+                f.polylines,
+                length=f.length_m,
+                unit=unit,
+            )
+        ]
+        if f.slab_m is not None:
+            texts.append(
+                tr(
+                    "{count:,} points of a slab {slab:.3g} {unit} thick",
+                    count=f.points,
+                    slab=f.slab_m,
+                    unit=unit,
+                )
+            )
+        if result.question.records is not None:
+            texts.append(
+                tr(
+                    "{count} features projected, {left_out} left out",
+                    count=f.features,
+                    left_out=f.left_out,
+                )
+            )
+        if result.question.curtain.plane is None:
+            texts.append(tr("along {name}", name=self._line_name))
+        texts += [each.words for each in f.domains or ()]
+        return "; ".join([*texts, *map(str, result.warnings)])
+
+    def _draw(self) -> None:
+        drawing = None if self.result is None else self.result.drawing
+        self.picture.show_drawing(drawing, self.message.text())
+
+    def _refresh(self) -> None:
+        parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
+        self._form_rows.setRowVisible(self.by_domain, parted)
+        each = parted and self.by_domain.isChecked()
+        allow(self.direction, Finding("action.direction-by-domain") if each else None)
+        why = None
+        if self._requests.waiting:
+            why = Finding("action.busy")
+        elif self.result is None:
+            why = Finding("action.no-result")
+        allow(self.write, why)
+        self.copy.allow(why)
+        line, feature = current_line(self._studio, Picked), current_feature(self._studio)
+        allow(self.take_line, None if line is not None else Finding("action.no-line"))
+        allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
+        model = self.model.chosen_model() if self._studio.has_project else None
+        cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
+        slab = self.cutting.fields["slab_m"]
+        allow(slab, None if cloud else Finding("action.clouds-only"))
+
+    def _opened(self) -> None:
+        """Another project."""
+        self.line = None
+        self.through.clear()
+        for fields in (self.cutting, self.projected):
+            fields.reset()
+        self._soon()
+
+    # --- what is taken away ---------------------------------------------------------------------
+    def write_to(self, path: Path) -> None:
+        if self.result is not None:
+            self._write(write, self.result, path)
+
+    def copy_command(self) -> None:
+        """Along a line the command reads it from a file, which is asked for."""
+        result = self.result
+        if result is None:
+            return
+        if result.question.curtain.plane is not None and self.line_taken is None:
+            words = self.words(None)
+            if words is not None:
+                copy_command(self._studio, words)
+            return
+        line = self.line_taken
+        assert line is not None
+
+        def write_line(path: Path) -> None:
+            rows = ["x,y", *(numbers_text(point) for point in line[:, :2].tolist())]
+            write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
+
+        copy_with_file(
+            self, self._studio, "profile.csv", write_line, lambda path: self.words(path) or []
+        )
+
+    @property
+    def line_taken(self) -> FloatArray | None:
+        """The line along which the model is cut; None where that is a plane."""
+        return self.line if self.along_what.currentData() == "line" else None
+
+    def words(self, profile: Path | None) -> Words | None:
+        """profile : the file of the line"""
+        model, result = self.model.chosen_model(), self.result
+        place = None if model is None else model_words(self._studio, model)
+        if place is None or result is None:
+            return None
+        question = result.question
+        options = question.options
+        if profile is not None:
+            options = replace(options, section_line=str(profile))
+        features = question.features if self._studio.session.features() else SectionFeatures()
+        out = Path(start_folder(self._studio)) / "section.svg"
+        return ["section", *place, *option_words(options), *option_words(features), ("-o", out)]

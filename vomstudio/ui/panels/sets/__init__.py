@@ -1,0 +1,1 @@
+"""Proposals of sets of planes."""

@@ -1,0 +1,1 @@
+"""Kinematic analysis of slopes."""

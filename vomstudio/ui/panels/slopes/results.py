@@ -1,0 +1,215 @@
+"""The ways in which a slope can fail as a table, and the planes critical in one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QBoxLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QListWidget,
+    QListWidgetItem,
+    QSizePolicy,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.ui.base.controls import Label
+
+if TYPE_CHECKING:
+    from vomstudio.geology.table_slopes import CriticalPlane, Mode
+    from vomstudio.ui.panels.slopes.analysis import SlopeAnswer
+
+_MODES = (
+    ("planar", to_translate("Planar sliding"), True),
+    ("wedge", to_translate("Wedge sliding"), False),
+    ("flexural_toppling", to_translate("Flexural toppling"), True),
+    ("direct_toppling", to_translate("Direct toppling"), False),
+    ("bases", to_translate("– its bases"), True),
+)
+"""Name, title, and whether planes are counted: else intersections."""
+_HEADS = (
+    (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
+    (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
+    (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
+    (to_translate("Share"), to_translate("Critical of all.")),
+    (
+        to_translate("Expected"),
+        to_translate("The share to be expected with each plane's own error."),
+    ),
+)
+_LIST_HEIGHT = 90
+_LIST_WIDTH = 145
+_NO_LIMIT = 16_777_215
+_BESIDE_FROM = 440
+"""Where it is wider, the planes are listed beside the table, else below it."""
+
+
+class SlopeResults(QWidget):
+    """chosen : the ids of the planes that were clicked, to be selected"""
+
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._answer: SlopeAnswer | None = None
+        self.table = _mode_table()
+        self.table.itemSelectionChanged.connect(self._list)
+        self.heading = Label()
+        self.heading.setWordWrap(True)
+        self.planes = QListWidget()
+        self.planes.setAccessibleName(tr("Critical planes"))
+        self.planes.setUniformItemSizes(True)
+        self.planes.setMinimumHeight(_LIST_HEIGHT)
+        self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+        self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.planes.itemSelectionChanged.connect(self._clicked)
+        self._sides = QHBoxLayout()
+        self._sides.setSpacing(4)
+        self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
+        self._sides.addWidget(self.planes)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self.heading)
+        column.addLayout(self._sides, 1)
+        self.show_answer(None)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        beside = self.width() >= _BESIDE_FROM
+        ways = QBoxLayout.Direction
+        self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
+        self.planes.setMaximumWidth(_LIST_WIDTH if beside else _NO_LIMIT)
+
+    @property
+    def mode(self) -> str:
+        """The name of the one whose planes are listed."""
+        return _MODES[max(self.table.currentRow(), 0)][0]
+
+    def critical_ids(self) -> list[str]:
+        """Of the planes that are listed."""
+        return [each.id for each in self._critical()]
+
+    def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
+        """None where there is nothing to say."""
+        self._answer, self._notation = result, notation
+        for row, (name, _, _) in enumerate(_MODES):
+            cells = [""] * 4 if result is None else _cells(_mode(result, name))
+            for column, text in enumerate(cells, 1):
+                item = self.table.item(row, column)
+                assert item is not None
+                item.setText(text)
+        self._list()
+
+    def mark(self, ids: tuple[str, ...]) -> None:
+        """These are selected elsewhere."""
+        wanted = set(ids)
+        with QSignalBlocker(self.planes):
+            for row in range(self.planes.count()):
+                item = self.planes.item(row)
+                inside = item.data(Qt.ItemDataRole.UserRole) in wanted
+                if inside != item.isSelected():
+                    item.setSelected(inside)
+
+    def _critical(self) -> tuple[CriticalPlane, ...]:
+        return () if self._answer is None else self._answer.critical[self.mode]
+
+    def _list(self) -> None:
+        """The critical planes of the chosen mode."""
+        critical = self._critical()
+        with QSignalBlocker(self.planes):
+            self.planes.clear()
+            for each in critical:
+                item = QListWidgetItem(self._said(each))
+                item.setToolTip(item.text())
+                item.setData(Qt.ItemDataRole.UserRole, each.id)
+                self.planes.addItem(item)
+        self.planes.setVisible(bool(critical))
+        self.heading.setVisible(self._answer is not None)
+        self.heading.setText(self._heading(len(critical)))
+
+    def _heading(self, count: int) -> str:
+        _, title, of_planes = next(each for each in _MODES if each[0] == self.mode)
+        mode = tr(title).removeprefix("– ")
+        if not count:
+            return tr("{mode}: no plane is critical.", mode=mode)
+        if of_planes:
+            return tr_n(
+                "{mode}: {count:,} critical plane. A click selects it.",
+                "{mode}: {count:,} critical planes. A click selects one.",
+                count,
+                mode=mode,
+            )
+        return tr(
+            "{mode}: {count:,} planes by how many critical intersections they have.",
+            count=count,
+            mode=mode,
+        )
+
+    def _said(self, critical: CriticalPlane) -> str:
+        assert self._answer is not None
+        question = self._answer.question
+        feature = question.records[critical.id]
+        measured = question.measured[critical.id]
+        said = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
+        return said if critical.intersections is None else f"{said}  ({critical.intersections:,})"
+
+    def _clicked(self) -> None:
+        self.chosen.emit([i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()])
+
+
+def _mode_table() -> QTableWidget:
+    table = QTableWidget(len(_MODES), len(_HEADS))
+    table.setAccessibleName(tr("Ways to fail"))
+    for column, (title, tip) in enumerate(_HEADS):
+        head = QTableWidgetItem(tr(title))
+        head.setToolTip(tr(tip))
+        table.setHorizontalHeaderItem(column, head)
+    for row, (_, title, _) in enumerate(_MODES):
+        for column in range(len(_HEADS)):
+            item = QTableWidgetItem(tr(title) if column == 0 else "")
+            if column:
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            table.setItem(row, column, item)
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+    table.setTabKeyNavigation(False)
+    table.setAlternatingRowColors(True)
+    table.verticalHeader().hide()
+    row_height = table.fontMetrics().height() + 8
+    table.verticalHeader().setDefaultSectionSize(row_height)
+    header = table.horizontalHeader()
+    header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+    table.setCurrentCell(0, 0)
+    high = header.sizeHint().height() + len(_MODES) * row_height + 2 * table.frameWidth()
+    table.setFixedHeight(high)
+    table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    return table
+
+
+def _mode(result: SlopeAnswer, name: str) -> Mode:
+    found = result.found
+    modes: Mapping[str, Mode] = {
+        "planar": found.planar,
+        "wedge": found.wedge,
+        "flexural_toppling": found.flexural_toppling,
+        "direct_toppling": found.direct_toppling,
+        "bases": found.direct_toppling.bases,
+    }
+    return modes[name]
+
+
+def _cells(mode: Mode) -> list[str]:
+    shares = ["–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)]
+    return [f"{mode.critical:,}", f"{mode.of:,}", *shares]

@@ -1,0 +1,1 @@
+"""Statistics of orientations and the fold axis."""

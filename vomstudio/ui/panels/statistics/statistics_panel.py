@@ -1,0 +1,201 @@
+"""The statistics dock: what is said of the selection, a type or a set, with n and methods named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING
+
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType, Typed
+from vomstudio.project.registration_errors import models_of, turns_of
+from vomstudio.studio.fold_choice import FOLD_TYPE
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import Label, allow
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.number_formatting import natural
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import LazyPanel
+from vomstudio.ui.panels.statistics.texts import Rows, domain_rows, fold_rows, statistics_rows
+from vomstudio.ui.widgets.copied_command import CopyCommandButton
+from vomstudio.ui.widgets.copied_planes import copy_with_table
+from vomstudio.ui.widgets.fold_box import FoldBox
+from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
+    from vomstudio.project.fold_planes import FoldPlanes
+
+
+class StatisticsPanel(LazyPanel):
+    """Figures of one group of features. Kinds are never pooled, except where the user selects
+    them, and then it is said."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "numbers.md#means-and-fold-axes")
+        self.of = GroupBox(studio)
+        self.of.setAccessibleName(tr("Statistics of"))
+        self.of.activated.connect(lambda _: self.refresh())
+        self.figures = QTextBrowser()
+        self.figures.setAccessibleName(tr("Statistics"))
+        self._plain = ""
+        self.copy = QToolButton()
+        self.copy.setIcon(theme.icon("content-copy"))
+        self.copy.setToolTip(tr("Copy the figures as text"))
+        self.copy.setAccessibleName(tr("Copy the figures as text"))
+        self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._plain))
+        self.command = CopyCommandButton(
+            self._copy_command, tr("keep these as a table, and copy the command")
+        )
+        row = QHBoxLayout()
+        row.setContentsMargins(6, 4, 6, 2)
+        label = Label(tr("Of"))
+        label.setBuddy(self.of)
+        row.addWidget(label)
+        row.addWidget(self.of, 1)
+        row.addWidget(self.copy)
+        row.addWidget(self.command)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(row)
+        self.fold_box = FoldBox(studio)
+        column.addWidget(self.fold_box)
+        column.addWidget(self.figures, 1)
+        studio.project_opened.connect(self._soon)
+        studio.settings_changed.connect(self._soon)
+        studio.edited.connect(self._edited)
+        studio.fold.changed.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._selected())
+        self._soon()
+
+    def _selected(self) -> None:
+        if self.of.choice() == SELECTED or self._studio.fold.selected:
+            self._soon()
+
+    def show_now(self) -> None:
+        self.of.list_groups()
+        features = self.of.features()
+        pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
+        if not pages:
+            self._plain = ""
+            is_selection = self.of.choice() == SELECTED
+            code = "selection.unsuitable" if is_selection else "features.no-orientation"
+            self.figures.setPlainText(Finding(code).message)
+        else:
+            said = self.of.left_out()
+            self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
+            told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
+            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)
+        none = None if pages else Finding("action.no-result")
+        allow(self.copy, none)
+        self.command.allow(none)
+
+    def _copy_command(self) -> None:
+        ids = [f.id for f in self.of.features()]
+        copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
+
+    def _of_kind(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
+        """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
+        import numpy as np
+
+        from vomstudio.geology.populations.set_statistics import set_statistics
+
+        measured = self._studio.measured(f.id for f in features)
+        own = [f for f in features if getattr(measured[f.id], geometry) is not None]
+        if not own:
+            return []
+        turns = turns_of(models_of(self._studio.records, own))
+        notation = self._studio.settings.notation
+        if geometry == "line":
+            lines = [line for f in own if (line := measured[f.id].line) is not None]
+            vectors = np.array([line.vector() for line in lines])
+            found = set_statistics(vectors, "lines", turns=turns)
+            return [(tr("Lines"), statistics_rows(found, notation))]
+        planes = [plane for f in own if (plane := measured[f.id].plane) is not None]
+        vectors = -np.array([plane.normal() for plane in planes])
+        rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
+        pooled = self._pooled(own)
+        pages = [(tr("Planes"), [*pooled, *rows])]
+        if not pooled:
+            pages[:0] = self._fold_pages(own, measured)
+        return pages
+
+    def _fold_pages(
+        self, features: Sequence[Typed], measured: Mapping[str, Measurement]
+    ) -> list[tuple[str, Rows]]:
+        """The fold axis of planes of one type, with its domains."""
+        from vomstudio.project.fold_planes import fold_planes
+
+        fold, which = self._studio.fold, self._studio.fold.which
+        if self.of.choice() == ("type", FOLD_TYPE, "") and fold.features():
+            planes = fold.planes()
+        else:
+            # The list above has chosen the set.
+            which = replace(which, set_name=None)
+            planes = fold_planes(self._studio.records, features, measured, which)
+        if len(features) < 3:
+            return []
+        title = tr("As a fold")
+        try:
+            axis = planes.axis()
+        except VomError as error:
+            return [(title, [(tr("Verdict"), error.message)])]
+        axis, domains = _domains(planes, axis)
+        return [(title, fold_rows(axis, planes, self._studio.settings.notation)), *domains]
+
+    def _pooled(self, features: Sequence[Typed]) -> Rows:
+        kinds = {f.type_id for f in features}
+        if len(kinds) < 2:
+            return []
+        names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
+        said = tr(
+            "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and "
+            "no fold axis is sought",
+            count=len(kinds),
+            types=", ".join(names),
+        )
+        return [(tr("Mind"), said)]
+
+
+def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
+    """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
+    sets, if there are several; with the axis as its domains allow it."""
+    from vomstudio.geology.domains import apply_domain_verdict, domain_axes
+
+    stated = any(feature.domain for feature in planes.features)
+    members: dict[str, list[int]] = {}
+    for row, feature in enumerate(planes.features):
+        name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
+        members.setdefault(name, []).append(row)
+    if len(members) < 2:
+        return axis, []
+    beds = {
+        name: (planes.azimuth_deg[own], planes.dip_deg[own])
+        for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
+    }
+    title = tr("Its domains") if stated else tr("Its sets as domains")
+    figures, one_axis = domain_axes(beds, axis)
+    axis = apply_domain_verdict(axis, one_axis) if stated else axis
+    return axis, [(title, domain_rows(figures, one_axis))]
+
+
+def _html(title: str, rows: Rows) -> str:
+    cells = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
+        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
+        for name, said in rows
+    )
+    return f"<p style='margin:4px'><b>{escape(title)}</b></p><table width='100%'>{cells}</table>"
+
+
+def _plain(title: str, rows: Rows) -> str:
+    return "\n".join([title, *(f"{name}\t{said}" for name, said in rows)])

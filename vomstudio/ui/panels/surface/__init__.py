@@ -1,0 +1,1 @@
+"""Fields, facets and traces proposed from the surface."""

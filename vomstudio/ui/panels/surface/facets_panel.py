@@ -1,0 +1,326 @@
+"""Dock that proposes near-planar facets of the outcrop for review."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QGridLayout,
+    QPushButton,
+    QSizePolicy,
+)
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.extraction.facet_options import DEFAULT_ANGLE_DEG, FacetOptions
+from vomstudio.geology.plane_matching import compare_proposals
+from vomstudio.geometry.patches import has_id
+from vomstudio.geometry.units import Axes
+from vomstudio.project import catalogue
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.facet_proposals import Proposals
+from vomstudio.studio.tools.interaction_types import Area, Hit
+from vomstudio.studio.tools.painted_area import patch_area
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import ComboBox, Label, row_of
+from vomstudio.ui.base.number_formatting import area as area_text
+from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.features.measured_planes import measured_planes, planes_of
+from vomstudio.ui.panels.surface.facet_texts import (
+    agreement_text,
+    share_text,
+    summary_text,
+)
+from vomstudio.ui.panels.surface.facets_command import copy_facets
+from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
+from vomstudio.ui.panels.surface.visible_part import part_in_view
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes, unit_of
+from vomstudio.ui.widgets.copied_command import CopyCommandButton
+from vomstudio.ui.widgets.number_table import Column
+from vomstudio.ui.widgets.options_form import OptionFields
+
+_LIVE_MS = 350
+_MIN_HEIGHT_PX = 200
+_DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
+_VERDICTS = {
+    "good": to_translate("good"),
+    "doubtful": to_translate("doubtful"),
+    "poor": to_translate("poor"),
+}
+_COLOURS = {
+    "label": to_translate("Colours by facet"),
+    "dip direction": to_translate("Colours by dip direction"),
+    "error": to_translate("Colours by 95 % error"),
+    "exposure": to_translate("Colours by exposure"),
+}
+
+
+class FacetsPanel(ProposalsPanel):
+    """Panel that proposes facets; the project changes only when facets are accepted."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(
+            studio,
+            studio.facets,
+            "facet",
+            "conventions.md#facets-proposed",
+            tr("Find on all"),
+            "vector-polygon",
+        )
+        self._facets = studio.facets
+        self._filled: tuple[Proposals | None, int] = (None, 0)
+        self._live = QTimer(self)
+        self._live.setSingleShot(True)
+        self._live.setInterval(_LIVE_MS)
+        self._live.timeout.connect(self._try_part)
+        self._make_limits()
+        self._make_decisions()
+        self._arrange()
+        self._follow()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_limits(self) -> None:
+        self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
+        self.limits.changed.connect(self._limits_changed)
+        follow_axes(self._studio, self._show_axes)
+        self.live = QCheckBox(tr("Try on the part in view"))
+        self.live.setObjectName("facet_live")
+        self.live.setToolTip(
+            tr("Every change of a threshold is shown on a part in the middle of the view.")
+        )
+        self.live.clicked.connect(lambda on: self._live.start() if on else None)
+        self.copy = CopyCommandButton(
+            lambda: copy_facets(self._studio, self._model, self.limits.options()),
+            tr("the command that finds these facets"),
+        )
+        self.summary, self.message = hint_label(), hint_label()
+        self.message.setObjectName("facet_message")
+
+    def _make_decisions(self) -> None:
+        self.colours = ComboBox()
+        self.colours.setObjectName("facet_colours")
+        for key, text in _COLOURS.items():
+            self.colours.addItem(tr(text), key)
+        self.colours.keep_narrow()
+        self.colours.activated.connect(lambda _: self._paint())
+        self._make_list(
+            (
+                Column(
+                    tr("Doubt"),
+                    _verdict_text,
+                    tr("The most doubtful facets come first."),
+                    number=False,
+                    icon=_verdict_icon,
+                ),
+                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
+                Column(tr("Area"), self._area_text, tr("Area of the facet.")),
+                Column("#", lambda v: f"{v}", tr("1 is the largest.")),
+            ),
+            tr("Proposed facets"),
+            _MIN_HEIGHT_PX,
+            descending=True,
+        )
+        self.accept_all = QPushButton(tr("Accept all"))
+        self.accept_all.setIcon(theme.icon("check-all"))
+        self.accept_all.clicked.connect(
+            lambda _: self._decide(self._accept, sorted(self._facets.open))
+        )
+        self.reject_all = QPushButton(tr("Reject all"))
+        self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
+        self.reject_all.clicked.connect(lambda _: self._facets.drop())
+
+    def _show_axes(self, axes: Axes) -> None:
+        self.limits.show_unit(unit_of(axes))
+
+    def _area_text(self, value: float) -> str:
+        return area_text(value, 2, metric=axes_of(self._studio).metric)
+
+    def _arrange(self) -> None:
+        limits = QGridLayout()
+        limits.setContentsMargins(0, 0, 0, 0)
+        limits.setSpacing(3)
+        for k, (name, box) in enumerate(self.limits.fields.items()):
+            box.setMinimumWidth(MIN_WIDTH_PX)
+            # Both columns the same: a distance in metres is as wide as an angle.
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
+            limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
+        self.start.setMinimumWidth(MIN_WIDTH_PX)
+        limits.addWidget(row_of(self.start, self.copy), 2, 2, 1, 2)
+        limits.setColumnStretch(1, 1)
+        limits.setColumnStretch(3, 1)
+        # Wide buttons would widen the dock when facets are proposed.
+        for part in (self.accept, self.reject, self.accept_all, self.reject_all):
+            part.setMinimumWidth(MIN_WIDTH_PX)
+        for choice in (self.colours, self.type):
+            choice.setMinimumWidth(MIN_WIDTH_PX)
+        self._choose = row_of(self.colours, Label(tr("as")), self.type)
+        self._decisions = row_of(self.accept, self.reject, self.accept_all, self.reject_all)
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(limits)
+        column.addWidget(self.live)
+        column.addWidget(self.progress)
+        column.addWidget(self.summary)
+        # Before the buttons: whoever accepts all should see what they become.
+        column.addWidget(self._choose)
+        column.addWidget(self._decisions)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.message)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def show_now(self) -> None:
+        """Show the current model and its proposals."""
+        super().show_now()
+        self._show_proposals()
+
+    def _refresh_buttons(self) -> None:
+        super()._refresh_buttons()
+        self.copy.allow(self._why_not())
+        proposals, selection = self._facets.proposals, self._selection()
+        none_chosen = Finding("action.no-row")
+        for button, on, tip, reason in (
+            (
+                self.accept,
+                bool(selection),
+                tr("Make what is chosen in the list patches (Enter); undo takes it back."),
+                none_chosen,
+            ),
+            (
+                self.reject,
+                bool(selection),
+                tr("Leave out what is chosen in the list (Delete)."),
+                none_chosen,
+            ),
+            (
+                self.accept_all,
+                bool(self._facets.open),
+                tr("Make all facets patches, as one step; undo takes it back."),
+                Finding("facets.none-open"),
+            ),
+            (
+                self.reject_all,
+                proposals is not None,
+                tr("Forget all facets; nothing is changed."),
+                Finding("action.no-proposals"),
+            ),
+        ):
+            button.setEnabled(on)
+            button.setToolTip(tip if on else str(reason))
+        if proposals is not None and not proposals.whole:
+            self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
+
+    # --- looking -----------------------------------------------------------------------------
+    def _limits_changed(self) -> None:
+        self._refresh_buttons()
+        if self.live.isChecked():
+            self._live.start()
+
+    def _try_part(self) -> None:
+        model, sight = self._model, part_in_view(self._studio)
+        if model is not None and self._why_not() is None and sight is not None:
+            self._facets.find(model.id, self.limits.options(), sight)
+
+    def _start(self, model: Model) -> None:
+        self._facets.find(model.id, self.limits.options(), None)
+
+    # --- proposals ---------------------------------------------------------------------------
+    def _show_proposals(self) -> None:
+        proposals, facets = self._facets.proposals, self._facets
+        for part in (self.table, self._decisions, self._choose, self.summary):
+            part.setVisible(proposals is not None)
+        state = (proposals, len(facets.open))
+        if state != self._filled:
+            self._filled = state
+            self._fill(proposals)
+            if proposals is not None:
+                self._paint()
+        if proposals is not None:
+            self.summary.setText(summary_text(proposals, facets.open, facets.accepted))
+        self.message.setText(self._summary_text(proposals))
+        self._refresh_buttons()
+
+    def _fill(self, proposals: Proposals | None) -> None:
+        notation = self._studio.settings.notation
+        rows = []
+        for row in sorted(self._facets.open) if proposals is not None else ():
+            assert proposals is not None
+            measured = proposals.measured[row]
+            if measured.plane is None or measured.verdict is None:
+                continue
+            verdict = measured.verdict.quality
+            error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measured))
+            doubt = (_DOUBT[verdict], 90.0 if error is None else error)
+            plane = measured.attitude(notation, bare=True)
+            area = measured.area_m2
+            if area is None:
+                area = proposals.exposed_area_of(row)
+            why = (
+                " ".join(each.message for each in measured.verdict.reasons)
+                if verdict != "good"
+                else ""
+            )
+            rows.append(((doubt, error, plane, area, row + 1), why))
+        self.table.fill(rows)
+
+    def _paint(self) -> None:
+        by = str(self.colours.currentData())
+        self._facets.paint(by, "hsv" if by == "dip direction" else None)
+
+    def _summary_text(self, proposals: Proposals | None) -> str:
+        if proposals is None or self._facets.findings:
+            return " ".join(map(str, self._facets.findings))
+        studio = self._studio
+        lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
+        lines += map(str, proposals.result.warnings)
+        same = {patch.runs for patch in proposals.patches}
+        picks = [
+            f
+            for f in studio.session.features()
+            if getattr(f, "model_id", "") == proposals.model_id
+            and getattr(f, "runs", None) not in same
+        ]
+        chosen = [(proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)]
+        agreement = compare_proposals(measured_planes(studio, picks), planes_of(studio, chosen))
+        if agreement.picked:
+            lines.append(agreement_text(agreement))
+        return "\n".join(line for line in lines if line)
+
+    # --- deciding ----------------------------------------------------------------------------
+    def _area(self, index: int) -> Area | None:
+        proposals = self._facets.proposals
+        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
+        if proposals is None or opened is None:
+            return None
+        return patch_area(proposals.patches[index], proposals.model, opened.surface)
+
+    def _index_at(self, hit: Hit) -> int | None:
+        proposals = self._facets.proposals
+        assert proposals is not None
+        matches = (i for i in self._facets.open if has_id(proposals.patches[i].runs, hit.index))
+        return next(matches, None)
+
+    def _accept(self, indices: list[int]) -> bool:
+        return bool(self._facets.accept(indices, str(self.type.currentData())))
+
+    def _reject(self, indices: list[int]) -> bool:
+        self._facets.reject(indices)
+        return True
+
+
+def _verdict_of(doubt: tuple[int, float]) -> str | None:
+    return next((name for name, place in _DOUBT.items() if place == doubt[0]), None)
+
+
+def _verdict_text(doubt: tuple[int, float]) -> str:
+    name = _verdict_of(doubt)
+    return "–" if name is None else tr(_VERDICTS[name])
+
+
+def _verdict_icon(doubt: tuple[int, float]) -> QIcon:
+    return theme.verdict_icon(_verdict_of(doubt))

@@ -1,0 +1,343 @@
+"""The dock of fields: how the outcrop dips, bends, and how planar it is, worked out in the
+background and painted on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QHBoxLayout,
+    QPushButton,
+)
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.extraction.surface_fields import KINDS
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import Model, get_feature
+from vomstudio.studio.display import usual_look
+from vomstudio.studio.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
+from vomstudio.studio.surfaces.surface_fields import (
+    TO_MODEL,
+    TO_PLANE,
+    FieldRequest,
+    field_values,
+    statistics,
+)
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, allow, narrow_form
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.surface.direction_wheel import DirectionWheel
+from vomstudio.ui.panels.surface.measurable_plane import MeasurablePlane
+from vomstudio.ui.panels.surface.model_panel import ModelPanel
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+
+_WHEEL, _FOR_THE_COLOUR_BLIND = "hsv", "twilight"
+_OF_PLANES = {
+    TO_PLANE: (
+        to_translate("Distance to a plane"),
+        to_translate(
+            "Distance to the plane of the selected feature, extended through the model: positive "
+            "above it. Where it is zero the plane comes out."
+        ),
+    ),
+    TO_MODEL: (
+        to_translate("Distance to another model"),
+        to_translate("Signed distance to the nearest place of another model of the project."),
+    ),
+    MEASURABLE: (
+        to_translate("Where a plane could be measured"),
+        to_translate(
+            "Before anyone picks: whether a plane of this attitude would be good (95 % error of 5° "
+            "or less), doubtful or poor (over 15°), measured as a trace of this length through the "
+            "place, or as the patch that the face exposes there."
+        ),
+    ),
+    EXPECTED: (
+        to_translate("Expected error of a plane"),
+        to_translate(
+            "The same as an angle: the 95 % error with which a plane of this attitude would be "
+            "known, from the line in which it cuts the surface, resolution, noise and registration."
+        ),
+    ),
+}
+
+
+class FieldsPanel(ModelPanel):
+    """Asks `studio.surfaces.surface_fields` for what is chosen here, and tells what came."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(
+            studio,
+            studio.fields,
+            "field",
+            "conventions.md#fields-of-the-surface",
+            tr("Show"),
+            "palette-outline",
+        )
+        self._fields = studio.fields
+        self._radius_of = ""
+        self._plane_id = ""
+        self._make_parts()
+        self._arrange()
+        studio.display.changed.connect(lambda what: self._show_off() if what == "mode" else None)
+        self._follow()
+
+    def _make_parts(self) -> None:
+        self.kind = ComboBox()
+        self.kind.setObjectName("field_kind")
+        for key, kind in KINDS.items():
+            self.kind.addItem(tr(kind.title), key)
+        for key, (title, _) in _OF_PLANES.items():
+            self.kind.addItem(tr(title), key)
+        self.kind.keep_narrow()
+        self.kind.activated.connect(self._kind_chosen)
+        self.radius = DoubleSpinBox()
+        self.radius.setObjectName("field_radius")
+        self.radius.setDecimals(3)
+        self.radius.setRange(0.001, 10_000.0)
+        self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.radius.setKeyboardTracking(False)
+        self.radius.setToolTip(
+            tr("Of the ball of points that each value is of: the scale of the rock that is meant.")
+        )
+        self.radius.valueChanged.connect(lambda _: self._refresh_buttons())
+        self.plane = hint_label()
+        self.plane.setObjectName("field_plane")
+        self.other = ComboBox()
+        self.other.setObjectName("field_other")
+        self.other.keep_narrow()
+        self.other.activated.connect(lambda _: self._refresh_buttons())
+        self.measured = MeasurablePlane()
+        self.measured.changed.connect(self._refresh_buttons)
+        self.safe = QCheckBox(tr("Colours for the colour-blind"))
+        self.safe.setToolTip(
+            tr("Light, blue, dark and red for North, East, South and West, in place of hues.")
+        )
+        self.safe.clicked.connect(self._recolour)
+        self.wheel = DirectionWheel()
+        self.off = QPushButton()
+        self.off.setToolTip(tr("Show the model as before; the field stays at hand."))
+        self.off.setObjectName("field_off")
+        self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
+        self.progress.setTextVisible(True)
+        self.says = hint_label()
+        self.says.setObjectName("field_says")
+        self.figures = hint_label()
+        self.figures.setObjectName("field_figures")
+
+    def _arrange(self) -> None:
+        self._form = narrow_form()
+        self._form.addRow(tr("Field"), self.kind)
+        self._form.addRow(tr("Radius"), self.radius)
+        self._form.addRow(tr("Plane"), self.plane)
+        self._form.addRow(tr("Model"), self.other)
+        self._form.addRow(self.measured)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.start)
+        buttons.addWidget(self.off)
+        turned = QHBoxLayout()
+        turned.addStretch()
+        turned.addWidget(self.wheel)
+        turned.addStretch()
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(self._form)
+        column.addLayout(buttons)
+        column.addWidget(self.progress)
+        column.addWidget(self.figures)
+        column.addWidget(self.safe)
+        column.addLayout(turned)
+        column.addWidget(self.says)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def show_now(self) -> None:
+        """Follow model, selection and work."""
+        super().show_now()
+        studio, model = self._studio, self._model
+        if model is not None and model.id in studio.models and self._radius_of != model.id:
+            self._take_up(model)
+        metric = model is None or model.frame.has_metres
+        for spin in (self.radius, self.measured.length):
+            spin.setSuffix(" m" if metric else tr(" units"))
+        self._list_others()
+        self._name_plane()
+        self._show_rows()
+        self._refresh_buttons()
+        self._show_figures()
+
+    def _take_up(self, model: Model) -> None:
+        """Another model: its likely radius, or what it shows already."""
+        self._radius_of = model.id
+        shown = self._fields.shown.get(model.id)
+        radius = 0.0 if shown is None else shown.wanted.radius_m
+        of_plane = shown is not None and shown.wanted.kind in (MEASURABLE, EXPECTED)
+        with QSignalBlocker(self.radius):
+            self.radius.setValue(
+                radius if radius and not of_plane else self._fields.likely_radius(model.id)
+            )
+        self.measured.show_wanted("", self._fields.likely_length(model.id))
+        if shown is not None and of_plane:
+            self.measured.show_wanted(shown.wanted.of, radius)
+        if shown is not None:
+            self.kind.setCurrentIndex(self.kind.findData(shown.wanted.kind))
+
+    def _list_others(self) -> None:
+        own = "" if self._model is None else self._model.id
+        others = [
+            (m.name, m.id)
+            for m in (self._studio.session.of(Model) if self._studio.has_project else [])
+            if m.id != own and m.id in self._studio.models
+        ]
+        listed = [
+            (self.other.itemText(i), self.other.itemData(i)) for i in range(self.other.count())
+        ]
+        if listed == others:
+            return
+        before = self.other.currentData()
+        self.other.clear()
+        for name, id_ in others:
+            self.other.addItem(name, id_)
+        self.other.setCurrentIndex(max(self.other.findData(before), 0))
+
+    def _name_plane(self) -> None:
+        """The plane of the feature that was selected last stays the one that is meant."""
+        studio = self._studio
+        if not studio.has_project:
+            return
+        for id_ in reversed(studio.selection.ids):
+            feature = get_feature(studio.records, id_)
+            if feature is not None and kind_of(feature).plane is not None:
+                self._plane_id = id_
+                break
+        feature = get_feature(studio.records, self._plane_id)
+        if feature is None:
+            self._plane_id = ""
+        self.plane.setText(
+            tr("Select a trace or patch.")
+            if feature is None
+            else tr("of {name}", name=feature.name)
+        )
+        self.measured.list_sources(
+            set_names(studio.records), self._plane_id, "" if feature is None else feature.name
+        )
+
+    def _wanted(self) -> FieldRequest | None:
+        kind = str(self.kind.currentData())
+        if kind == TO_PLANE:
+            return FieldRequest(kind, of=self._plane_id) if self._plane_id else None
+        if kind == TO_MODEL:
+            other = self.other.currentData()
+            return FieldRequest(kind, of=str(other)) if other else None
+        if kind in (MEASURABLE, EXPECTED):
+            asked = FieldRequest(kind, self.measured.length.value(), self.measured.meant())
+            return asked if asked.of and self._fields.resolve_plane(asked) is not None else None
+        return FieldRequest(kind, self.radius.value())
+
+    def _show_rows(self) -> None:
+        kind = str(self.kind.currentData())
+        self._form.setRowVisible(self.radius, kind in KINDS)
+        self._form.setRowVisible(self.plane, kind == TO_PLANE)
+        self._form.setRowVisible(self.other, kind == TO_MODEL)
+        self._form.setRowVisible(self.measured, kind in (MEASURABLE, EXPECTED))
+        turns = kind == "dip_direction"
+        self.safe.setVisible(turns)
+        self.wheel.setVisible(turns)
+        if turns:
+            model = self._model
+            north = model is not None and model.frame.has_north
+            name = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
+            self.wheel.show_map(name, north_known=north)
+        said = KINDS[kind].says if kind in KINDS else _OF_PLANES[kind][1]
+        lines = [tr(said)]
+        if turns and self._model is not None and not self._model.frame.has_north:
+            lines.append(tr("This model has no north: directions are those of its own frame."))
+        self.says.setText(" ".join(lines))
+
+    def _refresh_buttons(self) -> None:
+        super()._refresh_buttons()
+        self._show_off()
+
+    def _show_off(self) -> None:
+        """A cloud goes back to its own colours: it has no photo texture."""
+        opened = None if self._model is None else self._studio.models.get(self._model.id)
+        self.off.setText(usual_look([] if opened is None else [opened.data]))
+        shown = self._studio.display.mode == "field"
+        allow(self.off, None if shown else Finding("action.no-field"))
+
+    def _why_not(self) -> Finding | None:
+        why = super()._why_not()
+        if why is None and self._wanted() is None:
+            if self.kind.currentData() == TO_PLANE:
+                return Finding("selection.no-trace-or-patch")
+            if self.kind.currentData() in (MEASURABLE, EXPECTED):
+                return Finding("field.plane-missing")
+            return Finding("model.no-other")
+        return why
+
+    def _show_figures(self) -> None:
+        lines = [" ".join(map(str, self._fields.findings))] if self._fields.findings else []
+        model = self._model
+        shown = None if model is None else self._fields.shown.get(model.id)
+        opened = None if model is None else self._studio.models.get(model.id)
+        values = None if shown is None or opened is None else field_values(opened, shown.name)
+        if (
+            values is not None
+            and shown is not None
+            and shown.wanted.kind
+            not in (
+                "dip_direction",
+                MEASURABLE,
+            )
+        ):
+            told = statistics(values)
+            if told is not None:
+                unit = shown.name.rpartition("[")[2].rstrip("]") if "[" in shown.name else ""
+                lines.append(
+                    tr(
+                        "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
+                        "{high:.3g} {unit}.",
+                        field=shown.name.partition(" [")[0],
+                        unit=unit,
+                        **told,
+                    )
+                    .replace(" ,", ",")
+                    .replace(" .", ".")
+                    .replace(" °", "°")
+                )
+        self.figures.setText("\n".join(lines))
+        self.figures.setVisible(bool(lines))
+
+    # --- what is done ------------------------------------------------------------------------
+    def _kind_chosen(self, *_: object) -> None:
+        """A field that needs no work is shown at once."""
+        self._show_rows()
+        self._refresh_buttons()
+        model, wanted = self._model, self._wanted()
+        if model is None or wanted is None or self._fields.running is not None:
+            return
+        opened, name = self._studio.models.get(model.id), self._fields.name_of(model.id, wanted)
+        if opened is not None and name in opened.data.fields and model.id in self._fields.shown:
+            self._show(model, wanted)
+
+    def _start(self, model: Model) -> None:
+        if (request := self._wanted()) is not None:
+            self._show(model, request)
+
+    def _show(self, model: Model, wanted: FieldRequest) -> None:
+        palette = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
+        self._fields.ask(model.id, wanted, palette if wanted.kind == "dip_direction" else None)
+
+    def _recolour(self) -> None:
+        """The same field in other colours."""
+        self._show_rows()
+        model = self._model
+        shown = None if model is None else self._fields.shown.get(model.id)
+        if model is None or shown is None or shown.wanted.kind != "dip_direction":
+            return
+        style = self._studio.display.styles.get(model.id)
+        if style is not None and style.name == shown.name:
+            self._studio.display.show_field(model.id, replace(style, palette=self.wheel.map_name))

@@ -1,0 +1,104 @@
+"""Which plane, and traces of which length, a map of measurable planes is of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QDoubleSpinBox, QLineEdit, QWidget
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import parse_plane
+from vomstudio.studio.surfaces.measurable_planes import PLANE_PREFIX, SET_PREFIX
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, narrow_form
+
+_SELECTED = "selected"
+
+
+class MeasurablePlane(QWidget):
+    """Typed, the mean of a set, or the plane of the selected feature."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._feature = ""
+        self.source = ComboBox()
+        self.source.setObjectName("measurable_source")
+        self.source.keep_narrow()
+        self.source.activated.connect(lambda _: self._source_chosen())
+        self.attitude = QLineEdit()
+        self.attitude.setObjectName("measurable_attitude")
+        self.attitude.setPlaceholderText(tr("dip direction/dip"))
+        self.attitude.setToolTip(tr("Such as 315/38."))
+        self.attitude.textChanged.connect(lambda _: self.changed.emit())
+        self.length = DoubleSpinBox()
+        self.length.setObjectName("measurable_length")
+        self.length.setDecimals(3)
+        self.length.setRange(0.001, 100_000.0)
+        self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.length.setKeyboardTracking(False)
+        self.length.setToolTip(
+            tr(
+                "Of the traces that somebody would pick: so far around each place the plane's line "
+                "on the surface counts."
+            )
+        )
+        self.length.valueChanged.connect(lambda _: self.changed.emit())
+        form = narrow_form()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(tr("Plane of"), self.source)
+        form.addRow(tr("Attitude"), self.attitude)
+        form.addRow(tr("Trace length"), self.length)
+        self._form = form
+        self.setLayout(form)
+        self.list_sources((), "", "")
+
+    def list_sources(self, sets: Sequence[str], feature: str, name: str) -> None:
+        """sets : of the project; feature : id of the one selected last, with its name"""
+        self._feature = feature
+        wanted = [(tr("typed attitude"), PLANE_PREFIX)]
+        wanted += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
+        if feature:
+            wanted.append((tr("selected: {name}", name=name), _SELECTED))
+        listed = [
+            (self.source.itemText(i), self.source.itemData(i)) for i in range(self.source.count())
+        ]
+        if listed != wanted:
+            before = self.source.currentData()
+            with QSignalBlocker(self.source):
+                self.source.clear()
+                for title, key in wanted:
+                    self.source.addItem(title, key)
+                self.source.setCurrentIndex(max(self.source.findData(before), 0))
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
+
+    def meant(self) -> str:
+        """As `measurable_planes.resolve_plane` reads it; "" where nothing can be meant."""
+        key = str(self.source.currentData())
+        if key == _SELECTED:
+            return self._feature
+        if key != PLANE_PREFIX:
+            return key
+        try:
+            plane = parse_plane(self.attitude.text().strip(), "dipdir/dip")
+        except InputError:
+            return ""
+        return f"{PLANE_PREFIX}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
+
+    def show_wanted(self, of: str, length: float) -> None:
+        """What a project shows already."""
+        with QSignalBlocker(self.length):
+            self.length.setValue(length)
+        if of.startswith(PLANE_PREFIX):
+            with QSignalBlocker(self.attitude):
+                self.attitude.setText(of.removeprefix(PLANE_PREFIX))
+        found = self.source.findData(PLANE_PREFIX if of.startswith(PLANE_PREFIX) else of)
+        if found >= 0:
+            self.source.setCurrentIndex(found)
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
+
+    def _source_chosen(self) -> None:
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
+        self.changed.emit()

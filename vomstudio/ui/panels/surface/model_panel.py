@@ -1,0 +1,246 @@
+"""Panels that run a job on an open model, and panels that review the proposals of a job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScrollArea
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.model_jobs import ModelWork, ProposalQueue
+from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import current_model
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import LazyPanel
+from vomstudio.ui.panels.tools.common import hint_label
+from vomstudio.ui.widgets.number_table import Column, NumberTable
+from vomstudio.ui.widgets.type_box import TypeBox
+
+MIN_WIDTH_PX = 50
+"""Narrow buttons and fields keep the dock from growing when proposals are listed."""
+_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+
+
+class ModelPanel(LazyPanel):
+    """Panel with a button that starts and stops a job on the current model, and its progress.
+
+    Parameters
+    ----------
+    studio : Studio
+    work : ModelWork
+        The work that the panel controls.
+    prefix : str
+        Prefix of the object names.
+    topic : str
+        Help page of the panel.
+    start : str
+        Text of the start button.
+    icon : str
+        Name of the icon of the start button.
+    """
+
+    def __init__(
+        self, studio: Studio, work: ModelWork, prefix: str, topic: str, start: str, icon: str
+    ) -> None:
+        super().__init__(studio)
+        explain(self, topic)
+        self._work, self._start_text, self._prefix = work, start, prefix
+        self._model: Model | None = None
+        self.title = hint_label()
+        self.start = QPushButton(theme.icon(icon), start)
+        self.start.setObjectName(f"{prefix}_start")
+        self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.progress = QProgressBar()
+
+    def _follow(self) -> None:
+        """Connect the panel to the signals of the studio and of the work."""
+        studio = self._studio
+        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
+            signal.connect(self._soon)
+        studio.edited.connect(self._soon)
+        studio.jobs_changed.connect(self._show_progress)
+        self._work.changed.connect(self.refresh)
+        self.show_now()
+
+    def show_now(self) -> None:
+        """Show the current model and the progress of its job."""
+        studio = self._studio
+        self._model = current_model(studio) if studio.has_project else None
+        self.title.setText(
+            tr("Open an outcrop model first.")
+            if self._model is None
+            else tr("On {model}", model=self._model.name)
+        )
+        self._show_progress()
+
+    def _why_not(self) -> Finding | None:
+        """Return why the job cannot start, or None if it can."""
+        if self._model is None:
+            return Finding("action.no-model")
+        return self._studio.fields.why_not(self._model.id)
+
+    def _refresh_buttons(self) -> None:
+        busy = self._work.running is not None
+        why = None if busy else self._why_not()
+        self.start.setText(tr("Stop") if busy else self._start_text)
+        self.start.setEnabled(why is None)
+        self.start.setToolTip("" if why is None else str(why))
+
+    def _show_progress(self) -> None:
+        job = self._work.running
+        self.progress.setVisible(job is not None)
+        if job is None or self.visibleRegion().isEmpty():
+            return
+        self.progress.setRange(0, job.total or 0)
+        self.progress.setValue(job.done)
+        self.progress.setFormat(job.stage)
+
+    def _start_or_stop(self) -> None:
+        if self._work.running is not None:
+            self._work.stop()
+        elif self._model is not None:
+            self._start(self._model)
+
+    def _start(self, model: Model) -> None:
+        """Start the job on a model."""
+        raise NotImplementedError
+
+
+class ProposalsPanel(ModelPanel):
+    """Panel with a table of proposals that the user accepts or rejects.
+
+    The last column of the table is the number of the proposal, from 1. An index counts from 0.
+
+    Parameters
+    ----------
+    studio : Studio
+    queue : ProposalQueue
+    prefix, topic, start, icon : str
+        As in `ModelPanel`.
+    """
+
+    def __init__(
+        self,
+        studio: Studio,
+        queue: ProposalQueue[Any],
+        prefix: str,
+        topic: str,
+        start: str,
+        icon: str,
+    ) -> None:
+        super().__init__(studio, queue, prefix, topic, start, icon)
+        self._queue = queue
+
+    def _make_list(
+        self, columns: Sequence[Column], title: str, height: int, *, descending: bool = False
+    ) -> None:
+        self.type = TypeBox(self._studio)
+        self.type.setObjectName(f"{self._prefix}_type")
+        self.type.setToolTip(tr("Feature type of accepted proposals."))
+        self.table = NumberTable(columns, 0, descending=descending)
+        self.table.setObjectName(f"{self._prefix}_table")
+        self.table.setAccessibleName(title)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table.setMinimumHeight(height)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._selection_changed())
+        self.table.installEventFilter(self)
+        self.accept = QPushButton(theme.icon("check"), tr("Accept"))
+        self.accept.clicked.connect(lambda _: self._decide(self._accept, self._selection()))
+        self.reject = QPushButton(theme.icon("close"), tr("Reject"))
+        self.reject.clicked.connect(lambda _: self._decide(self._reject, self._selection()))
+        self._studio.surface_clicked.connect(self._clicked)
+
+    # --- selection ---------------------------------------------------------------------------
+    def _index(self, row: int) -> int:
+        """Return the index of the proposal in a row of the table."""
+        return int(self.table.numbers.rows[row][0][-1]) - 1
+
+    def _selection(self) -> list[int]:
+        """Return the indices of the selected proposals."""
+        return [self._index(each.row()) for each in self.table.selectionModel().selectedRows()]
+
+    def _current(self) -> int | None:
+        """Return the index of the proposal that was selected last."""
+        current, selection = self.table.currentIndex(), self._selection()
+        if not current.isValid() or not selection:
+            return None
+        index = self._index(current.row())
+        return index if index in selection else selection[-1]
+
+    def _selection_changed(self) -> None:
+        """Highlight the proposal that was selected last on the outcrop."""
+        self._refresh_buttons()
+        if self._studio.open_tool is not None:
+            return
+        index = self._current()
+        area = None if index is None else self._area(index)
+        self._studio.preview.emit(
+            None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
+        )
+
+    def _area(self, index: int) -> Area | None:
+        """Return the area that is highlighted for a proposal."""
+        raise NotImplementedError
+
+    def _clicked(self, hit: Hit) -> None:
+        """Select the proposal in the table that was clicked on the outcrop."""
+        proposals = self._queue.proposals
+        if proposals is None or self.visibleRegion().isEmpty():
+            return
+        if hit.model_id != proposals.model_id:
+            return
+        index = self._index_at(hit)
+        if index is None:
+            self.table.clearSelection()
+            return
+        self.table.choose(lambda values: bool(values[-1] == index + 1))
+        # In a low dock the selected row may be out of sight.
+        ancestor = self.parentWidget()
+        while ancestor is not None and not isinstance(ancestor, QScrollArea):
+            ancestor = ancestor.parentWidget()
+        if isinstance(ancestor, QScrollArea):
+            ancestor.ensureWidgetVisible(self.table, 0, 0)
+
+    def _index_at(self, hit: Hit) -> int | None:
+        """Return the index of the proposal at a point of the outcrop, or None."""
+        raise NotImplementedError
+
+    # --- deciding ----------------------------------------------------------------------------
+    def _accept(self, indices: list[int]) -> bool:
+        """Add proposals to the project as features; return whether this succeeded."""
+        raise NotImplementedError
+
+    def _reject(self, indices: list[int]) -> bool:
+        """Remove proposals from the list; return whether this succeeded."""
+        raise NotImplementedError
+
+    def _decide(self, decide: Callable[[list[int]], bool], indices: list[int]) -> None:
+        """Accept or reject proposals, and select the next row of the table."""
+        row = self.table.currentIndex().row()
+        if not decide(indices):
+            return
+        count = self.table.numbers.rowCount()
+        if count and row >= 0:
+            self.table.selectRow(min(row, count - 1))
+        else:
+            self._studio.preview.emit(None)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        """Accept the selected proposals on Enter, reject them on Delete."""
+        if watched is self.table and isinstance(event, QKeyEvent) and event.key() in _KEYS:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                is_delete = event.key() == Qt.Key.Key_Delete
+                self._decide(self._reject if is_delete else self._accept, self._selection())
+                return True
+        return super().eventFilter(watched, event)

@@ -1,0 +1,36 @@
+"""The panel of the surface: its fields, and the facets and traces that are proposed on it."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QTabWidget
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base.controls import Scrolling
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.surface.facets_panel import FacetsPanel
+from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
+from vomstudio.ui.panels.surface.traces_panel import TracesPanel
+
+
+class SurfacePanel(QTabWidget):
+    """A page for each."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self.setDocumentMode(True)
+        self.tabBar().setUsesScrollButtons(False)
+        self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
+        self.traces = TracesPanel(studio)
+        # Each scrolls by itself: a page of tabs is not told how high its words are.
+        self._pages = {
+            "fields": Scrolling(self.fields),
+            "facets": Scrolling(self.facets),
+            "traces": Scrolling(self.traces),
+        }
+        self.addTab(self._pages["fields"], tr("Fields"))
+        self.addTab(self._pages["facets"], tr("Facets"))
+        self.addTab(self._pages["traces"], tr("Traces"))
+        studio.surface_wanted.connect(self._bring)
+
+    def _bring(self, page: str) -> None:
+        self.setCurrentWidget(self._pages[page])

@@ -1,0 +1,77 @@
+"""Texts on proposed traces."""
+
+from __future__ import annotations
+
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.studio.surfaces.trace_proposals import ProposedLine, ProposedLines
+from vomstudio.ui.widgets.follow_box import COSTS
+
+_WHAT = {
+    "dark": to_translate("Darker than its surroundings"),
+    "light": to_translate("Lighter than its surroundings"),
+    "gradient": to_translate("A stronger edge of lightness than its surroundings have"),
+    "curvature": to_translate("A sharper edge or furrow than its surroundings have"),
+    "onnx": to_translate("More of an edge to the network than its surroundings"),
+}
+
+
+def cost_choices() -> list[tuple[str, str]]:
+    """Costs that lines are proposed by, without fields, and what they are called."""
+    return [(cost, tr(words)) for cost, words in COSTS if cost in _WHAT]
+
+
+def summary_text(proposals: ProposedLines, open_count: int) -> str:
+    """Return the number of undecided lines, and warnings about them."""
+    text = tr_n("{count:,} line to decide upon.", "{count:,} lines to decide upon.", open_count)
+    if not proposals.lines and not proposals.known:
+        return tr(
+            "No line of {length:.3g} m or more stands out of the surface's noise. Look for shorter "
+            "ones, or for something else.",
+            length=proposals.result.least_length_m,
+        )
+    if proposals.known:
+        text += " " + tr_n(
+            "{count} more runs along a trace of the project or what was rejected.",
+            "{count} more run along traces of the project or what was rejected.",
+            proposals.known,
+        )
+    return " ".join([text, *map(str, proposals.result.warnings)])
+
+
+def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
+    """Return the evidence for a proposed line, and the verdict on its plane."""
+    cost = proposals.options.used_cost
+    feature = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
+    sentences = [
+        tr(
+            "{what}, by {evidence:.1f} standard deviations of the noise on average, over "
+            "{length:.3g} m.",
+            what=feature,
+            evidence=line.evidence,
+            length=line.length_m,
+        ),
+        _doubt_text(line.doubt, proposals.result.surrogates),
+    ]
+    if line.measured.problem:
+        sentences.append(str(line.measured.problem))
+    verdict = line.measured.verdict
+    if verdict is not None and verdict.quality != "good":
+        sentences += [reason.message for reason in verdict.reasons]
+    return " ".join(sentences)
+
+
+def _doubt_text(doubt: float, surrogates: int) -> str:
+    as_strong = round(doubt * (1 + surrogates)) - 1
+    if as_strong <= 0:
+        return tr("None of {count} surfaces of noise has a line as strong.", count=surrogates)
+    if as_strong >= surrogates:
+        return tr(
+            "Each of {count} surfaces of noise has a line as strong: this may well be noise.",
+            count=surrogates,
+        )
+    return tr_n(
+        "{count} of {all} surfaces of noise has a line as strong.",
+        "{count} of {all} surfaces of noise have a line as strong.",
+        as_strong,
+        all=surrogates,
+    )

@@ -1,0 +1,356 @@
+"""Dock that proposes traces, lines that exceed the noise of the surface, for review."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QGridLayout,
+    QPushButton,
+    QSizePolicy,
+)
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr
+from vomstudio.extraction.trace_options import ONNX, ProposalOptions
+from vomstudio.geometry import transform
+from vomstudio.project import catalogue
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.trace_proposals import ProposedLines
+from vomstudio.studio.tools.interaction_types import Area, Hit
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import start_folder
+from vomstudio.ui.base.controls import ComboBox, Label, file_field, row_of
+from vomstudio.ui.base.number_formatting import degrees
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.proposed_trace_drawings import SURE, line_area
+from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
+from vomstudio.ui.panels.surface.trace_texts import cost_choices, reason_text, summary_text
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command, model_words
+from vomstudio.ui.widgets.number_table import Column
+from vomstudio.ui.widgets.options_form import OptionFields
+
+_MIN_HEIGHT_PX = 130
+# Resolutions: a click so near to a line means it.
+_NEAR = 8.0
+
+
+class TracesPanel(ProposalsPanel):
+    """Panel that proposes traces; the project changes only when traces are accepted."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(
+            studio,
+            studio.proposed_traces,
+            "proposed",
+            "conventions.md#traces-proposed",
+            tr("Look for lines"),
+            "vector-polyline",
+        )
+        self._traces = studio.proposed_traces
+        self._filled: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
+        self._make_settings()
+        self._make_decisions()
+        self._arrange()
+        self._follow()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_settings(self) -> None:
+        self.cost = ComboBox()
+        self.cost.setObjectName("proposed_cost")
+        self.cost.setToolTip(tr("What lines are looked for by, against what is around them."))
+        self.cost.keep_narrow()
+        self._fields: tuple[str, ...] | None = None
+        self.cost.currentIndexChanged.connect(lambda _: self._refresh_buttons())
+        self.network, self._network_row = file_field(
+            "proposed_network", tr("Choose…"), self._choose_network
+        )
+        self.network.setAccessibleName(tr("ONNX file"))
+        self.network.setPlaceholderText(tr("ONNX file of a network"))
+        self.network.setToolTip(
+            tr(
+                "On this computer: it takes a picture, red, green and blue from 0 to 1, and gives "
+                "the probability of an edge at each pixel."
+            )
+        )
+        self.network.textChanged.connect(lambda _: self._refresh_buttons())
+        self.limits = OptionFields(ProposalOptions, "proposed")
+        self.limits.changed.connect(self._refresh_buttons)
+        self.copy = CopyCommandButton(
+            self._copy_command, tr("the command that finds these lines, rejected ones too")
+        )
+        self.summary, self.why = hint_label(), _Wrapped()
+        self.why.setObjectName("proposed_why")
+
+    def _make_decisions(self) -> None:
+        self._make_list(
+            (
+                Column(
+                    tr("Doubt"),
+                    lambda v: f"{100 * v[0]:.0f} %",
+                    tr(
+                        "How likely noise alone makes a line as strong; the least doubtful come "
+                        "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
+                        sure=100 * SURE,
+                    ),
+                ),
+                Column("m", lambda v: f"{v:.3g}", tr("Length.")),
+                Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
+                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column("#", str, tr("1 is the strongest.")),
+            ),
+            tr("Proposed traces"),
+            _MIN_HEIGHT_PX,
+        )
+        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+        self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
+        self.edit.clicked.connect(lambda _: self._edit())
+        self.forget = QPushButton(theme.icon("close-box-multiple-outline"), tr("Clear"))
+        self.forget.clicked.connect(lambda _: self._traces.drop())
+        self.forgive = QPushButton(theme.icon("restore"), "")
+        self.forgive.setObjectName("proposed_forgive")
+        self.forgive.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.forgive.setAccessibleName(tr("Bring back what was rejected"))
+        self.forgive.clicked.connect(lambda _: self._bring_back())
+
+    def _arrange(self) -> None:
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(3)
+        grid.addWidget(Label(tr("Look for")), 0, 0)
+        grid.addWidget(self.cost, 0, 1, 1, 3)
+        for k, (name, box) in enumerate(self.limits.fields.items()):
+            box.setMinimumWidth(MIN_WIDTH_PX)
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            grid.addWidget(self.limits.labels[name], 1, 2 * k)
+            grid.addWidget(box, 1, 2 * k + 1)
+        self.cost.setAccessibleName(tr("Look for"))
+        grid.addWidget(self._network_row, 2, 0, 1, 4)
+        grid.addWidget(self.start, 3, 0, 1, 3)
+        grid.addWidget(self.copy, 3, 3)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(3, 1)
+        # Wide buttons would widen the dock when traces are proposed.
+        for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
+            part.setMinimumWidth(MIN_WIDTH_PX)
+        self._decisions = row_of(self.accept, self.edit, self.reject, self.forget)
+        self._as = row_of(Label(tr("Accept as")), self.type, self.forgive)
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(grid)
+        column.addWidget(self.progress)
+        column.addWidget(self.summary)
+        column.addWidget(self._decisions)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.why)
+        column.addWidget(self._as)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def show_now(self) -> None:
+        """Show the current model and its proposals."""
+        super().show_now()
+        self._list_costs()
+        self._show_proposals()
+
+    def _list_costs(self) -> None:
+        opened = None if self._model is None else self._studio.models.get(self._model.id)
+        fields = () if opened is None else tuple(sorted(opened.data.fields))
+        if fields == self._fields:
+            return
+        self._fields, before = fields, self.cost.currentData()
+        with QSignalBlocker(self.cost):
+            self.cost.clear()
+            for cost, words in cost_choices():
+                self.cost.addItem(words, cost)
+            for name in fields:
+                self.cost.addItem(tr("low values of {field}", field=name), name)
+            self.cost.addItem(tr("edges that a network finds"), ONNX)
+            current = ProposalOptions().used_cost if before is None else before
+            self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
+
+    def _why_not(self) -> Finding | None:
+        is_onnx = self._model is not None and self.cost.currentData() == ONNX
+        if is_onnx and not self.network.text().strip():
+            return Finding("follow.no-network")
+        return super()._why_not()
+
+    def _refresh_buttons(self) -> None:
+        super()._refresh_buttons()
+        traces = self._traces
+        self._network_row.setVisible(self.cost.currentData() == ONNX)
+        self.copy.allow(self._why_not())
+        rows = self._selection()
+        none_chosen = Finding("action.no-row")
+        open_tool = self._studio.open_tool is not None
+        for button, reason, tip in (
+            (
+                self.accept,
+                None if rows else none_chosen,
+                tr(
+                    "Make what is chosen in the list traces, in one step (Enter); undo takes it "
+                    "back."
+                ),
+            ),
+            (
+                self.edit,
+                Finding("action.not-one-row")
+                if len(rows) != 1
+                else Finding("feature.open")
+                if open_tool
+                else None,
+                tr("Open the chosen line in the trace tool, to move, add or take away way-points."),
+            ),
+            (
+                self.reject,
+                None if rows else none_chosen,
+                tr(
+                    "Leave out what is chosen in the list, now and when lines are looked for again "
+                    "(Delete)."
+                ),
+            ),
+            (
+                self.forget,
+                None if traces.proposals is not None else Finding("action.no-proposals"),
+                tr("Clear the list, without rejecting what is in it; nothing is changed."),
+            ),
+        ):
+            button.setEnabled(reason is None)
+            button.setToolTip(tip if reason is None else str(reason))
+        count = 0 if self._model is None else traces.rejected_on(self._model.id)
+        self.forgive.setEnabled(count > 0)
+        self.forgive.setToolTip(
+            tr("Propose the {count} rejected lines of this model again.", count=count)
+            if count
+            else str(Finding("action.nothing-rejected"))
+        )
+
+    # --- looking -----------------------------------------------------------------------------
+    def _options(self) -> ProposalOptions:
+        cost = str(self.cost.currentData())
+        network = self.network.text().strip() if cost == ONNX else None
+        return self.limits.options(cost=cost, onnx_model=network)
+
+    def _choose_network(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self, tr("Network"), start_folder(self._studio), tr("ONNX files (*.onnx)")
+        )
+        if name:
+            self.network.setText(name)
+
+    def _start(self, model: Model) -> None:
+        self._traces.find(model.id, self._options())
+
+    def _copy_command(self) -> None:
+        studio = self._studio
+        place = None if self._model is None else model_words(studio, self._model)
+        if place is None:
+            return
+        out = Path(start_folder(studio)) / "proposed_traces.csv"
+        words = ["trace", *place, "--propose", *option_words(self._options())]
+        copy_command(studio, [*words, ("-o", out), "--force"])
+
+    # --- proposals ---------------------------------------------------------------------------
+    def _show_proposals(self) -> None:
+        proposals, open_rows = self._traces.proposals, self._traces.open
+        for part in (self.table, self._decisions, self._as):
+            part.setVisible(proposals is not None)
+        if (proposals, open_rows) != self._filled:
+            self._filled = (proposals, open_rows)
+            self._fill(proposals, open_rows)
+        text = " ".join(map(str, self._traces.findings))
+        if not text and proposals is not None:
+            text = summary_text(proposals, len(open_rows))
+        self.summary.setText(text)
+        self.summary.setVisible(bool(text))
+        self._show_reason()
+        self._refresh_buttons()
+
+    def _fill(self, proposals: ProposedLines | None, open_rows: frozenset[int]) -> None:
+        rows = []
+        for row in sorted(open_rows) if proposals is not None else ():
+            assert proposals is not None
+            line = proposals.lines[row]
+            plane = error = None
+            if line.measured.plane is not None:
+                plane = line.measured.attitude(self._studio.settings.notation, bare=True)
+                error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
+            rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
+        self.table.fill(rows)
+
+    def _selection_changed(self) -> None:
+        self._show_reason()
+        super()._selection_changed()
+
+    def _area(self, index: int) -> Area | None:
+        proposals = self._traces.proposals
+        return None if proposals is None else line_area([proposals.lines[index].points])
+
+    def _show_reason(self) -> None:
+        proposals, row = self._traces.proposals, self._current()
+        reason = ""
+        if proposals is not None and row is not None:
+            reason = reason_text(proposals, proposals.lines[row])
+        self.why.setText(reason)
+        self.why.setVisible(bool(reason))
+
+    def _index_at(self, hit: Hit) -> int | None:
+        """Return the index of the nearest line, or None if it is too far."""
+        proposals, model = self._traces.proposals, self._model
+        if proposals is None or model is None:
+            return None
+        place = transform.apply(model.to_world, [hit.position])[0]
+        off = {
+            row: float(np.linalg.norm(proposals.lines[row].points - place, axis=1).min())
+            for row in self._traces.open
+        }
+        near = min(off, key=lambda row: off[row], default=None)
+        if near is None:
+            return None
+        scale = transform.scale_of(model.to_world)
+        reach = _NEAR * scale * (proposals.lines[near].trace.resolution or 0.0)
+        return near if off[near] <= reach else None
+
+    # --- deciding ----------------------------------------------------------------------------
+    def _accept(self, indices: list[int]) -> bool:
+        return bool(self._traces.accept(indices, str(self.type.currentData())))
+
+    def _reject(self, indices: list[int]) -> bool:
+        self._traces.reject(indices)
+        return True
+
+    def _edit(self) -> None:
+        rows = self._selection()
+        if len(rows) == 1:
+            self._studio.preview.emit(None)
+            self._studio.set_next(str(self.type.currentData()), self._studio.next_set)
+            self._traces.edit(rows[0])
+
+    def _bring_back(self) -> None:
+        if self._model is not None:
+            self._traces.forgive(self._model.id)
+
+
+class _Wrapped(Label):
+    """A label that is never given less height than its lines need, where a panel is squeezed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+
+    def setText(self, text: str) -> None:  # noqa: N802
+        super().setText(text)
+        self._keep_height()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._keep_height()
+
+    def _keep_height(self) -> None:
+        self.setMinimumHeight(self.heightForWidth(self.width()) if self.text() else 0)

@@ -1,0 +1,396 @@
+"""The dock of the three-point problem: the plane through points that are clicked, typed or read."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFileDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.options import option_words
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.faults.displacement_options import ThreePointOptions
+from vomstudio.geology.notation import format_attitude
+from vomstudio.geometry.units import Axes
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
+from vomstudio.io.text.log_reading import Boundaries
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement import pick_scatter_m
+from vomstudio.project.records import Feature, Picked, get, get_feature
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import current_line, start_folder, why_no_model
+from vomstudio.ui.base.controls import LowTable, allow, narrow_form
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.analysis_panel import LazyPanel
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes
+from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file, numbers_text
+from vomstudio.ui.widgets.error_fields import error_field, number_in
+from vomstudio.ui.widgets.type_box import TypeBox
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+if TYPE_CHECKING:
+    from vomstudio.geology.faults.three_points import ThreePoints
+
+
+_LEAST = 3
+_LEAST_HEIGHT, _LEAST_WIDTH = 110, 32
+_ROW = 24
+
+
+class ThreePointsPanel(LazyPanel):
+    """Panel of the three-point problem.
+
+    Attributes
+    ----------
+    of_id : str
+        Id of the trace that the points were taken from; "" if they were typed or imported.
+    plane : ThreePoints or None
+        The plane through the points; None if it cannot be computed.
+    """
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "window.md#three-points")
+        self.of_id = ""
+        self.plane: ThreePoints | None = None
+        self._points: FloatArray | None = None
+        self._sigma = 0.0
+        self._picking = False
+        self._background = QtBackground(self)
+        self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
+        self.pick.setToolTip(
+            tr("Click three points or more on the outcrop, then press Enter; they become a trace.")
+        )
+        self.take = QPushButton(tr("Take selected"))
+        self.take.setToolTip(tr("The points of the selected trace or line."))
+        self.read = QPushButton(tr("Read…"))
+        self.read.setToolTip(tr("A table with x, y, z, such as a seam in wells."))
+        self.more = QPushButton(theme.icon("plus"), tr("Add a row"))
+        self.fewer = QPushButton(theme.icon("minus"), tr("Remove"))
+        self.table = _table()
+        follow_axes(studio, self._show_axes)
+        self.sigma = error_field(
+            "three_points_sigma",
+            tr("not known"),
+            tr(
+                "Standard deviation of each coordinate. Without it more than three points "
+                "tell it by their misfit."
+            ),
+        )
+        self.message = hint_label()
+        self.message.setObjectName("three_points_message")
+        self.type = TypeBox(studio)
+        self.type.setObjectName("three_points_type")
+        self.type.keep_narrow()
+        self.add = QPushButton(theme.icon("check"), tr("Add to the project"))
+        self.add.setToolTip(
+            tr("A plane of this type at the middle of the points, with its error in the notes.")
+        )
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the points as a table, and copy the command")
+        )
+        self._arrange()
+        self._connect()
+        self._fill([])
+
+    def _arrange(self) -> None:
+        get_them, rows, result = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        for row, parts in (
+            (get_them, (self.pick, self.take, self.read)),
+            (rows, (self.more, self.fewer)),
+            (result, (self.add, self.type, self.copy)),
+        ):
+            row.setSpacing(3)
+            for part in parts:
+                # Or the dock would take its width from the outcrop.
+                part.setMinimumWidth(_LEAST_WIDTH)
+                row.addWidget(part)
+            row.addStretch()
+        form = narrow_form()
+        add_length_row(
+            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
+        )
+        column = narrow_column(self)
+        column.addLayout(get_them)
+        column.addWidget(self.table, 1)
+        column.addLayout(rows)
+        column.addLayout(form)
+        column.addWidget(self.message)
+        column.addLayout(result)
+
+    def _connect(self) -> None:
+        studio = self._studio
+        self.pick.clicked.connect(lambda _=False: self._pick())
+        self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Picked, _LEAST)))
+        self.read.clicked.connect(lambda _=False: self._ask_for_table())
+        self.more.clicked.connect(lambda _=False: self._add_row())
+        self.fewer.clicked.connect(lambda _=False: self._remove_row())
+        self.add.clicked.connect(lambda _=False: self._add())
+        self.table.itemChanged.connect(self._typed)
+        self.table.itemSelectionChanged.connect(self._refresh)
+        self.sigma.textChanged.connect(self._soon)
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.jobs.closed.connect(self._close)
+
+    def _show_axes(self, axes: Axes) -> None:
+        tips = (tr("East."), tr("North."), tr("Height, upward."))
+        for column, (title, tip) in enumerate(zip(axes.titles, tips, strict=True)):
+            head = self.table.horizontalHeaderItem(column)
+            assert head is not None
+            head.setText(title)
+            head.setToolTip(tip if axes.north else "")
+
+    # --- the points --------------------------------------------------------------------------
+    def _pick(self) -> None:
+        """The trace tool picks them; they are kept as what they are: a trace."""
+        self._studio.activate("trace")
+        self._picking = True
+        self.message.setText(tr("Click three points or more on one surface, then press Enter."))
+
+    def _edited(self, edit: Edit) -> None:
+        if self._picking:
+            new = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
+            picked = [trace for trace in new if trace is not None]
+            if picked:
+                self._picking = False
+                self._take(picked[-1])
+        if self.of_id and self.of_id in edit.after:
+            self._take(get_feature(self._studio.records, self.of_id))
+        super()._edited(edit)
+
+    def _take(self, feature: Feature | None) -> None:
+        """Its points, with the error that they likely have."""
+        if feature is None:
+            self.of_id = ""
+            self._soon()
+            return
+        measured = self._studio.measured([feature.id])[feature.id]
+        self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
+        self.of_id = feature.id
+        scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
+        if len(measured.points) > _LEAST and misfit and misfit >= scatter:
+            # A misfit is known only as well as so few points tell it: not typed as if it were sure.
+            scatter = 0.0
+        self.sigma.setText(f"{scatter:.3g}" if scatter else "")
+        self._soon()
+
+    def _ask_for_table(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self,
+            tr("Points of one surface"),
+            str(start_folder(self._studio)),
+            tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
+        )
+        if name:
+            self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
+
+    def _read_came(self, made: Boundaries) -> None:
+        self._fill([[repr(value) for value in row] for row in made.points.tolist()])
+        for warning in made.warnings:
+            self._studio.warn(warning)
+
+    def _fill(self, rows: list[list[str]]) -> None:
+        """Rows that a person can write into follow, as long as there are fewer than three."""
+        self.of_id = ""
+        rows = rows + [["", "", ""]] * (_LEAST - len(rows))
+        blocked = self.table.blockSignals(True)
+        self.table.setRowCount(len(rows))
+        for i, row in enumerate(rows):
+            for j, text in enumerate(row):
+                self.table.setItem(i, j, _cell(text))
+        self.table.blockSignals(blocked)
+        self._soon()
+
+    def _typed(self, _: QTableWidgetItem) -> None:
+        """They are not those of the trace any more."""
+        self.of_id = ""
+        self._soon()
+
+    def _add_row(self) -> None:
+        self.of_id = ""
+        row = self.table.rowCount()
+        self.table.setRowCount(row + 1)
+        for column in range(3):
+            self.table.setItem(row, column, _cell(""))
+        self.table.setCurrentCell(row, 0)
+        self._soon()
+
+    def _remove_row(self) -> None:
+        self.of_id = ""
+        self.table.removeRow(self.table.currentRow())
+        self._soon()
+
+    def _opened(self) -> None:
+        """Another project."""
+        self._picking = False
+        self.sigma.clear()
+        self._fill([])
+
+    # --- the plane ---------------------------------------------------------------------------
+    def show_now(self) -> None:
+        from vomstudio.geology.faults.three_points import plane_of_three_points
+
+        self.plane = self._points = None
+        try:
+            points = self._numbers()
+            self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
+            self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
+            self._points = points
+            message = self._plane_text(self.plane)
+        except VomError as error:
+            message = str(error)
+        self.message.setText(message)
+        self._refresh()
+
+    def _numbers(self) -> FloatArray:
+        """(n, 3) World, of the rows that are full. Raises InputError if some are missing."""
+        rows = []
+        for i in range(self.table.rowCount()):
+            cells = [self.table.item(i, j) for j in range(3)]
+            texts = ["" if cell is None else cell.text().strip() for cell in cells]
+            if not any(texts):
+                continue
+            values = [parse_number(text) for text in texts]
+            if any(value is None for value in values):
+                wrong = next(t for t, v in zip(texts, values, strict=True) if v is None)
+                place = tr("Row {row}", row=i + 1)
+                raise InputError(Finding("number.invalid", text=wrong), field=place)
+            rows.append([value or 0.0 for value in values])
+        if len(rows) < _LEAST:
+            raise InputError(Finding("three-points.too-few"))
+        return np.array(rows)
+
+    def _plane_text(self, result: ThreePoints) -> str:
+        notation = self._studio.settings.notation
+        plane = format_attitude(result.plane, result.max_confidence95_deg, notation)
+        counted = tr_n("{count} point", "{count} points", result.n)
+        if result.max_confidence95_deg is None:
+            text = tr("{plane} through {points}.", plane=plane, points=counted)
+            unknown = Finding("three-points.no-error")
+            return f"{text} {unknown}{_after(result)}"
+        turn = result.dip_direction_error_deg
+        text = tr(
+            "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
+            "through {points}.",
+            plane=plane,
+            dip=result.dip_error_deg,
+            turn=tr("not known") if turn is None else f"± {turn:.1f}°",
+            points=counted,
+        )
+        if result.rms_m is not None:
+            text += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=result.rms_m)
+        return text + _after(result)
+
+    def _refresh(self) -> None:
+        studio = self._studio
+        is_line_selected = current_line(studio, Picked, _LEAST) is not None
+        lacking = Finding("action.line-too-short", minimum=_LEAST)
+        allow(self.take, None if is_line_selected else lacking)
+        allow(self.pick, why_no_model(studio))
+        allow(self.fewer, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
+        why = None if self.plane is not None else Finding("action.no-result")
+        self.copy.allow(why)
+        if why is None and self.of_id:
+            why = Finding("action.points-of-trace")
+        allow(self.add, why)
+
+    # --- what is taken away ------------------------------------------------------------------
+    def _add(self) -> None:
+        """As a measured plane at the middle of the points; its error is told in its notes."""
+        found, points = self.plane, self._points
+        if found is None or points is None:
+            return
+        x, y, z = points.mean(axis=0).tolist()
+        reading = Reading(
+            new_id("reading"),
+            "",
+            str(self.type.currentData()),
+            "plane",
+            found.dip_direction_deg,
+            found.dip_deg,
+            position=(x, y, z),
+            source=tr("three-point problem"),
+            notes=self._plane_text(found),
+        )
+        if self._studio.attempt(edits.add_readings, [reading]):
+            self._studio.selection.set((reading.id,))
+
+    def copy_command(self) -> None:
+        """Ask for the table of the points, and put the command on the clipboard."""
+        points, sigma = self._points, self._sigma
+        if points is None:
+            return
+
+        def write(path: Path) -> None:
+            rows = [
+                WORLD_COMMENT.strip(),
+                "x,y,z",
+                *(numbers_text(point) for point in points.tolist()),
+            ]
+            write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
+
+        words = option_words(ThreePointOptions(sigma))
+        copy_with_file(
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *words]
+        )
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._background.stop()
+
+
+def _after(result: ThreePoints) -> str:
+    """What makes the plane doubtful, after a space."""
+    return "".join(f" {warning}" for warning in result.warnings)
+
+
+def _read(path: Path) -> Boundaries:
+    from vomstudio.io.gate.point_tables import read_boundaries
+
+    return read_boundaries(path)
+
+
+def _cell(text: str) -> QTableWidgetItem:
+    item = QTableWidgetItem(text)
+    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return item
+
+
+def _table() -> QTableWidget:
+    table = LowTable(0, 3)
+    table.setObjectName("three_points_table")
+    table.setAccessibleName(tr("Points on the surface"))
+    for column in range(3):
+        table.setHorizontalHeaderItem(column, QTableWidgetItem())
+    table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+    table.verticalHeader().setDefaultSectionSize(_ROW)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+    table.setTabKeyNavigation(False)
+    table.setMinimumHeight(_LEAST_HEIGHT)
+    table.setMinimumWidth(2 * _LEAST_WIDTH)
+    return table

@@ -1,0 +1,106 @@
+"""The panel of the tool that marks cells: what a click says, and how far one has come."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QToolButton, QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
+from vomstudio.project.records import FaceGrid
+from vomstudio.studio.tools.cells import CellsTool
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.common import hint_label, narrow_column
+
+MARKS = {
+    DONE: ("done", "check", "Q", to_translate("Features were picked here, or could have been.")),
+    EMPTY: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
+    UNMEASURABLE: (
+        "unmeasurable",
+        "cancel",
+        "X",
+        to_translate("Vegetation, debris, shadow or a hole: nothing can be measured here."),
+    ),
+    OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
+}
+"""Name, icon and key of the command that marks the cell under the cursor."""
+
+
+class CellsPanel(QWidget):
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "fractures.md#what-was-looked-at")
+        self._studio = studio
+        self.count = hint_label()
+        column = narrow_column(self)
+        column.addWidget(
+            hint_label(
+                tr(
+                    "Click cells of the grid. A second click takes a mark away; "
+                    "a key marks the cell under the cursor."
+                )
+            )
+        )
+        self.buttons = {}
+        for mark, (name, *_) in MARKS.items():
+            button = QToolButton()
+            button.setDefaultAction(actions[f"mark_{name}"])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            self.buttons[mark] = button
+            column.addWidget(button)
+        column.addWidget(self.count)
+        column.addStretch()
+        for signal in (studio.project_opened, studio.edited):
+            signal.connect(self.refresh)
+
+    def refresh(self, *_: object) -> None:
+        from vomstudio.project.grid_edits import marks_of
+
+        grids = self._studio.session.of(FaceGrid)
+        marks = "".join(marks_of(grid) for grid in grids)
+        self.count.setText(
+            tr(
+                "{count} of {all} cells are marked.",
+                count=len(marks) - marks.count(OPEN),
+                all=len(marks),
+            )
+            if grids
+            else Finding("action.no-grid").message
+        )
+
+
+def commands(studio: Studio) -> list[Command]:
+    tool = studio.tool_of(CellsTool)
+
+    def not_marking() -> Finding | None:
+        if studio.tool_name != CellsTool.name:
+            return Finding("action.needs-tool", tool=tr("Cells"))
+        return None if studio.session.of(FaceGrid) else Finding("action.no-grid")
+
+    def marks_so(mark: str) -> bool:
+        return tool.mark == mark
+
+    return [
+        Command(
+            f"mark_{name}",
+            tr("Cell {mark}", mark=tr(TITLES[mark])),
+            partial(tool.mark_here, mark),
+            icon,
+            key,
+            tr(tip),
+            not_marking,
+            in_viewport=True,
+            checked=partial(marks_so, mark),
+        )
+        for mark, (name, icon, key, tip) in MARKS.items()
+    ]
+
+
+PANEL = CellsPanel
+COMMANDS = commands

@@ -1,0 +1,125 @@
+"""Control points, known lines and compass readings as the command that places a model by them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.options import option_words
+from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.registration.register_options import RegisterOptions
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.readings import Readings, used_north
+from vomstudio.ui.widgets.copied_command import Words, copy_command, copy_with_file, numbers_text
+
+
+def copy_register(
+    parent: QWidget,
+    studio: Studio,
+    model: Path,
+    points: Sequence[ControlPoint],
+    lines: Sequence[KnownLine],
+    crs: str | None,
+    readings: Readings,
+    north: ReadNorth | None,
+    *,
+    kept_scale: float | None = None,
+    click_sigma_m: float | None = None,
+) -> None:
+    """Ask for the tables of points and readings, where there are some, and put the command on the
+    clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file
+    click_sigma_m : error of the click on the model as typed, None for the default"""
+    from vomstudio.io.control.writing import write_compass, write_pairs
+    from vomstudio.studio.placing.known_planes import compass_table
+    from vomstudio.studio.placing.read_north import to_register_options
+    from vomstudio.studio.placing.registering import control_pairs
+
+    pairs = control_pairs(points)
+    table = compass_table(lines, readings.seen)
+    turn = 0.0
+    register = RegisterOptions()
+    used = None if north is None else used_north(north, lines)
+    if used is not None:
+        counted = to_register_options(readings.compass, used, pairs, crs)
+        if counted is None:
+            turn, counted = used.turned_deg, RegisterOptions(north_sigma_deg=used.doubt_deg)
+        register = counted
+    register = add_known_lines(register, lines, turn)
+    register = replace(register, crs=crs, click_sigma_m=click_sigma_m)
+    if kept_scale is not None:
+        register = add_kept_scale(register, kept_scale)
+    if table is not None:
+        table = replace(table, azimuth_deg=(table.azimuth_deg + turn) % 360.0)
+    if not len(pairs.labels) and table is None:
+        copy_command(studio, ["register", model, *option_words(register)])
+        return
+
+    def write(file: Path) -> None:
+        if len(pairs.labels):
+            write_pairs(file, pairs)
+        if table is not None:
+            write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
+
+    def words(file: Path) -> Words:
+        readings_file = _readings_file(file, pairs=len(pairs.labels) > 0)
+        files = replace(
+            register,
+            pairs=str(file) if len(pairs.labels) else None,
+            orientations=None if table is None else str(readings_file),
+        )
+        return ["register", model, *option_words(files)]
+
+    proposed = "pairs.csv" if len(pairs.labels) else "readings.csv"
+    copy_with_file(parent, studio, proposed, write, words)
+
+
+def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
+    """Return the options of `register` that keep a scale, in metres per unit of the model's file.
+
+    A scale other than 1 comes from an earlier registration. The file does not contain it, so it
+    is passed as a known length.
+    """
+    from vomstudio.registration.length_evidence import FIXED_SCALE_ERROR
+
+    if abs(scale - 1.0) < 1e-9:
+        return replace(options, keep_scale=True)
+    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, FIXED_SCALE_ERROR * scale])
+    return replace(options, scale=(*options.scale, text))
+
+
+def _readings_file(file: Path, *, pairs: bool) -> Path:
+    """The file that was chosen, or one beside it where that is for the points."""
+    return file.with_name(f"{file.stem}_readings{file.suffix}") if pairs else file
+
+
+def add_known_lines(
+    options: RegisterOptions, lines: Sequence[KnownLine], turned_deg: float = 0.0
+) -> RegisterOptions:
+    """Return the options of `register` with known lines.
+
+    Parameters
+    ----------
+    options : RegisterOptions
+    lines : sequence of KnownLine
+    turned_deg : float
+        Correction that is added to azimuths.
+    """
+    from vomstudio.studio.placing.known_lines import placement_lines
+
+    names = {"level": "level", "plumb": "plumb", "azimuth": "bearing", "length": "scale"}
+    texts: dict[str, list[str]] = {name: [] for name in names.values()}
+    for line in placement_lines(lines):
+        value = line.value
+        if line.kind == "azimuth" and value is not None and turned_deg:
+            value = (value + turned_deg) % 360.0
+        known = [each for each in (value, line.sigma) if each is not None]
+        text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
+        texts[names[line.kind]].append(text)
+    values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
+    return replace(options, **values)

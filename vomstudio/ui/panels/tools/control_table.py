@@ -1,0 +1,142 @@
+"""The table of control points: which are used, their coordinates, and what is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QIcon, QPainter
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.ui.base import theme
+
+if TYPE_CHECKING:
+    from vomstudio.registration.results import Placed, PointResidual
+
+TICK, LABEL = 0, 1
+_X, _Z, _LEFT = 2, 4, 5
+_SHARE = Qt.ItemDataRole.UserRole
+_BAR, _WRONG = "#56b4e9", "#d55e00"
+_READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+
+
+class ControlTable(QTableWidget):
+    """A row for each point; the last column says what is left over, with a bar."""
+
+    def __init__(self) -> None:
+        super().__init__(0, _LEFT + 1)
+        self.setObjectName("control_points")
+        self.setHorizontalHeaderLabels(
+            [tr("Use"), tr("Label"), "x (m)", "y (m)", "z (m)", tr("Resid. (m)")]
+        )
+        self.verticalHeader().hide()
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setItemDelegateForColumn(_LEFT, _Bar(self))
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(_LEFT, QHeaderView.ResizeMode.Stretch)
+        # By the rows that are seen.
+        header.setResizeContentsPrecision(0)
+        header.setMinimumSectionSize(34)
+        self.verticalHeader().setDefaultSectionSize(23)
+        self.setMinimumHeight(170)
+        for column, tip in (
+            (TICK, tr("Ticked points place the model, the others judge it.")),
+            (_LEFT, tr("Length of the residual, which is fitted less given.")),
+        ):
+            item = self.horizontalHeaderItem(column)
+            if item is not None:
+                item.setToolTip(tip)
+        self._cells: list[list[QTableWidgetItem]] = []
+
+    def choose_row(self, row: int) -> None:
+        """Select a row; the cell that was clicked in it stays the current one."""
+        self.setCurrentCell(row, max(self.currentColumn(), 0))
+
+    def coordinates(self, row: int) -> list[str]:
+        """The texts of x, y and z in a row."""
+        return [cell.text() for cell in self._cells[row][_X : _Z + 1]]
+
+    def show_points(self, points: list[ControlPoint]) -> None:
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        with QSignalBlocker(self):
+            self.setRowCount(len(points))
+        self._cells = []
+        with self._unmeasured():
+            for row, point in enumerate(points):
+                tick = QTableWidgetItem()
+                tick.setFlags(_READ_ONLY | Qt.ItemFlag.ItemIsUserCheckable)
+                tick.setCheckState(
+                    Qt.CheckState.Unchecked if point.check else Qt.CheckState.Checked
+                )
+                given = [""] * 3 if point.position is None else [f"{v:.3f}" for v in point.position]
+                left = QTableWidgetItem()
+                left.setFlags(_READ_ONLY)
+                numbers = [*map(QTableWidgetItem, given), left]
+                for item in numbers:
+                    item.setTextAlignment(right)
+                self._cells.append([tick, QTableWidgetItem(point.name), *numbers])
+                for column, item in enumerate(self._cells[-1]):
+                    self.setItem(row, column, item)
+
+    def show_residuals(self, points: list[ControlPoint], placed: Placed | None) -> None:
+        known: dict[str, PointResidual] = {}
+        wrong: set[str] = set()
+        if placed is not None:
+            known = {p.label: p for p in (*placed.control, *placed.check)}
+            wrong = {blunder.label for blunder in placed.blunders}
+        largest = max((p.error_m for p in known.values()), default=0.0)
+        alert = theme.icon("alert-outline")
+        with self._unmeasured():
+            for cells, point in zip(self._cells, points, strict=True):
+                item, left = cells[_LEFT], known.get(point.name)
+                if left is not None:
+                    item.setText(f"{left.error_m:.3f}")
+                    item.setToolTip(f"dx {left.dx:.3f}, dy {left.dy:.3f}, dz {left.dz:.3f} m")
+                else:
+                    item.setText("" if point.vertices else tr("not found"))
+                    item.setToolTip("")
+                share = left.error_m / largest if left is not None and largest > 0.0 else 0.0
+                item.setData(_SHARE, -share if point.name in wrong else share)
+                cells[LABEL].setIcon(alert if point.name in wrong else QIcon())
+
+    @contextmanager
+    def _unmeasured(self) -> Iterator[None]:
+        """The columns would be measured anew at each cell, minutes with a thousand points: once
+        afterwards is enough."""
+        with QSignalBlocker(self), QSignalBlocker(self.model()):
+            yield
+        for column in range(_LEFT):
+            self.resizeColumnToContents(column)
+        self.viewport().update()
+
+
+class _Bar(QStyledItemDelegate):
+    """A bar behind a number; its length is a share of the longest, negative for a blunder."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        share = float(index.data(_SHARE) or 0.0)
+        if share:
+            color = QColor(_WRONG if share < 0.0 else _BAR)
+            color.setAlphaF(0.45)
+            box = QRectF(option.rect).adjusted(1.0, 3.0, -1.0, -3.0)
+            box.setWidth(abs(share) * box.width())
+            painter.fillRect(box, color)
+        super().paint(painter, option, index)

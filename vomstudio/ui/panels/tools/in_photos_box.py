@@ -1,0 +1,73 @@
+"""Whether what is clicked in a photo is followed in its pixels, and what other photos say of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.extraction.path_costs import COLOUR_COSTS
+from vomstudio.studio.tools.followed_line import AUTO
+from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.studio import Studio
+
+
+class InPhotosBox(QWidget):
+    """A check box, and below it the votes on the open feature."""
+
+    def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
+        super().__init__()
+        self._studio, self._tool = studio, tool
+        self.check = QCheckBox(tr("In the pixels of photos"))
+        self.check.setObjectName(f"{tool.name}_in_photos")
+        self.check.toggled.connect(tool.follow_in_photos)
+        self.votes = Label()
+        self.votes.setObjectName(f"{tool.name}_votes")
+        self.votes.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.check)
+        layout.addWidget(self.votes)
+        studio.photo_links.changed.connect(self.refresh)
+        self.refresh()
+
+    def why_not(self) -> Finding | None:
+        """Return why photos cannot be followed in; None if they can."""
+        cost, links = self._tool.cost, self._studio.photo_links
+        if self._tool.continued:
+            return Finding("follow.continued")
+        if cost is None:
+            return Finding("follow.no-cost")
+        if cost not in (*COLOUR_COSTS, AUTO):
+            return Finding("follow.not-in-photos")
+        if links.models():
+            return None
+        if links.busy():
+            return Finding("follow.reading-cameras")
+        problems = [p for model_id in self._studio.models if (p := links.problem(model_id))]
+        if problems:
+            return problems[0]
+        return Finding("follow.no-cameras")
+
+    def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
+        reason = self.why_not()
+        with QSignalBlocker(self.check):
+            self.check.setChecked(self._tool.in_photos)
+        self.check.setEnabled(reason is None)
+        self.check.setToolTip(
+            str(reason)
+            if reason is not None
+            else tr(
+                "A piece that ends with a click in a photo is followed there at full resolution, "
+                "and thrown on the model; other photos that show the place have a say. Without, it "
+                "is followed over the surface."
+            )
+        )
+        votes = self._tool.votes
+        self.votes.setText(votes or "")
+        self.votes.setVisible(votes is not None)

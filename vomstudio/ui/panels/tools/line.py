@@ -1,0 +1,105 @@
+"""The panel of the line tool: what is made next, the plane it lies on, the live line."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.line import LineTool
+from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.number_formatting import slip_names
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.common import (
+    hint_label,
+    lay_out_picking,
+    set_field,
+)
+from vomstudio.ui.widgets.fit_view import FitView
+from vomstudio.ui.widgets.plane_box import PlaneBox
+from vomstudio.ui.widgets.type_box import TypeBox
+from vomstudio.ui.widgets.vertex_table import VertexTable
+
+
+class LinePanel(QWidget):
+    """Shows the line tool and sets its attributes."""
+
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "window.md#lines-and-lengths")
+        self._studio = studio
+        self._tool = studio.tool_of(LineTool)
+        self.type_box = TypeBox(studio, lines_first=True)
+        self.type_box.setObjectName("line_type")
+        self.type_box.activated.connect(self._chosen)
+        self.set_edit = set_field(self._chosen)
+        self.plane_box = PlaneBox(studio, tr("none"), follow=False)
+        self.plane_box.setObjectName("line_plane")
+        self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
+        self.slip_box = ComboBox()
+        self.slip_box.setObjectName("line_slip")
+        self.slip_box.setToolTip(tr("Movement of the hanging wall along the line."))
+        for value, text in slip_names().items():
+            self.slip_box.addItem(text, value)
+        self.slip_box.keep_narrow()
+        self.slip_box.activated.connect(self._chosen)
+        form = narrow_form()
+        form.addRow(tr("Type"), self.type_box)
+        form.addRow(tr("Set"), self.set_edit)
+        form.addRow(tr("On plane"), self.plane_box)
+        form.addRow(tr("Slip"), self.slip_box)
+        self.fit_view = FitView(reasons_shown=2)
+        self.table = VertexTable(studio, self._tool)
+        self.table.setObjectName("line_vertices")
+        self._hint = hint_label()
+        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
+        # After the box, which follows them first.
+        studio.project_opened.connect(self._types_changed)
+        studio.edited.connect(self._types_changed)
+        studio.tool_changed_signal.connect(self.refresh)
+
+    def _types_changed(self, *_: object) -> None:
+        if self.type_box.count() and self.type_box.findData(self._tool.next.type_id) < 0:
+            self._tool.choose(type_id=str(self.type_box.itemData(0)))
+        self.refresh()
+
+    def _chosen(self) -> None:
+        self.set_edit.setModified(False)
+        self._tool.choose(
+            type_id=str(self.type_box.currentData()),
+            set_name=self.set_edit.text().strip(),
+            slip=str(self.slip_box.currentData() or ""),
+        )
+
+    def refresh(self) -> None:
+        """Show the tool as it is now."""
+        tool, now = self._tool, self._tool.attributes
+        measured = tool.measurement if len(tool.vertices) > 1 else None
+        self.fit_view.show_measurement(
+            measured, self._studio.settings.notation, local=not self._studio.north_known()
+        )
+        self.fit_view.setVisible(measured is not None)
+        self._hint.setText(
+            tr(
+                "Click along a striation, a hinge or another lineation. Two points give trend and "
+                "plunge; further points give their error. On a plane, the line also has a rake."
+            )
+        )
+        self._hint.setVisible(not tool.open)
+        self.type_box.choose(now.type_id)
+        if not self.set_edit.isModified():
+            self.set_edit.setText(now.set_name)
+        self.plane_box.show_plane(now.plane_id)
+        self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
+        why = Finding("feature.continued") if tool.continued else None
+        for field in (self.type_box, self.set_edit, self.plane_box):
+            allow(field, why)
+        if why is None and not now.plane_id:
+            why = Finding("slip.no-plane")
+        allow(self.slip_box, why)
+        self.table.refresh()
+
+
+PANEL = LinePanel

@@ -1,0 +1,73 @@
+"""The panel of the tool of rock areas: the rock of the next one, what its outline follows."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.lithology import CHOICES, words
+from vomstudio.studio.tools.lithology import LithologyTool
+from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking
+from vomstudio.ui.panels.tools.in_photos_box import InPhotosBox
+from vomstudio.ui.widgets.follow_box import FollowBox
+from vomstudio.ui.widgets.vertex_table import VertexTable
+
+
+class LithologyPanel(QWidget):
+    """Shows the tool and sets the rock."""
+
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "window.md#stations-contact-lines-and-rock-areas")
+        self._tool = studio.tool_of(LithologyTool)
+        self.lithology_box = ComboBox()
+        self.lithology_box.setObjectName("lithology_word")
+        for word, said in CHOICES:
+            self.lithology_box.addItem(tr(said), word)
+        self.lithology_box.setToolTip(tr("Words of StraboSpot's forms."))
+        self.lithology_box.keep_narrow()
+        self.lithology_box.activated.connect(self._chosen)
+        self.follow_box = FollowBox(studio, self._tool)
+        form = narrow_form()
+        form.addRow(tr("Rock"), self.lithology_box)
+        form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
+        self.figures = hint_label()
+        self.table = VertexTable(studio, self._tool)
+        self._hint = hint_label(
+            tr(
+                "Click around a part of the outcrop that is one rock, then press Enter. Its area "
+                "is that of the surface inside the outline."
+            )
+        )
+        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
+            signal.connect(self.refresh)
+
+    def _chosen(self) -> None:
+        self._tool.choose(str(self.lithology_box.currentData() or ""))
+
+    def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
+        tool = self._tool
+        self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
+        if self.lithology_box.currentIndex() < 0:
+            self.lithology_box.show_text(tool.lithology)
+        allow(self.lithology_box, Finding("feature.continued") if tool.continued else None)
+        measured = tool.measurement
+        lines = words(measured) if measured and measured.dimension else []
+        self.figures.setText("\n".join(lines))
+        self.figures.setVisible(bool(lines))
+        self._hint.setVisible(not tool.open)
+        self.follow_box.refresh()
+        self.in_photos.refresh()
+        self.table.refresh()
+
+
+PANEL = LithologyPanel

@@ -1,0 +1,97 @@
+"""The panel of the measure tool: kind of measurement, plane, live figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project.kinds.dimension import KINDS
+from vomstudio.project.length_figures import words
+from vomstudio.studio.tools.measure import MeasureTool
+from vomstudio.ui.base.controls import ComboBox, allow, narrow_form, rich_lines
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking
+from vomstudio.ui.widgets.plane_box import PlaneBox
+from vomstudio.ui.widgets.vertex_table import VertexTable
+
+_HINTS = {
+    "distance": to_translate(
+        "Click two points. Their distance is shown, with its horizontal and vertical components."
+    ),
+    "polyline": to_translate("Click along a line, then press Enter. Its length is shown."),
+    "area": to_translate(
+        "Click the corners of a polygon, then press Enter. Its area is that of the projection in "
+        "which it is largest."
+    ),
+    "thickness": to_translate(
+        "Choose a plane, then click a point on the base and one on the top. The distance "
+        "perpendicular to the plane is shown. The error is smallest where the line between the "
+        "points is perpendicular to the bed."
+    ),
+}
+
+
+class MeasurePanel(QWidget):
+    """Shows the measure tool and sets kind and plane."""
+
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "window.md#lines-and-lengths")
+        self._studio = studio
+        self._tool = studio.tool_of(MeasureTool)
+        self.kind_box = ComboBox()
+        self.kind_box.setObjectName("measure_kind")
+        for kind, name in KINDS:
+            self.kind_box.addItem(tr(name), kind)
+        self.kind_box.activated.connect(self._chosen)
+        self.plane_box = PlaneBox(studio, None, follow=True)
+        self.plane_box.setObjectName("measure_plane")
+        self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
+        self._form = form = narrow_form()
+        form.addRow(tr("Measure"), self.kind_box)
+        form.addRow(tr("Across"), self.plane_box)
+        self.figures = hint_label()
+        self.figures.setTextFormat(Qt.TextFormat.RichText)
+        self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.table = VertexTable(studio, self._tool)
+        self.table.setObjectName("measure_vertices")
+        self._hint = hint_label()
+        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
+            signal.connect(self.refresh)
+
+    def _chosen(self) -> None:
+        kind: Any = self.kind_box.currentData()
+        self._tool.choose(kind=kind)
+
+    def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
+        tool = self._tool
+        with QSignalBlocker(self.kind_box):
+            self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))
+        across = tool.kind == "thickness"
+        self._form.setRowVisible(self.plane_box, across)
+        if across:
+            self.plane_box.show_plane(tool.plane_id)
+        why = Finding("measurement.continued") if tool.continued else None
+        for field in (self.kind_box, self.plane_box):
+            allow(field, why)
+        measured = tool.measurement
+        lines = words(measured) if measured and measured.dimension else []
+        bold = lines[:1]
+        if not lines and tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
+            lines = [str(tool.measurement.problem)]
+        self.figures.setText(rich_lines(lines, bold))
+        self.figures.setVisible(bool(lines))
+        self._hint.setText(tr(_HINTS[tool.kind]))
+        self._hint.setVisible(not tool.open)
+        self.table.refresh()
+
+
+PANEL = MeasurePanel

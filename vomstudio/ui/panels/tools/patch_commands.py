@@ -1,0 +1,87 @@
+"""Commands on a patch that is being painted."""
+
+from __future__ import annotations
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.records import get
+from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.base.studio import Studio
+
+
+def commands(studio: Studio) -> list[Command]:
+    """The commands that the patch tool adds to the menu Interpret."""
+    tool = studio.tool_of(PatchTool)
+
+    def not_painting() -> Finding | None:
+        if studio.tool_name == tool.name:
+            return None
+        return Finding("action.needs-tool", tool=tr("Patch"))
+
+    def chosen() -> Patch | None:
+        records = studio.records
+        found = (get(records, i, Patch) for i in reversed(studio.selection.ids))
+        return next((patch for patch in found if patch is not None), None)
+
+    def cannot_continue() -> Finding | None:
+        if studio.open_tool is not None:
+            return Finding("feature.open")
+        patch = chosen()
+        if patch is None:
+            return Finding("selection.no-patch")
+        return None if patch.model_id in studio.models else Finding("model.not-open")
+
+    def continue_patch() -> None:
+        patch = chosen()
+        if patch is None:
+            return
+        studio.activate(tool.name)
+        try:
+            tool.continue_patch(patch.id)
+        except VomError as error:
+            studio.fail(error)
+
+    return [
+        Command(
+            "continue_patch",
+            tr("Continue patch"),
+            continue_patch,
+            "brush-variant",
+            (),
+            tr("Continue the selected patch: add to it or erase from it."),
+            cannot_continue,
+        ),
+        Command(
+            "brush_removes",
+            tr("Erase with brush"),
+            lambda: tool.set_removing(not tool.removing),
+            "eraser",
+            (),
+            tr("Strokes erase. Otherwise only strokes with Ctrl do."),
+            not_painting,
+            checked=lambda: tool.removing,
+        ),
+        Command(
+            "brush_smaller",
+            tr("Smaller brush"),
+            tool.smaller,
+            None,
+            "[",
+            "",
+            not_painting,
+            in_viewport=True,
+        ),
+        Command(
+            "brush_larger",
+            tr("Larger brush"),
+            tool.larger,
+            None,
+            "]",
+            "",
+            not_painting,
+            in_viewport=True,
+        ),
+    ]

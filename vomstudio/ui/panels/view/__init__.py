@@ -1,0 +1,1 @@
+"""View direction and saved views."""

@@ -1,0 +1,109 @@
+"""The fold axis of the bedding, kept until something that it rests on changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.studio.fold_choice import is_bed
+from vomstudio.ui.base.studio import Studio
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
+    from vomstudio.project.fold_planes import FoldPlanes
+
+
+class BeddingAxis:
+    """The axis of the planes of `Studio.fold`. count : of the bedding planes, of any quality;
+    planes : those that the last search has used"""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio = studio
+        self._axis: FoldAxis | Finding | None = None
+        self._searched = False
+        self._ids: frozenset[str] = frozenset()
+        self.planes: FoldPlanes | None = None
+
+    @property
+    def count(self) -> int:
+        """Bedding planes that the axis may be computed from."""
+        return len(self._ids)
+
+    def axis_or_reason(self) -> FoldAxis | Finding:
+        """Return the fold axis of the bedding, or why it cannot be computed."""
+        if self._axis is None:
+            self._axis = self.search()()
+        return self._axis
+
+    def keep(self, axis: FoldAxis | Finding) -> None:
+        """Store the result of the last `search`, unless the bedding has changed since."""
+        if self._searched:
+            self._axis = axis
+
+    @property
+    def known(self) -> bool:
+        """Whether the axis, or why there is none, has been found."""
+        return self._axis is not None
+
+    def why_not(self) -> Finding | None:
+        """Return why the axis cannot be computed; None if it can.
+
+        The axis itself is not computed if two planes are enough to know.
+        """
+        if self._axis is None and len(self._studio.fold.planes()) >= 2:
+            return None
+        axis = self.axis_or_reason()
+        return axis if isinstance(axis, Finding) else None
+
+    def forget(self, *_: object) -> None:
+        """Every refresh of the commands asks for the axis: it is kept until something changes."""
+        self._axis, self._searched = None, False
+
+    def renew(self) -> None:
+        """Its bedding is known at once, the axis when it is asked for."""
+        self.forget()
+        self._ids = frozenset(f.id for f in self._studio.fold.features())
+
+    def edited(self, touched: Iterable[str]) -> None:
+        # Thousands of planes are asked for it: most edits are of other features.
+        ids = set(touched)
+        if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
+            # How many there are decides whether the axis is looked for beside the window.
+            self.renew()
+
+    def search(self) -> Callable[[], FoldAxis | Finding]:
+        """Return a function that computes the axis of the present bedding.
+
+        It may run in a worker thread, since thousands of planes take seconds.
+        """
+        self._searched = True
+        self._ids = frozenset(f.id for f in self._studio.fold.features())
+        planes = self.planes = self._studio.fold.planes()
+        if len(planes) < 2:
+            few = self._too_few(len(planes))
+            return lambda: few
+
+        def find() -> FoldAxis | Finding:
+            try:
+                return planes.axis()
+            except VomError as error:
+                return finding_of(error)
+
+        return find
+
+    def _too_few(self, count: int) -> Finding:
+        is_selection = self._studio.fold.selected
+        code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
+        return Finding(code, count=count, minimum=2)
+
+    def doubts(self) -> tuple[str, ...]:
+        """A sentence on planes that are not good, and on those that were left out."""
+        from vomstudio.geology.table_folds import not_good_warning
+
+        planes = self.planes
+        if planes is None:
+            return ()
+        left = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
+        return (*map(str, not_good_warning(planes.not_good, len(planes))), *left)

@@ -1,0 +1,103 @@
+"""Views of the outcrop by name: saved, looked at again, deleted."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QPushButton, QWidget
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.saved_views import SavedView, SavedViews
+from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+
+
+class SavedViewsBox(QWidget):
+    """A name is typed and saved, or chosen and looked at."""
+
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
+        super().__init__()
+        self._studio, self._view = studio, view
+        self._views = SavedViews(
+            lambda key: studio.project.journal.view(key),
+            lambda key, value: studio.project.journal.set_view(key, value),
+        )
+        self.names = ComboBox()
+        self.names.setObjectName("saved_views")
+        self.names.setEditable(True)
+        self.names.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        line = QLineEdit()
+        self.names.setLineEdit(line)
+        line.setPlaceholderText(tr("Name of a view"))
+        line.returnPressed.connect(self._entered)
+        line.textChanged.connect(self._check)
+        self.names.activated.connect(self._look)
+        self.save = QPushButton(tr("Save view"))
+        self.save.setToolTip(
+            tr("Keep the camera and the clipping box under this name, with the project.")
+        )
+        self.save.clicked.connect(self._save)
+        self.delete = QPushButton(tr("Delete"))
+        self.delete.setToolTip(tr("Delete the view of this name."))
+        self.delete.clicked.connect(self._delete)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.names, 1)
+        row.addWidget(self.save)
+        row.addWidget(self.delete)
+        studio.project_opened.connect(self.fill)
+        studio.model_loaded.connect(self._check)
+        self.fill()
+
+    def fill(self, *_: object) -> None:
+        """Show the views of the project that is open."""
+        self.names.clear()
+        self.names.addItems([view.name for view in self._views.all()])
+        self.names.setCurrentIndex(-1)
+        self.names.clearEditText()
+        self._check()
+
+    def _known(self) -> SavedView | None:
+        name = " ".join(self.names.currentText().split())
+        return next((view for view in self._views.all() if view.name == name), None)
+
+    def _entered(self) -> None:
+        """Enter looks at a view that is there, and saves one under a new name."""
+        if self._known() is not None:
+            self._look()
+        elif self.save.isEnabled():
+            self._save()
+
+    def _look(self, *_: object) -> None:
+        view = self._known()
+        if view is None:
+            return
+        try:
+            self._view.restore(view.camera, view.box)
+        except ValueError:
+            self._studio.warn(Finding("view.damaged", name=view.name))
+
+    def _save(self) -> None:
+        now = self._view.now()
+        if now is None:
+            return
+        name = self.names.currentText()
+        try:
+            self._views.save(SavedView(name, *now))
+        except VomError as error:
+            self._studio.warn(error)
+            return
+        self.fill()
+        self.names.setCurrentText(" ".join(name.split()))
+
+    def _delete(self) -> None:
+        view = self._known()
+        if view is not None:
+            self._views.delete(view.name)
+            self.fill()
+
+    def _check(self, *_: object) -> None:
+        named = bool(self.names.currentText().strip())
+        allow(self.save, self._view.why_not() or (None if named else Finding("action.no-name")))
+        allow(self.delete, Finding("action.no-saved-view") if self._known() is None else None)

@@ -1,0 +1,432 @@
+"""The panel of the view direction: typed, along the fold axis, along a line, along or facing a
+plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.signals import call_after_notifications
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.notation import format_attitude, format_line, parse_line
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines
+from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Matrix
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.products.ortho.view_directions import cost_of_direction
+from vomstudio.project.edit import Edit
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Model, get_feature
+from vomstudio.rendering.view.first_view import first_view
+from vomstudio.studio.view_quality import (
+    Direction,
+    depth_along,
+    direction_across_slip,
+    intersection_direction,
+)
+from vomstudio.ui.base.controls import Label, allow, rich_label
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.qt_background import NewestResult
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.outcrop.outcrop_view import OutcropView
+from vomstudio.ui.panels.view.bedding_axis import BeddingAxis
+from vomstudio.ui.panels.view.saved_views_box import SavedViewsBox
+from vomstudio.ui.widgets.fold_box import FoldBox
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
+
+SAME_DEG = 0.5
+"""Directions that differ by less are treated as the same."""
+
+_MOST_ASKED = 20
+_MANY_BEDS = 150
+
+_EDGE_ON = 0.05
+"""Sine of the angle to the exposed face under which neither side is the better one."""
+
+
+class ViewPanel(QWidget):
+    """Directions for a view of the outcrop, and views that have a name."""
+
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
+        super().__init__()
+        explain(self, "numbers.md#the-view-direction")
+        self._studio = studio
+        self._look = view.look
+        self._direction = Line(0.0, 0.0)
+        self._stale = False
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._ask)
+        self._asked = NewestResult(
+            self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
+        )
+        self._bedding = BeddingAxis(studio)
+        self._faced: tuple[str, Matrix, FloatArray] | None = None
+        self.now = Label("–")
+        font = self.now.font()
+        font.setPointSizeF(font.pointSizeF() * 1.2)
+        font.setBold(True)
+        self.now.setFont(font)
+        self.typed = QLineEdit()
+        self.typed.setObjectName("view_direction")
+        self.typed.setPlaceholderText(tr("For example 125/26"))
+        self.typed.returnPressed.connect(self._typed)
+        go = QPushButton(tr("Look"))
+        go.clicked.connect(self._typed)
+        row = QHBoxLayout()
+        row.addWidget(self.typed, 1)
+        row.addWidget(go)
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(tr("Current"), self.now)
+        form.addRow(tr("New"), row)
+
+        self._buttons: dict[str, QPushButton] = {}
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for i, (name, text, call) in enumerate(
+            (
+                ("beta", tr("Along fold axis"), self.along_beta),
+                ("meeting", tr("Along intersection"), self.along_meeting),
+                ("facing", tr("Face the plane"), self.face),
+                ("strike", tr("Along strike"), self._along_strike),
+                ("line", tr("Along the line"), self.along_line),
+                ("dip", tr("Down dip"), self._down_dip),
+                ("slip", tr("Across the slip"), self.along_slip_normal),
+                ("rock", tr("Face the outcrop"), self._face_outcrop),
+                ("flip", tr("Opposite side"), self._flip),
+            )
+        ):
+            button = QPushButton(text)
+            button.clicked.connect(call)
+            self._buttons[name] = button
+            grid.addWidget(button, i // 2, i % 2)
+        self._cost = Label()
+        self._cost.setObjectName("view_cost")
+        self._cost.setWordWrap(True)
+        self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
+        self.only_selected.toggled.connect(
+            lambda on: studio.fold.choose(studio.fold.which, selected=on)
+        )
+        self.fold_box = FoldBox(studio)
+        studio.fold.changed.connect(self._fold_chosen)
+        self._verdict = rich_label()
+        self._verdict.setWordWrap(True)
+        self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 6)
+        layout.addLayout(form)
+        layout.addLayout(grid)
+        layout.addWidget(self._cost)
+        layout.addWidget(SavedViewsBox(studio, view))
+        layout.addWidget(self.fold_box)
+        layout.addWidget(self.only_selected)
+        layout.addWidget(self._verdict)
+        layout.addStretch()
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(self._selected)
+        studio.model_loaded.connect(self.refresh)
+        studio.jobs.closed.connect(self._asked.close)
+
+    def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+        """Show the direction of the view, in degrees."""
+        self._direction = Line(wrap360(trend_deg), plunge_deg)
+        line = format_line(self._direction, 0)
+        self.now.setText(
+            tr("{line} (orthographic)", line=line)
+            if orthographic
+            else tr("{line} (perspective)", line=line)
+        )
+        # A drag tells many directions: the cost is shown for the last of them.
+        self._bring_up_to_date(self._show_cost)
+
+    # --- directions --------------------------------------------------------------------------
+    def _typed(self) -> None:
+        try:
+            line = parse_line(self.typed.text())
+        except VomError as error:
+            self._studio.warn(error)
+            return
+        self._turn(line)
+
+    def along_beta(self) -> None:
+        """Look along the fold axis of the bedding, where there is one."""
+        axis = self._bedding.axis_or_reason()
+        if not isinstance(axis, Finding):
+            self._turn_axis(axis.beta)
+
+    def face(self) -> None:
+        """Look perpendicular to the selected plane."""
+        plane = self._plane()
+        if plane is not None:
+            # Against the upward normal; a vertical plane is looked at toward its dip direction
+            # plus 180 degrees (CLI.md, ortho --plane).
+            self._turn(Line(wrap360(plane.dip_direction_deg + 180.0), 90.0 - plane.dip_deg))
+
+    def along_line(self) -> None:
+        """Look along the selected lineation or intersection."""
+        line = self._line()
+        if line is not None:
+            self._turn_axis(line)
+
+    def along_meeting(self) -> None:
+        """Look along the line in which the two selected planes meet: both are seen edge on."""
+        found = self._meeting()
+        if isinstance(found, Direction):
+            self._turn_axis(found.line)
+
+    def along_slip_normal(self) -> None:
+        """Look along the line in the fault at right angles to the selected slip, which shows the
+        whole displacement."""
+        found = self._across_slip()
+        if isinstance(found, Direction):
+            self._turn_axis(found.line)
+
+    def _face_outcrop(self) -> None:
+        side = self._exposed_view()
+        if side is not None:
+            self._turn(Line.from_vector(side, directed=True))
+
+    def _along_strike(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.strike_rhr_deg, 0.0))
+
+    def _down_dip(self) -> None:
+        plane = self._plane()
+        if plane is not None:
+            self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
+
+    def _flip(self) -> None:
+        self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
+
+    def _turn_axis(self, axis: Line) -> None:
+        """Look along an axis: of its two views the one onto the exposed side; `Opposite side` gives
+        the other one. Where no side is known, or both are edge on, the view is down the axis."""
+        side = self._exposed_view()
+        if side is not None and axis.vector() @ side < -_EDGE_ON:
+            axis = Line.from_vector(-axis.vector(), directed=True)
+        self._turn(axis)
+
+    def _exposed_view(self) -> FloatArray | None:
+        """Direction of a view onto the first mesh that is open."""
+        for model_id, opened in self._studio.models.items():
+            model = self._studio.records.get(model_id)
+            if isinstance(model, Model) and isinstance(opened.data, Mesh):
+                if self._faced is None or self._faced[:2] != (model_id, model.to_world):
+                    trend, plunge = first_view(opened.data, transform.matrix(model.to_world))
+                    view = Line(trend, plunge).vector()
+                    self._faced = (model_id, model.to_world, view)
+                return self._faced[2]
+        return None
+
+    def _turn(self, line: Line) -> None:
+        self._look(line.trend_deg, line.plunge_deg)
+
+    def why_no_beta(self) -> Finding | None:
+        """Return why the fold axis cannot be computed; None if it can."""
+        return self._bedding.why_not()
+
+    def why_no_plane(self) -> Finding | None:
+        """Return why no plane can be faced; None if one is selected."""
+        return Finding("selection.no-plane") if self._plane() is None else None
+
+    def origin_of(self, direction: Line) -> tuple[str, float | None]:
+        """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
+        where it is known."""
+        axis = self._bedding.axis_or_reason()
+        if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+            return _axis_text(axis), axis.error95_deg
+        # Of thousands that are selected none is what somebody looks along.
+        for id_ in islice(reversed(self._studio.selection.ids), _MOST_ASKED):
+            feature = get_feature(self._studio.records, id_)
+            if feature is None:
+                continue
+            measured = self._studio.measured([id_])[id_]
+            line = measured.line or (measured.plane.pole() if measured.plane else None)
+            if line is not None and angle_between_lines(line, direction) < SAME_DEG:
+                said = measured.attitude(self._studio.settings.notation)
+                values = {"feature": feature.name, "attitude": said}
+                if measured.line is not None:
+                    text = tr("Along {feature}, {attitude} (95 %).", **values)
+                else:
+                    text = tr("Perpendicular to {feature}, {attitude} (95 %).", **values)
+                return text, measured.total95_deg
+        text = tr("The direction was typed or set with the mouse. It follows from no measurement.")
+        return text, None
+
+    def why_no_line(self) -> Finding | None:
+        """Return why the view cannot be turned along a line; None if a line is selected."""
+        return Finding("selection.no-line") if self._line() is None else None
+
+    # --- what they are taken from ------------------------------------------------------------
+    def _chosen(self) -> list[Measurement]:
+        """Of all features that are selected."""
+        measured = self._studio.measured(self._studio.selection.ids)
+        return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
+
+    def _error_of(self, id_: str) -> float | None:
+        """95 %, together with the registration where that is known."""
+        measured = self._studio.measured([id_]).get(id_)
+        return None if measured is None else measured.total95_deg
+
+    def _error_of_current(self) -> float | None:
+        current = self._studio.selection.current
+        return None if current is None else self._error_of(current)
+
+    def _meeting(self) -> Direction | Finding:
+        if len(self._studio.selection.ids) != 2:
+            return Finding("selection.not-two-planes")
+        return intersection_direction(self._chosen())
+
+    def _across_slip(self) -> Direction | Finding:
+        current = self._studio.selection.current
+        measured = {} if current is None else self._studio.measured([current])
+        if current is None or current not in measured:
+            return Finding("selection.no-slip")
+        return direction_across_slip(measured[current])
+
+    def _plane(self) -> Plane | None:
+        current = self._studio.selection.current
+        if current is None or get_feature(self._studio.records, current) is None:
+            return None
+        return self._studio.measured([current])[current].plane
+
+    def _line(self) -> Line | None:
+        current = self._studio.selection.current
+        if current is None or get_feature(self._studio.records, current) is None:
+            return None
+        return self._studio.measured([current])[current].line
+
+    def _edited(self, edit: Edit) -> None:
+        self._bedding.edited(self._studio.affected(edit))
+        self.refresh()
+
+    def _selected(self, *_: object) -> None:
+        if self._studio.fold.selected:
+            self._bedding.renew()
+        self.refresh()
+
+    def _fold_chosen(self) -> None:
+        with QSignalBlocker(self.only_selected):
+            self.only_selected.setChecked(self._studio.fold.selected)
+        self._bedding.renew()
+        self.refresh()
+
+    def _opened(self) -> None:
+        self._bedding.renew()
+        self.refresh()
+
+    def refresh(self, *_: object) -> None:
+        """Show the fold axis with its verdict, and which directions there are now."""
+        self._bring_up_to_date(self._show)
+
+    def _bring_up_to_date(self, show: Callable[[], None]) -> None:
+        """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
+        sees, and in a thread for one that is seen."""
+        if self._bedding.count <= _MANY_BEDS:
+            call_after_notifications(show)
+        elif self.visibleRegion().isEmpty():
+            self._stale = True
+        elif self._bedding.known:
+            call_after_notifications(show)
+        else:
+            self._soon.start(0)
+
+    def _ask(self) -> None:
+        self._asked.ask(self._bedding.search())
+
+    def _store_axis(self, axis: FoldAxis | Finding) -> None:
+        self._bedding.keep(axis)
+        if self._bedding.known:
+            call_after_notifications(self._show)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        if self._stale:
+            self._stale = False
+            self.refresh()
+
+    def _show(self) -> None:
+        axis, plane = self._bedding.axis_or_reason(), self._plane()
+        no_plane = Finding("selection.no-plane") if plane is None else None
+        meeting, slip = self._meeting(), self._across_slip()
+        beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
+        self._offer("beta", beta)
+        self._offer("meeting", meeting)
+        self._offer("slip", slip)
+        error = self._error_of_current()
+        self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
+        for name in ("strike", "dip"):
+            allow(self._buttons[name], no_plane)
+        line = self._line()
+        self._offer("line", self.why_no_line() if line is None else Direction(line, error))
+        no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
+        allow(self._buttons["rock"], no_surface)
+        self._show_cost()
+        if not isinstance(axis, Finding):
+            text = f"<b>{escape(_axis_text(axis))}</b>"
+            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
+            self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
+        else:
+            self._verdict.setText(escape(axis.message))
+
+    def _offer(self, name: str, found: Direction | Finding | None) -> None:
+        """A button that says, before it is pressed, where it looks and what that costs."""
+        button = self._buttons[name]
+        if not isinstance(found, Direction):
+            allow(button, found or Finding("action.no-direction"))
+            return
+        allow(button, None)
+        said = tr(
+            "Along {line} (95 %).",
+            line=format_attitude(found.line, found.error95_deg),
+        )
+        button.setToolTip(f"{said} {self._cost_of(found.line, found.error95_deg)}".strip())
+
+    def _cost_of(self, line: Line, error95_deg: float | None) -> str:
+        """Nothing without a model."""
+        studio = self._studio
+        deep, metric = depth_along(line.vector(), studio.models, studio.records)
+        return cost_of_direction(error95_deg, deep, metric=metric).message if deep else ""
+
+    def _show_cost(self) -> None:
+        """From which measurement the present direction follows, and what its error costs."""
+        said, error = self.origin_of(self._direction)
+        self._cost.setText(f"{said} {self._cost_of(self._direction, error)}".strip())
+
+
+def _axis_text(axis: FoldAxis) -> str:
+    return tr_n(
+        "Along the fold axis (beta) {line} (95 %) of {count} bedding plane; "
+        "verdict: {verdict}; view along it valid: {valid}.",
+        "Along the fold axis (beta) {line} (95 %) of {count} bedding planes; "
+        "verdict: {verdict}; view along it valid: {valid}.",
+        axis.n,
+        line=format_attitude(axis.beta, axis.error95_deg),
+        verdict=axis.verdict,
+        valid=axis.valid,
+    )

@@ -1,1 +1,0 @@
-"""The photos of a survey: list, masks, marks."""

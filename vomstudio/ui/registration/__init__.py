@@ -1,1 +1,0 @@
-"""One model by another: fitted to it, and held against it."""

@@ -1,1 +1,0 @@
-"""What the outcrop shows, and from where it is looked at."""

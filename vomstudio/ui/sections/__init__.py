@@ -1,2 +1,0 @@
-"""Docks in which the outcrop is cut, mapped and counted: sections, elevation models, fractures,
-displacement."""

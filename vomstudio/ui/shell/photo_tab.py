@@ -1,0 +1,234 @@
+"""The photo that is open, as a tab beside the outcrop or as a window of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.ui.base.actions import Actions, Command
+from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
+from vomstudio.ui.panels.photos.photo_page_commands import over_photo
+from vomstudio.ui.shell.central_area import OutcropPlace
+from vomstudio.ui.shell.workspaces import Workspaces
+
+if TYPE_CHECKING:
+    from vomstudio.ui.panels.photos.photo_page import PhotoPage
+
+_PHOTOS = "photos"
+_TOOLS = ("navigate", *(entry.name for entry in TOOLS))
+_WINDOW_SIZE = (1400, 860)
+
+
+class PhotoTab(QObject):
+    """Which of outcrop and photo is seen, in which workspace.
+
+    changed : something that commands depend on. seen_changed : another widget is looked at, which
+    is to have the keyboard. hinted : what the photo that is seen says, for the status line; ""
+    where none is
+    """
+
+    changed = Signal()
+    hinted = Signal(str)
+    seen_changed = Signal()
+
+    def __init__(self, opening: PhotoOpening, workspaces: Workspaces, parent: QWidget) -> None:
+        """parent : of the window of its own"""
+        super().__init__(parent)
+        self._opening, self._workspaces, self._parent = opening, workspaces, parent
+        self._place: OutcropPlace | None = None
+        self._told: PhotoPage | None = None
+        # The workspace from which the photo has taken the user away.
+        self._came_from = ""
+        opening.shown.connect(self._show)
+        workspaces.changed.connect(self._workspace_changed)
+        # What has no height would lose its room to the docks.
+        workspaces.arranging.connect(self._put)
+
+    def commands(self) -> list[Command]:
+        def nothing_open() -> Finding | None:
+            return None if self._opening.opened is not None else Finding("action.no-open-photo")
+
+        return [
+            Command(
+                "outcrop_or_photo",
+                tr("Outcrop or p&hoto"),
+                self.turn_over,
+                None,
+                "F8",
+                tr("Look at the outcrop, or at the photo that is open."),
+                nothing_open,
+            ),
+            Command(
+                "close_photo",
+                tr("&Close photo"),
+                self._opening.may_close,
+                None,
+                "Ctrl+W",
+                tr("Its masks and marks are kept."),
+                nothing_open,
+            ),
+        ]
+
+    def over(self, commands: Iterable[Command]) -> list[Command]:
+        """The commands of the main window, which do in the photo what they mean there while it is
+        seen."""
+        return [self._over(over_photo(command, self._table)) for command in commands]
+
+    def _over(self, command: Command) -> Command:
+        checked = command.checked
+        if command.name not in _TOOLS or checked is None:
+            return command
+        # The tool in use is that of the photo.
+        return replace(command, checked=lambda: checked() and self.seen is None)
+
+    def join(self, place: OutcropPlace, outcrop_actions: Iterable[QAction]) -> None:
+        """outcrop_actions : what acts on the outcrop, which is looked at after them"""
+        self._place = place
+        place.outcrop_wanted.connect(self.show_outcrop)
+        place.photo_wanted.connect(self.show_photo)
+        place.end_wanted.connect(self._opening.may_close)
+        for action in outcrop_actions:
+            action.triggered.connect(self._outcrop_used)
+
+    # --- what is seen ------------------------------------------------------------------------
+    @property
+    def seen(self) -> PhotoPage | None:
+        """The photo that stands in the middle of the main window and is looked at."""
+        place = self._place
+        return self._opening.opened if place is not None and place.photo_in_front else None
+
+    @property
+    def canvas(self) -> QWidget | None:
+        """Where the photo that is seen is drawn, which has the keyboard."""
+        return None if (page := self.seen) is None else page.canvas
+
+    def _table(self) -> Actions | None:
+        return None if (page := self.seen) is None else page.actions_table
+
+    def turn_over(self) -> None:
+        """From the photo to the outcrop, or from there to the photo."""
+        if self.seen is not None:
+            self.show_outcrop()
+        else:
+            self.show_photo()
+
+    def show_photo(self) -> None:
+        """Look at the photo that is open."""
+        page, place = self._opening.opened, self._place
+        if page is None or place is None:
+            return
+        if page.isWindow():
+            page.raise_()
+            page.activateWindow()
+            return
+        shown = self._workspaces.shown
+        if _PHOTOS not in shown.docks and not self._workspaces.photo_in_front:
+            # The docks of another step would leave it little room.
+            self._workspaces.switch(_PHOTOS)
+            self._came_from = shown.name
+        self._workspaces.put_photo(True)
+        self._follow()
+
+    def show_outcrop(self, *, back: bool = True) -> None:
+        """Look at the outcrop; `back` in the workspace from which the photo was opened."""
+        if self._place is None:
+            return
+        came_from, self._came_from = self._came_from, ""
+        self._workspaces.put_photo(False)
+        if came_from and back and self._workspaces.shown.name == _PHOTOS:
+            self._workspaces.switch(came_from)
+        self._follow()
+
+    def _outcrop_used(self) -> None:
+        if self.seen is not None:
+            self.show_outcrop()
+
+    def _workspace_changed(self, name: str) -> None:
+        if name != _PHOTOS:
+            self._came_from = ""
+        self._follow()
+
+    def _follow(self) -> None:
+        """Show what has the middle of this workspace, and tell if it is another."""
+        self._put()
+        if self._told is not self.seen:
+            self._tell()
+
+    def _put(self) -> None:
+        if self._place is not None:
+            self._place.show_photo(self._workspaces.photo_in_front)
+
+    def _tell(self) -> None:
+        self._told = self.seen
+        self.seen_changed.emit()
+        self.changed.emit()
+        self._hint()
+
+    # --- coming and going --------------------------------------------------------------------
+    def _show(self, page: PhotoPage) -> None:
+        if self._place is not None and page.parentWidget() is None:
+            page.windowTitleChanged.connect(self._titled)
+            page.changed.connect(self.changed)
+            page.hinted.connect(self._hint)
+            page.wanted.connect(self.show_photo)
+            page.other_place_wanted.connect(self._change_place)
+            page.closed.connect(self._closed)
+            self._place.set_photo(page, page.head)
+        self.show_photo()
+
+    def _titled(self, title: str) -> None:
+        page, place = self._opening.opened, self._place
+        if page is not None and place is not None:
+            place.name_photo(page.photo.rpartition("/")[2], title)
+
+    def _hint(self, *_: object) -> None:
+        page = self.seen
+        self.hinted.emit("" if page is None else page.hint)
+
+    def _change_place(self) -> None:
+        """Out into a window of its own, or back."""
+        page, place = self._opening.opened, self._place
+        if page is None or place is None:
+            return
+        if page.isWindow():
+            page.place_in_own_window(False)
+            place.set_photo(page, page.head)
+            self.show_photo()
+        else:
+            place.set_photo(None)
+            page.setParent(self._parent, Qt.WindowType.Window)
+            page.place_in_own_window(True)
+            page.resize(*_WINDOW_SIZE)
+            fit_to_screen(page)
+            page.show()
+            page.activateWindow()
+            self._without_photo()
+        page.actions_table.refresh()
+        page.canvas.setFocus()
+
+    def _closed(self) -> None:
+        if self._place is not None:
+            self._place.set_photo(None)
+            self._without_photo()
+
+    def _without_photo(self) -> None:
+        """There is no tab any more."""
+        came_from, self._came_from = self._came_from, ""
+        self._workspaces.forget_photo()
+        if came_from and self._workspaces.shown.name == _PHOTOS:
+            self._workspaces.switch(came_from)
+        self._tell()
+
+
+def widget_seen(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
+    """Tells what has the keyboard: the photo that is seen, else the outcrop."""
+    return lambda: tab.canvas or outcrop

@@ -1,1 +1,0 @@
-"""What the surface of the outcrop tells by itself: fields and facets."""

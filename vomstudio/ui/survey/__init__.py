@@ -1,1 +1,0 @@
-"""Planning a survey, frames of a video, making a model."""

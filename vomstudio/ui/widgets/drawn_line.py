@@ -1,0 +1,53 @@
+"""Lines that the user draws on the outcrop for a panel; they remain features of the project."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.records import get
+from vomstudio.studio.tools.measure import MeasureTool
+from vomstudio.ui.base.studio import Studio
+
+
+class DrawnLine(QObject):
+    """Requests a polyline from the user for a panel.
+
+    Parameters
+    ----------
+    parent : QObject
+    studio : Studio
+
+    Attributes
+    ----------
+    drawn : Signal
+        Emitted with the `Dimension` of the finished polyline.
+    """
+
+    drawn = Signal(object)
+
+    def __init__(self, parent: QObject, studio: Studio) -> None:
+        super().__init__(parent)
+        self._studio, self._is_waiting = studio, False
+        studio.edited.connect(self._edited)
+        studio.project_opened.connect(self.cancel)
+
+    def begin(self) -> None:
+        """Open the measure tool, and wait for a polyline."""
+        self._studio.tool_of(MeasureTool).choose(kind="polyline")
+        self._studio.activate("measure")
+        self._is_waiting = True
+
+    def cancel(self) -> None:
+        """Stop waiting for the polyline."""
+        self._is_waiting = False
+
+    def _edited(self, edit: Edit) -> None:
+        if not self._is_waiting:
+            return
+        new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
+        drawn = [each for each in new if each is not None and each.kind == "polyline"]
+        if drawn:
+            self._is_waiting = False
+            self.drawn.emit(drawn[-1])

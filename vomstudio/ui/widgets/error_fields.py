@@ -1,0 +1,42 @@
+"""Fields for the errors of points and directions, which may stay empty."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtWidgets import QLineEdit
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.ui.widgets.vertex_table import parse_number
+
+
+def error_field(name: str, empty: str, tip: str) -> QLineEdit:
+    """empty : what it says while nothing was typed"""
+    field = QLineEdit()
+    field.setObjectName(name)
+    field.setPlaceholderText(empty)
+    field.setToolTip(tip)
+    return field
+
+
+def number_in(field: QLineEdit, code: str) -> float | None:
+    """Return the number in a field, None if the field is empty.
+
+    Parameters
+    ----------
+    code : str
+        Code of the finding about a text that is not a number of 0 or more.
+
+    Raises
+    ------
+    InputError
+        If the text is not such a number.
+    """
+    text = field.text().strip()
+    if not text:
+        return None
+    value = parse_number(text)
+    if value is None or not 0.0 <= value < math.inf:
+        raise InputError(Finding(code, text=text))
+    return value

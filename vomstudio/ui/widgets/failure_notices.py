@@ -1,0 +1,240 @@
+"""Program errors as the user sees them: a message above the viewport, and an error report."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.failures import crashes, report
+from vomstudio.core.failures.error_collector import ERRORS, Failure
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.notices import Notice
+from vomstudio.ui.base.controls import as_words
+
+# This is there before the window is filled, and so before anything heavy.
+if TYPE_CHECKING:
+    from vomstudio.ui.base.actions import Actions
+    from vomstudio.ui.base.studio import Studio
+    from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
+
+_log = logging.getLogger(__name__)
+_ROWS = 50
+_ACTION = "save_report"
+_SHOWN_MS = 60_000
+"""A window that is being closed, as by the end of the session, must not wait for nobody."""
+
+
+class Host(Protocol):
+    """The window in which program errors are shown; its parts are there once it is filled."""
+
+    studio: Studio
+    actions_table: Actions
+    messages: MessagesPanel
+    message_bar: MessageBar
+
+    @property
+    def filled(self) -> bool: ...
+
+
+class FailureNotices(QObject):
+    """Receives program errors from any thread and shows them in the window's thread."""
+
+    _arrived = Signal(object)
+
+    def __init__(self, host: Host, parent: QWidget) -> None:
+        super().__init__()
+        self._host, self._parent = host, parent
+        self._waiting: list[Failure] = []
+        self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        ERRORS.listen(self._hand_over)
+
+    def begin(self) -> None:
+        """The window is filled: show what has gone wrong so far, and a crash of the last run."""
+        if crashes.has_new_crash():
+            self._say_crash()
+        waiting, self._waiting = self._waiting, []
+        for failure in waiting:
+            self._take(failure)
+
+    def _say_crash(self) -> None:
+        notice = Notice(
+            Finding("program.crashed"),
+            "error",
+            _ACTION,
+        )
+        bar, action = self._host.message_bar, self._host.actions_table.all[_ACTION]
+        if bar.isVisible():
+            # The work that it left open is offered there: that comes first.
+            self._host.messages.add(notice)
+            bar.offer(action.text().replace("&", ""), action.trigger)
+        else:
+            self._host.studio.notice.emit(notice)
+
+    def close(self) -> None:
+        """Stop showing errors: the window is gone."""
+        ERRORS.listen(None)
+        self._arrived.disconnect(self._take)
+
+    def show_fatal(self, error: BaseException) -> None:
+        """Show an error that keeps the window from being filled, and offer a report."""
+        ERRORS.listen(None)
+        ERRORS.report(error, "while the window was filled")
+        box = QMessageBox(
+            QMessageBox.Icon.Critical,
+            "VOM Studio",
+            tr(
+                "The program cannot start because of an internal error ({kind}: {error}).",
+                kind=type(error).__name__,
+                error=as_words(str(error)),
+            ),
+            QMessageBox.StandardButton.Close,
+            self._parent,
+        )
+        button = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
+        box.exec()
+        if box.clickedButton() is button:
+            save_report(self._host, self._parent)
+
+    def _hand_over(self, failure: Failure) -> None:
+        # The window may be gone, and Qt's side of this with it.
+        with contextlib.suppress(RuntimeError):
+            self._arrived.emit(failure)
+
+    def _take(self, failure: Failure) -> None:
+        if not self._host.filled:
+            self._waiting.append(failure)
+        else:
+            self._say(failure)
+
+    def _say(self, failure: Failure) -> None:
+        notice = Notice(failure.finding, "error", _ACTION, failure.repetitions)
+        try:
+            self._host.studio.notice.emit(notice)
+        except Exception:  # noqa: BLE001 - reporting it would lead back here
+            _log.exception("an error could not be shown: %s", notice.text)
+
+
+def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
+    """Whether the user lets the window close, asked one after the other. Where a question itself
+    fails they are told, and decide."""
+    try:
+        return all(question() for question in questions)
+    except Exception as error:  # noqa: BLE001 - or Qt would close the window without a word
+        ERRORS.report(error, "before the window was closed")
+        box = _box(
+            host,
+            parent,
+            tr(
+                "What to do with unsaved changes could not be asked because of an internal error "
+                "({kind}: {error}).",
+                kind=type(error).__name__,
+                error=as_words(str(error)),
+            ),
+        )
+        leave = box.addButton(tr("Close all the same"), QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        _answer(box, host, parent)
+        return box.clickedButton() is leave
+
+
+def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
+    """Take every step of closing, whatever becomes of the others; what failed is told at the end.
+    Never raises."""
+    failed: list[Exception] = []
+    for step in steps:
+        try:
+            step()
+        except Exception as error:  # noqa: BLE001 - the rest must be closed all the same
+            ERRORS.report(error, "while the window was closed")
+            failed.append(error)
+    if not failed:
+        return
+    box = _box(
+        host,
+        parent,
+        tr(
+            "The window closes, but not all could be put in order because of an internal error "
+            "({kind}: {error}).",
+            kind=type(failed[0]).__name__,
+            error=as_words(str(failed[0])),
+        ),
+    )
+    box.addButton(QMessageBox.StandardButton.Close)
+    unanswered = QTimer(box)
+    unanswered.timeout.connect(box.reject)
+    unanswered.start(_SHOWN_MS)
+    _answer(box, host, parent)
+    unanswered.stop()
+
+
+def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
+    """Says beside the sentence where the work is."""
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Critical)
+    box.setText(sentence)
+    failure = None
+    with contextlib.suppress(Exception):
+        failure = host.studio.project.write_failure
+    box.setInformativeText(
+        tr("All that was done is in the project's journal, and is there when it is opened again.")
+        if failure is None
+        else as_words(failure.message)
+    )
+    return box
+
+
+def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
+    """Wait for an answer other than the report, which may be saved first."""
+    save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
+    box.exec()
+    while box.clickedButton() is save:
+        save_report(host, parent)
+        box.exec()
+
+
+def save_report(host: Host, parent: QWidget) -> None:
+    """Ask for a file and write the error report to it; nothing is sent."""
+    from vomstudio.ui.base.command_targets import ask_for_file
+
+    proposed = Path.home() / report.file_name()
+    asked = ask_for_file(parent, tr("Save report"), proposed, {tr("Text (*.txt)"): ".txt"})
+    if asked is None:
+        return
+    path = asked[0]
+    try:
+        write_bytes(path, compose_report(host).encode(), force=True)
+    except VomError as error:
+        if host.filled:
+            host.studio.fail(error)
+        else:
+            QMessageBox.critical(parent, "VOM Studio", as_words(str(error)))
+        return
+    if host.filled:
+        host.studio.info(Finding("program.report-written", file=path))
+
+
+def compose_report(host: Host) -> str:
+    """The text of the error report, with the last edits of the open project."""
+    if not host.filled:
+        return report.compose()
+    from vomstudio.project.journal.outline import outline
+
+    studio = host.studio
+    names: list[str] = []
+    with contextlib.suppress(Exception):
+        names = [getattr(record, "name", "") for record in studio.records.values()]
+        names.append(studio.project.name)
+    journal = studio.project.journal
+    return report.compose(
+        [("Edits", lambda: outline(journal.last_rows(_ROWS)))],
+        private=names,
+    )

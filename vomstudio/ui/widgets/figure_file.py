@@ -1,0 +1,26 @@
+"""The dialog that asks for the file of a figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.core.words import to_translate, tr
+from vomstudio.ui.base.command_targets import ask_for_target
+from vomstudio.ui.base.studio import Studio
+
+_FORMATS = {
+    "svg": to_translate("SVG drawing"),
+    "pdf": to_translate("PDF document"),
+    "png": to_translate("PNG picture, 300 dpi"),
+}
+
+
+def ask_for_picture(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
+    """A path that ends in .svg, .pdf or .png, or None. stem : proposed, behind the name of the
+    project"""
+    project = studio.project
+    proposed = stem if project.untitled else f"{project.name}-{stem}"
+    formats = {ending: tr(said) for ending, said in _FORMATS.items()}
+    return ask_for_target(parent, studio, title, f"{proposed}.svg", formats)

@@ -1,0 +1,219 @@
+"""A plane with its errors and its verdict, as panels show it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project import catalogue
+from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.kinds import kind_named
+from vomstudio.project.measurement import Measurement
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import Label, as_words, lay_out_now
+from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.number_formatting import orientation_text
+
+
+@dataclass(frozen=True)
+class _Line:
+    """Two figures side by side. title, tip: noted for translation, not yet translated."""
+
+    title: str
+    tip: str
+    first: Figure
+    second: Figure
+    between: str = " / "
+
+
+_ERROR = _Line(
+    to_translate("95 % error"),
+    to_translate(
+        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
+        "registration, which decides the verdict; and by how much the registration can tilt it."
+    ),
+    catalogue.TOTAL,
+    catalogue.REGISTRATION_ERROR,
+)
+_CONFIDENCE = _Line(
+    to_translate("Fit 95 %"),
+    to_translate(
+        "Half-angles of the joint 95 % confidence region of the fit alone, largest × smallest."
+    ),
+    catalogue.MAX_CONFIDENCE,
+    catalogue.MIN_CONFIDENCE,
+    " × ",
+)
+_SIZE = _Line(
+    to_translate("Extent / RMS"),
+    to_translate(
+        "Longest axis of the trace, and root mean square distance of its points to the plane."
+    ),
+    catalogue.EXTENT,
+    catalogue.RMS,
+)
+_LINES = (
+    _ERROR,
+    _CONFIDENCE,
+    _Line(
+        to_translate("± dip / dir."),
+        to_translate(
+            "95 % confidence of dip and of dip direction; the dip direction is undefined for a "
+            "nearly horizontal plane."
+        ),
+        catalogue.DIP_ERROR,
+        catalogue.DIP_DIRECTION_ERROR,
+    ),
+    _Line(
+        to_translate("Ang. error"),
+        to_translate(
+            "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest."
+        ),
+        catalogue.MAX_ANGULAR_ERROR,
+        catalogue.MIN_ANGULAR_ERROR,
+        " × ",
+    ),
+    _Line(
+        to_translate("M / K"),
+        to_translate("M = ln(l1/l3), good above 4; K = ln(l1/l2) / ln(l2/l3), good below 0.8."),
+        catalogue.M,
+        catalogue.K,
+    ),
+    _Line(
+        to_translate("Copl. / coll."),
+        to_translate("Coplanarity 1/l3 and collinearity l1/l2 (textbook, eq. 20 and 21)."),
+        catalogue.COPLANARITY,
+        catalogue.COLLINEARITY,
+    ),
+    _SIZE,
+)
+
+_OF_LINES = (_ERROR, _CONFIDENCE, _SIZE)
+"""What is known of a line."""
+
+
+class FitView(QWidget):
+    """The orientation, errors, indices and verdict of one measurement.
+
+    reasons_shown: how many reasons and notes of the verdict are shown; the tooltip has all.
+    """
+
+    def __init__(self, reasons_shown: int | None = None) -> None:
+        super().__init__()
+        self._reasons_shown = reasons_shown
+        self._badge = Label()
+        self._badge.setFixedSize(18, 18)
+        self._plane = Label("–")
+        font = self._plane.font()
+        font.setPointSizeF(font.pointSizeF() * 1.35)
+        font.setBold(True)
+        self._plane.setFont(font)
+        self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._word = Label()
+        head = QHBoxLayout()
+        head.addWidget(self._plane)
+        head.addStretch()
+        head.addWidget(self._badge)
+        head.addWidget(self._word)
+        grid = QGridLayout()
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(1, 1)
+        self._values: list[Label] = []
+        self._titles: list[Label] = []
+        self._rows: object = None
+        for row, line in enumerate(_LINES):
+            label, value = Label(tr(line.title)), Label("–")
+            label.setToolTip(tr(line.tip))
+            value.setToolTip(tr(line.tip))
+            explain(label, line.first)
+            explain(value, partial(_figure_at, value, line))
+            value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(value, row, 1)
+            self._values.append(value)
+            self._titles.append(label)
+        self._more = Label()
+        self._more.setWordWrap(True)
+        self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._reasons = Label()
+        self._reasons.setWordWrap(True)
+        explain(self._plane, "numbers.md#orientation")
+        explain(self._badge, catalogue.QUALITY)
+        explain(self._word, catalogue.QUALITY)
+        explain(self._reasons, catalogue.REASONS)
+        explain(self, "numbers.md")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(3)
+        layout.addLayout(head)
+        layout.addLayout(grid)
+        layout.addWidget(self._more)
+        layout.addWidget(self._reasons)
+
+    def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
+        """None shows dashes. notation: of the house; local: the model has no known frame."""
+        fit = measured.fit if measured else None
+        verdict = measured.verdict if measured else None
+        self._plane.setText(orientation_text(measured, notation) if measured else "–")
+        self._plane.setToolTip(
+            tr("Local frame: the model is not registered, so north and scale are unknown.")
+            if local
+            else ""
+        )
+        quality = verdict.quality if verdict else None
+        self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
+        self._word.setText(quality or "")
+        for label in (self._badge, self._word):
+            label.setToolTip(verdict.limits.description if verdict else "")
+        texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
+        for value, title, text in zip(self._values, self._titles, texts, strict=True):
+            value.setText(text)
+            # What has no fit has no indices; an unfinished trace keeps its rows: nothing jumps.
+            for widget in (value, title):
+                widget.setVisible(measured is None or fit is not None or text != "–")
+        kind = kind_named(measured.kind) if measured else None
+        self._more.setText("\n".join(kind.words(measured)) if kind and measured else "")
+        self._more.setVisible(bool(self._more.text()))
+        reasons = [str(reason) for reason in verdict.reasons] if verdict else []
+        if not reasons and measured is not None and measured.problem:
+            reasons = [str(measured.problem)]
+        lines = [f"• {reason}" for reason in reasons]
+        # Notes do not lower the verdict, and look so.
+        lines += [f"◦ {note.message}" for note in (verdict.notes if verdict else ())]
+        shown = lines[: self._reasons_shown]
+        if len(shown) < len(lines):
+            shown[-1] += f"  (+{len(lines) - len(shown)})"
+        self._reasons.setText("\n".join(shown))
+        self._reasons.setToolTip(as_words("\n".join(lines)))
+        self._reasons.setVisible(bool(lines))
+        rows = (self._more.text(), self._reasons.text(), [w.isHidden() for w in self._values])
+        if rows != self._rows:
+            self._rows = rows
+            lay_out_now(self)
+
+
+def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:
+    """Which of the two figures of a line lies under a place; the text is on the right."""
+    wide = value.fontMetrics().horizontalAdvance
+    _, between, second = value.text().partition(line.between)
+    return line.second if at.x() > value.width() - wide(second) and between else line.first
+
+
+def _text(line: _Line, measured: Measurement) -> str:
+    """Both figures; of a line there are only its error and its size."""
+    subject = Subject(None, measured)
+    first, second = line.first.text(subject), line.second.text(subject)
+    if measured.fit is None:
+        if line not in _OF_LINES or line.first.value(subject) is None:
+            return "–"
+        # Without an axis it is a round cone.
+        if line is _CONFIDENCE and measured.confidence_axis is None:
+            return first
+    size = f"   (n {catalogue.N_POINTS.value(subject)})" if line is _SIZE else ""
+    return f"{first}{line.between}{second}{size}"

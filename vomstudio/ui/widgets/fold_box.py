@@ -1,0 +1,62 @@
+"""Two lists that choose the planes of the fold axis."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from vomstudio.core.words import tr
+from vomstudio.geology.fold_planes import FoldFilter
+from vomstudio.ui.base.controls import ComboBox
+from vomstudio.ui.base.studio import Studio
+
+
+class FoldBox(QWidget):
+    """Two lists, for the quality and the set of the planes of the fold axis."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self.quality, self.set = ComboBox(), ComboBox()
+        for box, name, tip in (
+            (self.quality, "fold_quality", tr("Planes of the fold axis, by their verdict.")),
+            (self.set, "fold_set", tr("Planes of the fold axis, by their set.")),
+        ):
+            box.setObjectName(name)
+            box.setToolTip(tip)
+            box.setAccessibleName(tip)
+            box.keep_narrow()
+            box.setMinimumContentsLength(6)
+            box.activated.connect(lambda _: self._chosen())
+        self.quality.addItem(tr("Any quality"), None)
+        self.quality.addItem(tr("Good, doubtful"), "doubtful")
+        self.quality.addItem(tr("Good only"), "good")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(4)
+        row.addWidget(self.quality, 1)
+        row.addWidget(self.set, 1)
+        studio.fold.changed.connect(self.refresh)
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(lambda _: self.refresh())
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the choice, and the sets that there are."""
+        fold = self._studio.fold
+        names = fold.sets() if self._studio.has_project else []
+        chosen = fold.which.set_name
+        if chosen is not None and chosen not in names:
+            names.append(chosen)
+        with QSignalBlocker(self.set):
+            self.set.clear()
+            self.set.addItem(tr("All sets"), None)
+            for name in names:
+                self.set.addItem(name, name)
+            self.set.setCurrentIndex(self.set.findData(chosen) if chosen is not None else 0)
+        self.quality.setCurrentIndex(max(0, self.quality.findData(fold.which.min_quality)))
+
+    def _chosen(self) -> None:
+        fold = self._studio.fold
+        which = FoldFilter(self.quality.currentData(), self.set.currentData())
+        fold.choose(which, selected=fold.selected)

@@ -1,0 +1,61 @@
+"""A field for the trend and plunge of a line, typed or taken from the selected one."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_line, parse_line
+from vomstudio.geology.orientation import Line
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.command_targets import current_measurement
+from vomstudio.ui.base.controls import allow
+from vomstudio.ui.base.studio import Studio
+
+
+class LineField(QWidget):
+    """changed : something else stands there. empty : what an empty field says"""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, name: str, empty: str) -> None:
+        super().__init__()
+        self._studio = studio
+        self.line = QLineEdit()
+        self.line.setObjectName(name)
+        self.line.setPlaceholderText(empty)
+        self.line.textChanged.connect(lambda _: self.changed.emit())
+        self.take = QToolButton()
+        self.take.setToolTip(tr("Trend and plunge of the selected line."))
+        self.take.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take.setAccessibleName(tr("Take selected"))
+        self.take.clicked.connect(lambda _=False: self._take_selected())
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(3)
+        row.addWidget(self.line, 1)
+        row.addWidget(self.take)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        # What is typed belongs to the rock of a project.
+        studio.project_opened.connect(self.line.clear)
+        studio.project_opened.connect(self._refresh)
+        self._refresh()
+
+    def direction(self) -> Line | None:
+        """None where it is empty. Raises InputError for what is no line."""
+        text = self.line.text().strip()
+        return parse_line(text) if text else None
+
+    def selected(self) -> Line | None:
+        """Of the selected lineation, intersection or axis."""
+        measured = current_measurement(self._studio)
+        return None if measured is None else measured.line
+
+    def _refresh(self) -> None:
+        allow(self.take, Finding("selection.no-line") if self.selected() is None else None)
+
+    def _take_selected(self) -> None:
+        if (line := self.selected()) is not None:
+            self.line.setText(format_line(line, 1))

@@ -1,0 +1,170 @@
+"""What the program has said, and the bar that says the newest of it above the viewport."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.core.words import tr, tr_n
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.studio import Notice
+
+_ICONS = {
+    "info": "information-outline",
+    "hint": "information-outline",
+    "warning": "alert-outline",
+    "error": "alert-octagon-outline",
+}
+_COLORS = {"info": "#56b4e9", "hint": "#56b4e9", "warning": "#e69f00", "error": "#d55e00"}
+_HINT_MS = 6000
+
+
+class MessagesPanel(QListWidget):
+    """All notices since the start, each with its time."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+        self.setObjectName("messages")
+        self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+
+    def add(self, notice: Notice) -> None:
+        """Add a notice below the others, and scroll to it."""
+        item = QListWidgetItem(
+            theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
+        )
+        self.addItem(item)
+        self.scrollToItem(item)
+
+    def copy(self) -> None:
+        QGuiApplication.clipboard().setText("\n".join(i.text() for i in self.selectedItems()))
+
+
+class MessageBar(QFrame):
+    """One sentence over the top of the viewport, which keeps its size: a message must not move the
+    outcrop under the cursor. Hints go by themselves; what needs the user stays, and is counted
+    where something newer takes its place. `notice` is the one that is shown, or was shown last."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAutoFillBackground(True)
+        self._tools: QWidget | None = None
+        self._hint_timer = QTimer(self)
+        self._hint_timer.setSingleShot(True)
+        self._hint_timer.setInterval(_HINT_MS)
+        self._hint_timer.timeout.connect(self.hide)
+        if parent is not None:
+            parent.installEventFilter(self)
+        self.setObjectName("message_bar")
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self._icon = Label()
+        self._text = Label()
+        self._text.setObjectName("message_text")
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._buttons = QHBoxLayout()
+        self._unread, self._counts = 0, False
+        self.notice: Notice | None = None
+        self._earlier = QToolButton()
+        self._earlier.setAutoRaise(True)
+        self._earlier.setToolTip(tr("Show all messages."))
+        self._earlier.hide()
+        close = QToolButton()
+        close.setIcon(theme.icon("close"))
+        close.setAutoRaise(True)
+        close.setToolTip(tr("Close this message."))
+        close.clicked.connect(self.hide)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 3, 4, 3)
+        layout.addWidget(self._icon)
+        layout.addWidget(self._text, 1)
+        layout.addLayout(self._buttons)
+        layout.addWidget(self._earlier)
+        layout.addWidget(close)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        return self._text.text()
+
+    def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
+        """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
+        unread = not self.isHidden() and not self._hint_timer.isActive()
+        if notice.level == "hint":
+            if self.isVisible() and unread:
+                # What needs the user stays; the hint is among the messages.
+                return
+            self._hint_timer.start()
+        else:
+            self._hint_timer.stop()
+        if not unread:
+            self._unread = 0
+        elif notice.text != self.text:
+            self._unread += 1
+        self._earlier.setText(
+            tr_n("{count} earlier message", "{count} earlier messages", self._unread)
+        )
+        self._earlier.setVisible(self._counts and self._unread > 0)
+        while (item := self._buttons.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        for text, call in buttons:
+            self.offer(text, call)
+        self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
+        self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
+        self.notice = notice
+        self._text.setText(notice.text)
+        self.show()
+        self._place()
+
+    def show_earlier_by(self, call: Callable[[], None]) -> None:
+        """call : shows the list that holds all that this bar has said"""
+        self._counts = True
+        self._earlier.clicked.connect(lambda: call())
+
+    def offer(self, text: str, call: object) -> None:
+        """One more button beside what is said."""
+        button = QPushButton(text)
+        button.clicked.connect(self.hide)
+        button.clicked.connect(call)
+        self._buttons.addWidget(button)
+
+    def end_hint(self) -> None:
+        """The user has gone on."""
+        if self._hint_timer.isActive():
+            self._hint_timer.stop()
+            self.hide()
+
+    def lie_below(self, tools: QWidget | None) -> None:
+        """Leave free what has tools at the top of the parent; None for nothing."""
+        self._tools = tools
+        self._place()
+
+    def _place(self) -> None:
+        """Across the top of the parent, as high as the words need."""
+        parent, tools = self.parentWidget(), self._tools
+        if parent is not None and not self.isHidden():
+            width = parent.width()
+            height = max(self.heightForWidth(width), self.minimumSizeHint().height())
+            top = 0 if tools is None else tools.mapTo(parent, QPoint(0, tools.height())).y()
+            self.setGeometry(0, top, width, height)
+            self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False

@@ -1,0 +1,164 @@
+"""A table of many numbers that sorts by them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import as_words
+from vomstudio.ui.base.number_formatting import natural
+
+_Index = QModelIndex | QPersistentModelIndex
+
+
+@dataclass(frozen=True)
+class Column:
+    """title, tip : translated. text : how a value is written; None is written as a dash.
+    number : the column is aligned to the right. icon : of a value, in place of the flag of a row
+    that has a note"""
+
+    title: str
+    text: Callable[[Any], str] = str
+    tip: str = ""
+    number: bool = True
+    icon: Callable[[Any], QIcon] | None = None
+
+
+class NumberModel(QAbstractTableModel):
+    """rows: values by column, and a note that flags the row or an empty string."""
+
+    def __init__(self, columns: Sequence[Column]) -> None:
+        super().__init__()
+        self._columns = tuple(columns)
+        self.rows: list[tuple[tuple[Any, ...], str]] = []
+
+    def fill(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
+        self.beginResetModel()
+        self.rows = list(rows)
+        self.endResetModel()
+
+    def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008, N802
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: B008, N802
+        return len(self._columns)
+
+    def headerData(  # noqa: N802
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self._columns[section].title
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return self._columns[section].tip or None
+        return None
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        values, note = self.rows[index.row()]
+        column, value = self._columns[index.column()], values[index.column()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return "–" if value is None else column.text(value)
+        if role == Qt.ItemDataRole.TextAlignmentRole and column.number:
+            return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return as_words(note) or None
+        if role == Qt.ItemDataRole.DecorationRole and column.icon is not None:
+            return column.icon(value)
+        if role == Qt.ItemDataRole.DecorationRole and note and index.column() == 0:
+            return theme.icon("alert-outline")
+        return None
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """By the values of a column; rows without a value come last in both orders."""
+        self.layoutAboutToBeChanged.emit()
+        held = self.persistentIndexList()
+        rows = [self.rows[index.row()] for index in held]
+
+        def key(row: tuple[tuple[Any, ...], str]) -> Any:
+            value = row[0][column]
+            return natural(value) if isinstance(value, str) else value
+
+        # What has no value comes last either way.
+        known = [row for row in self.rows if row[0][column] is not None]
+        known.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
+        self.rows = known + [row for row in self.rows if row[0][column] is None]
+        places = {id(row): number for number, row in enumerate(self.rows)}
+        for index, row in zip(held, rows, strict=True):
+            self.changePersistentIndex(index, self.index(places[id(row)], index.column()))
+        self.layoutChanged.emit()
+
+
+class NumberTable(QTableView):
+    """chosen : the values of the row that was chosen."""
+
+    chosen = Signal(object)
+
+    def __init__(
+        self, columns: Sequence[Column], sort_by: int, *, descending: bool = False
+    ) -> None:
+        super().__init__()
+        self.numbers = NumberModel(columns)
+        self.setModel(self.numbers)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setAlternatingRowColors(True)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setResizeContentsPrecision(200)
+        header.setStretchLastSection(False)
+        self.setSortingEnabled(True)
+        order = Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder
+        self._order = (sort_by, order)
+        self.selectionModel().currentRowChanged.connect(self._current)
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        """Where a least height is set it asks for no more, and takes what is left."""
+        hint = super().sizeHint()
+        return QSize(hint.width(), self.minimumHeight() or hint.height())
+
+    def fill(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
+        self.numbers.fill(rows)
+        self.sortByColumn(*self._order)
+
+    def change(self, match: Callable[[tuple[Any, ...]], bool], column: int, value: Any) -> None:
+        """Give one cell of the first row whose values fit another value."""
+        for number, (values, note) in enumerate(self.numbers.rows):
+            if match(values):
+                changed = (*values[:column], value, *values[column + 1 :])
+                self.numbers.rows[number] = (changed, note)
+                index = self.numbers.index(number, column)
+                self.numbers.dataChanged.emit(index, index)
+                return
+
+    def choose(self, match: Callable[[tuple[Any, ...]], bool]) -> None:
+        """Make the first row current whose values fit."""
+        for number, (values, _) in enumerate(self.numbers.rows):
+            if match(values):
+                self.setCurrentIndex(self.numbers.index(number, 0))
+                self.scrollTo(self.numbers.index(number, 0))
+                return
+
+    def values(self) -> tuple[Any, ...] | None:
+        index = self.currentIndex()
+        return self.numbers.rows[index.row()][0] if index.isValid() else None
+
+    def _current(self, index: QModelIndex, _: QModelIndex) -> None:
+        if index.isValid():
+            self.chosen.emit(self.numbers.rows[index.row()][0])

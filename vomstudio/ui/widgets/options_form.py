@@ -1,0 +1,188 @@
+"""Fields for the options of an operation, generated from their declaration."""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QLineEdit, QSpinBox, QWidget
+
+from vomstudio.core.options import UNITS, Declaration, declarations
+from vomstudio.core.words import tr
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, SpinBox
+
+Options = TypeVar("Options")
+
+MAX_SHOWN = 1e6
+"""Largest value of a field whose option has no upper bound."""
+
+
+class OptionFields(QObject, Generic[Options]):
+    """Form fields of an options class, without a layout.
+
+    An option without a label has no field and keeps its value of `start`. The field of a number
+    that the program may choose shows "auto" at its minimum.
+
+    Parameters
+    ----------
+    options : type
+        An options class (`vomstudio.core.options`).
+    prefix : str
+        Prefix of the object names: ``facet`` results in ``facet_angle``.
+    start : options object, optional
+        The initial values; the defaults if omitted.
+
+    Attributes
+    ----------
+    fields : dict of str to QWidget
+        Field of each option, by the name of the option.
+    labels : dict of str to Label
+        Label of each field except check boxes.
+    changed : Signal
+        Emitted when the value of a field changes.
+    """
+
+    changed = Signal()
+
+    def __init__(self, options: type[Options], prefix: str, start: Options | None = None) -> None:
+        super().__init__()
+        self._class = options
+        self._start = options() if start is None else start
+        self._declared = {each.name: each for each in declarations(options) if each.label}
+        self.fields: dict[str, QWidget] = {}
+        self.labels: dict[str, Label] = {}
+        for name, each in self._declared.items():
+            field = self._create(each)
+            field.setObjectName(f"{prefix}_{each.flag.removeprefix('--').replace('-', '_')}")
+            field.setAccessibleName(tr(each.label))
+            field.setToolTip(_tip(each))
+            self.fields[name] = field
+            if each.kind is not bool:
+                self.labels[name] = Label(tr(each.label))
+        self.show_unit("m")
+        self.reset()
+
+    def reset(self) -> None:
+        """Show the initial values."""
+        for name in self.fields:
+            self.show_value(name, getattr(self._start, name))
+
+    def show_value(self, name: str, value: Any) -> None:
+        """Set the value of a field."""
+        field = self.fields[name]
+        if isinstance(field, QCheckBox):
+            field.setChecked(bool(value))
+        elif isinstance(field, ComboBox):
+            field.setCurrentIndex(field.findData(value))
+        elif isinstance(field, QLineEdit):
+            field.setText(value or "")
+        elif isinstance(field, QSpinBox | QDoubleSpinBox):
+            number: Any = field.minimum() if value is None else value
+            field.setValue(number)
+
+    def show_automatic(self, name: str, value: float) -> None:
+        """Show the number that the program chose in a field without a value."""
+        field = self.fields[name]
+        assert isinstance(field, QSpinBox | QDoubleSpinBox)
+        field.setSpecialValueText(f"{value:.3g}{field.suffix()}")
+
+    def add_rows(self, form: QFormLayout) -> None:
+        """Add a row for each field that has a label."""
+        for name, label in self.labels.items():
+            label.setBuddy(self.fields[name])
+            form.addRow(label, self.fields[name])
+
+    def options(self, **others: Any) -> Options:
+        """Return the options with the values of the fields.
+
+        Parameters
+        ----------
+        **others
+            Values that replace those of the fields, and values of options without a field.
+
+        Raises
+        ------
+        UsageError
+            For options that exclude each other.
+        """
+        values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
+        return self._class(**values | {name: self._value(name) for name in self.fields} | others)
+
+    def show_unit(self, unit: str) -> None:
+        """Show lengths and areas in a unit of length, such as m."""
+        for name, field in self.fields.items():
+            symbol = UNITS.get(self._declared[name].unit or "", "")
+            if symbol in ("m", "m²"):
+                symbol = symbol.replace("m", f" {unit}", 1)
+            if isinstance(field, QDoubleSpinBox | QSpinBox):
+                field.setSuffix(symbol)
+
+    def _create(self, declared: Declaration) -> QWidget:
+        if declared.kind is bool:
+            box = QCheckBox(tr(declared.label))
+            box.toggled.connect(lambda _: self.changed.emit())
+            return box
+        if declared.choices is not None:
+            choice = ComboBox()
+            if _is_automatic(declared):
+                choice.addItem(tr(declared.empty), None)
+            for each in declared.choices:
+                choice.addItem(each, each)
+            choice.activated.connect(lambda _: self.changed.emit())
+            return choice
+        if declared.kind is str:
+            line = QLineEdit()
+            line.setPlaceholderText(tr(declared.empty))
+            line.textChanged.connect(lambda _: self.changed.emit())
+            return line
+        spin = SpinBox() if declared.kind is int else DoubleSpinBox()
+        low = 0 if _is_automatic(declared) else declared.kind(declared.minimum or 0)
+        high = declared.kind(min(declared.maximum or MAX_SHOWN, 2**31 - 1))
+        if isinstance(spin, DoubleSpinBox):
+            spin.setDecimals(declared.decimals)
+            if declared.decimals:
+                spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        spin.setRange(low, high)
+        spin.setKeyboardTracking(False)
+        if _is_automatic(declared):
+            spin.setSpecialValueText(tr(declared.empty))
+        spin.valueChanged.connect(lambda _: self.changed.emit())
+        return spin
+
+    def _value(self, name: str) -> Any:
+        field, declared = self.fields[name], self._declared[name]
+        if isinstance(field, QCheckBox):
+            return field.isChecked()
+        if isinstance(field, ComboBox):
+            return field.currentData()
+        if isinstance(field, QLineEdit):
+            return field.text().strip() or None
+        assert isinstance(field, QSpinBox | QDoubleSpinBox)
+        value = _shown_number(field)
+        if _is_automatic(declared) and value == field.minimum():
+            return None
+        return value if declared.minimum is None else max(value, declared.kind(declared.minimum))
+
+
+def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:
+    """Return the number in a field, including text that is not yet committed."""
+    text = field.text()
+    if text == field.specialValueText() or not field.hasAcceptableInput():
+        return field.value()
+    return field.valueFromText(text)
+
+
+def _is_automatic(declared: Declaration) -> bool:
+    """Return whether the program may choose the value."""
+    return declared.default is None and not declared.is_required
+
+
+def _tip(declared: Declaration) -> str:
+    if declared.automatic and _is_automatic(declared):
+        return tr(
+            "{tip} ({empty}: {automatic}).",
+            tip=tr(declared.tip),
+            empty=tr(declared.empty),
+            automatic=tr(declared.automatic),
+        )
+    return f"{tr(declared.tip)}."

@@ -1,0 +1,203 @@
+"""The choice of another model of the same rock: one of the project, or one of a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import Matrix
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registrations import Registration
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.project.records import Model
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
+from vomstudio.studio.jobs.placed_model import PlacedModel
+from vomstudio.studio.running_jobs import RunningJob
+from vomstudio.ui.base import file_filters
+from vomstudio.ui.base.command_targets import start_folder
+from vomstudio.ui.base.controls import ComboBox
+from vomstudio.ui.base.qt_background import QtBackground
+from vomstudio.ui.base.studio import Studio
+
+
+@dataclass(frozen=True, eq=False)
+class OtherModel:
+    """A model with its data in its file's frame, and what is known of that. id : of its record,
+    empty for that of a file"""
+
+    name: str
+    path: Path
+    data: Mesh | PointCloud
+    to_world: Matrix
+    frame: Frame
+    id: str = ""
+    registration: Registration | None = None
+
+    @property
+    def placement(self) -> Frame | Registration:
+        """The registration, else the frame."""
+        return self.registration or self.frame
+
+    def standing(self, cache: Path) -> PlacedModel:
+        """For a job. cache : of the project"""
+        crs = world_crs(self.frame.crs, self.frame.unit_m) if self.frame.crs else None
+        return PlacedModel(self.name, self.path, cache, self.to_world, crs, self.registration)
+
+
+def of_project(studio: Studio, model: Model) -> OtherModel | None:
+    """A model of the project; None where its file is not open."""
+    opened, path = studio.models.get(model.id), studio.project.find_model(model)
+    if opened is None or path is None:
+        return None
+    return OtherModel(
+        model.name, path, opened.data, model.to_world, model.frame, model.id, model.registration
+    )
+
+
+class OtherModelBox(QWidget):
+    """chosen : an OtherModel, or None while there is none; said : what is being done"""
+
+    chosen = Signal(object)
+    said = Signal(str)
+
+    def __init__(self, studio: Studio, besides: str) -> None:
+        """besides : the id of the model that is not offered"""
+        super().__init__()
+        self._studio, self._besides = studio, besides
+        self._background = QtBackground(self)
+        self._job: RunningJob | None = None
+        self._files: dict[str, OtherModel] = {}
+        self.models = ComboBox()
+        self.models.setObjectName("other_model")
+        self.browse = QPushButton(tr("File…"))
+        self.browse.setToolTip(tr("A model or point cloud that is not part of the project."))
+        self.browse.clicked.connect(self._ask)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.models, 1)
+        row.addWidget(self.browse)
+        self._list()
+        self.models.currentIndexChanged.connect(self._changed)
+
+    def current(self) -> OtherModel | None:
+        """What is chosen now."""
+        key = str(self.models.currentData() or "")
+        if key in self._files:
+            return self._files[key]
+        record = self._studio.records.get(key)
+        return of_project(self._studio, record) if isinstance(record, Model) else None
+
+    def close_reading(self) -> None:
+        """Nothing is handed over any more."""
+        self._background.stop()
+        if self._job is not None:
+            self._studio.jobs.cancel(self._job)
+
+    def offer_besides(self, besides: str) -> None:
+        """The models of the project, but for this one, and the files that were read. What was
+        chosen stays chosen where it can."""
+        before = self.models.currentData()
+        offered = {m.id for m in self._studio.session.of(Model) if m.id in self._studio.models}
+        listed = {self.models.itemData(row) for row in range(self.models.count())} - {""}
+        if listed == (offered - {besides}) | set(self._files):
+            return
+        self._besides = besides
+        with QSignalBlocker(self.models):
+            self.models.clear()
+            self._list()
+            found = self.models.findData(before) if before else -1
+            self.models.setCurrentIndex(max(found, 0))
+        if self.models.currentData() != before:
+            self._changed()
+
+    def _list(self) -> None:
+        for model in self._studio.session.of(Model):
+            if model.id != self._besides and model.id in self._studio.models:
+                self.models.addItem(model.name, model.id)
+        for key, made in self._files.items():
+            self.models.addItem(made.name, key)
+        if not self.models.count():
+            self.models.addItem(tr("Choose a file"), "")
+
+    def _changed(self, *_: object) -> None:
+        self.chosen.emit(self.current())
+
+    def _ask(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self,
+            tr("Another model of the same rock"),
+            start_folder(self._studio),
+            file_filters.models(),
+        )
+        if name:
+            self.take(Path(name))
+
+    def take(self, path: Path) -> None:
+        """Read the model of a file, and choose it."""
+        studio = self._studio
+        self.browse.setEnabled(False)
+        self.said.emit(tr("Reading {file}…", file=path.name))
+
+        def read(cached: CachedModel) -> None:
+            self._background.run(
+                lambda: _fetched(path, cached), arrived, lambda error: refuse(str(error))
+            )
+
+        def arrived(other: OtherModel) -> None:
+            self._job = None
+            self.browse.setEnabled(True)
+            self._add(other)
+
+        def refuse(why: str) -> None:
+            self._job = None
+            self.browse.setEnabled(True)
+            self.said.emit(why)
+
+        def failed(event: Failed) -> None:
+            refuse(str(Finding("job.stopped")) if event.cancelled else event.message)
+
+        self._job = studio.jobs.submit(
+            LOAD_MODEL,
+            ModelFile(path, studio.project.cache),
+            title=tr("Opening {file}", file=path.name),
+            on_done=self._background.guard(read),
+            on_failed=self._background.guard(failed),
+        )
+
+    def _add(self, made: OtherModel) -> None:
+        key = str(made.path)
+        known = key in self._files
+        self._files[key] = made
+        if not self.models.currentData() and self.models.count() == 1:
+            self.models.setItemText(0, made.name)
+            self.models.setItemData(0, key)
+            self._changed()
+            return
+        if not known:
+            self.models.addItem(made.name, key)
+        self.models.setCurrentIndex(self.models.findData(key))
+
+
+def _fetched(path: Path, cached: CachedModel) -> OtherModel:
+    """Read the model from the cache. Runs in a worker thread."""
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.frames import establish_frame
+
+    loaded = model_cache.open_cached(cached.folder)
+    established = establish_frame(replace(loaded, path=path))
+    return OtherModel(
+        path.name,
+        path,
+        loaded.data,
+        established.to_world(),
+        established.frame,
+        registration=established.registration,
+    )

@@ -1,0 +1,399 @@
+"""Photos side by side, each to be zoomed and moved, with marks on them and lines between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray, IntArray
+from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
+from vomstudio.ui.widgets.pane_painters import Painter, inside, nothing
+
+GROUND = QColor(46, 48, 52)
+GAP = 6.0
+ZOOM_PER_NOTCH = 0.8
+DEEPEST = 24.0
+"""Screen pixels for a pixel of a photo, at most."""
+REACH = 10.0
+_FEW = 300
+"""Lines up to which each is drawn as finely as can be."""
+
+
+@dataclass(eq=False)
+class Picture:
+    """image : upright, maybe reduced; size : of the whole picture in its own pixels, in which all
+    marks are given; problem : why there is no image, in words"""
+
+    title: str
+    image: QImage | None
+    size: tuple[float, float]
+    problem: str = ""
+
+
+@dataclass(eq=False)
+class _PaneView:
+    """What a pane shows: the middle in pixels of its picture, and screen pixels for one of them;
+    None for all of it."""
+
+    centre: FloatArray | None = None
+    zoom: float = 1.0
+
+
+@dataclass(eq=False)
+class Links:
+    """Lines from pane 0 to pane 1: places (m, 2) in either picture, a colour (m, 3) uint8 for each,
+    and which of them are drawn; `faint` ones, in red, are drawn below."""
+
+    left: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    right: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    colors: ByteArray = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
+    drawn: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    faint: tuple[FloatArray, FloatArray] | None = None
+
+
+class PicturePanes(QWidget):
+    """Wheel zooms to the cursor, dragging moves, a double click on a link brings both its ends
+    near, elsewhere it shows all again; + - 0 by key. `hovered` gives pane and place (x, y) in the
+    picture under the cursor, or None."""
+
+    hovered = Signal(object)
+
+    def __init__(self, count: int, *, together: bool = False, reserve: float = 0.0) -> None:
+        """together : all panes show the same part. reserve : pixels at the right of each pane that
+        pictures leave free at first."""
+        super().__init__()
+        self._pictures: list[Picture | None] = [None] * count
+        self._views = [_PaneView() for _ in range(count)]
+        if together:
+            self._views = [self._views[0]] * count
+        self._together, self._reserve = together, reserve
+        self._over: list[Painter] = []
+        self._links = Links()
+        self._hot: int | None = None
+        self._held: tuple[int, QPointF] | None = None
+        self._words = ""
+        self._base: QPixmap | None = None
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumSize(320, 220)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        return QSize(900, 500)
+
+    # --- content -----------------------------------------------------------------------------
+    def show_pictures(self, pictures: Sequence[Picture | None], *, keep_view: bool = False) -> None:
+        """One picture for each pane; with `keep_view` the zoom stays where sizes are the same."""
+        before = [None if p is None else p.size for p in self._pictures]
+        self._pictures = list(pictures)
+        if not keep_view or before != [None if p is None else p.size for p in pictures]:
+            for view in self._views:
+                view.centre = None
+        self._renew()
+
+    def say(self, words: str) -> None:
+        """In place of pictures."""
+        self._words = words
+        self._renew()
+
+    def show_links(self, links: Links) -> None:
+        self._links, self._hot = links, None
+        self._renew()
+
+    def draw_over(self, painters: Sequence[Painter | None]) -> None:
+        """What is drawn over each pane."""
+        self._over = [each or nothing for each in painters]
+        self._renew()
+
+    # --- geometry ----------------------------------------------------------------------------
+    def box(self, pane: int) -> QRectF:
+        count = len(self._pictures)
+        wide = (self.width() - GAP * (count - 1)) / count
+        return QRectF(pane * (wide + GAP), 0.0, wide, float(self.height()))
+
+    def middle(self, pane: int) -> QPointF:
+        """Where on the screen what is looked at lies."""
+        return self.box(pane).center() - QPointF(self._reserve / 2, 0.0)
+
+    def _fit(self, pane: int) -> tuple[FloatArray, float]:
+        picture, box = self._pictures[pane], self.box(pane)
+        wide, high = (1.0, 1.0) if picture is None else picture.size
+        title = QFontMetricsF(system_font()).height() + 14.0
+        across = max(box.width() - self._reserve, 20.0)
+        zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
+        return np.array([wide / 2, high / 2]), zoom
+
+    def _view(self, pane: int) -> tuple[FloatArray, float]:
+        view = self._views[pane]
+        return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
+
+    def to_screen(self, pane: int, places: npt.ArrayLike) -> FloatArray:
+        """(n, 2) of places (n, 2) in a picture."""
+        centre, zoom = self._view(pane)
+        middle = self.middle(pane)
+        points = np.asarray(places, np.float64).reshape(-1, 2)
+        return (points - centre) * zoom + [middle.x(), middle.y()]
+
+    def to_picture(self, pane: int, at: QPointF) -> FloatArray:
+        centre, zoom = self._view(pane)
+        middle = self.middle(pane)
+        return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
+
+    def pane_at(self, at: QPointF) -> int | None:
+        """The pane at a point of the widget; None between panes or without a picture."""
+        for pane, picture in enumerate(self._pictures):
+            if picture is not None and self.box(pane).contains(at):
+                return pane
+        return None
+
+    def zoom(self, factor: float, at: QPointF) -> None:
+        """Enlarge by a factor about a point of the widget."""
+        pane = self.pane_at(at)
+        if pane is None:
+            return
+        about = self.to_picture(pane, at)
+        centre, zoom = self._view(pane)
+        least = 0.5 * self._fit(pane)[1]
+        now = min(max(zoom * factor, least), DEEPEST)
+        view = self._views[pane]
+        view.centre, view.zoom = about + (centre - about) * (zoom / now), now
+        self._renew()
+
+    def look_at(self, pane: int, place: npt.ArrayLike, zoom: float) -> None:
+        view = self._views[pane]
+        view.centre, view.zoom = np.array(place, np.float64).reshape(2), zoom
+        self._renew()
+
+    def show_all(self) -> None:
+        for view in self._views:
+            view.centre = None
+        self._renew()
+
+    # --- painting ----------------------------------------------------------------------------
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        ratio = self.devicePixelRatioF()
+        size = self.size() * ratio
+        if self._base is None or self._base.size() != size:
+            # Thousands of marks are drawn once, not whenever the cursor passes one of them.
+            self._base = QPixmap(size)
+            self._base.setDevicePixelRatio(ratio)
+            base = QPainter(self._base)
+            self._paint_all(base)
+            base.end()
+        painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._base)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not self._words:
+            self._paint_hot(painter)
+
+    def _renew(self) -> None:
+        self._base = None
+        self.update()
+
+    def _paint_all(self, painter: QPainter) -> None:
+        painter.fillRect(self.rect(), self.palette().window())
+        if self._words or all(p is None for p in self._pictures):
+            painter.fillRect(self.rect(), GROUND)
+            painter.setPen(TEXT)
+            painter.setFont(system_font())
+            room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(room, int(flags), self._words)
+            return
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        for pane, picture in enumerate(self._pictures):
+            if picture is not None:
+                self._paint_pane(painter, pane, picture)
+        self._paint_links(painter)
+        for pane, picture in enumerate(self._pictures):
+            if picture is not None:
+                self._paint_title(painter, pane, picture)
+
+    def _paint_pane(self, painter: QPainter, pane: int, picture: Picture) -> None:
+        box = self.box(pane)
+        painter.save()
+        painter.setClipRect(box)
+        painter.fillRect(box, GROUND)
+        corners = self.to_screen(pane, [[0, 0], picture.size])
+        target = QRectF(QPointF(*corners[0]), QPointF(*corners[1]))
+        if picture.image is not None:
+            per_pixel = target.width() / max(picture.image.width(), 1)
+            smooth = QPainter.RenderHint.SmoothPixmapTransform
+            painter.setRenderHint(smooth, per_pixel < 3.0)
+            painter.drawImage(target, picture.image)
+            painter.setRenderHint(smooth)
+        else:
+            painter.setPen(TEXT)
+            painter.setFont(system_font())
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(box.adjusted(20, 0, -20, 0), int(flags), picture.problem)
+        if pane < len(self._over):
+            self._over[pane](
+                painter, box, lambda places: self.to_screen(pane, places), self._view(pane)[1]
+            )
+        painter.restore()
+
+    def _paint_title(self, painter: QPainter, pane: int, picture: Picture) -> None:
+        font = system_font(bold=True)
+        metrics = QFontMetricsF(font)
+        box = self.box(pane)
+        room = box.width() - 28.0
+        text = metrics.elidedText(picture.title, Qt.TextElideMode.ElideMiddle, room)
+        ground = QRectF(
+            box.left() + 6, 6, metrics.horizontalAdvance(text) + 14, metrics.height() + 6
+        )
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(PANEL)
+        painter.drawRoundedRect(ground, 4, 4)
+        painter.setFont(font)
+        painter.setPen(TEXT)
+        painter.drawText(QPointF(ground.left() + 7, ground.top() + 3 + metrics.ascent()), text)
+
+    def _paint_links(self, painter: QPainter) -> None:
+        links = self._links
+        if len(self._pictures) < 2 or any(p is None for p in self._pictures[:2]):
+            return
+        if links.faint is not None:
+            painter.setPen(QPen(QColor(224, 64, 42, 110), 1.0))
+            painter.drawLines(self._lines(*links.faint))
+        few = len(links.drawn) <= _FEW
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, few)
+        lines = self._lines(links.left[links.drawn], links.right[links.drawn])
+        if few:
+            painter.setPen(QPen(QColor(0, 0, 0, 70), 2.8))
+            painter.drawLines(lines)
+        # One call for all lines of a colour.
+        for color, rows in _by_color(links.colors[links.drawn]):
+            painter.setPen(QPen(color, 1.4 if few else 1.0))
+            painter.drawLines([lines[row] for row in rows if not lines[row].isNull()])
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+
+    def _paint_hot(self, painter: QPainter) -> None:
+        links = self._links
+        if self._hot is not None and self._hot < len(links.left):
+            ends = (links.left[self._hot], links.right[self._hot])
+            for color, width in ((DARK, 4.5), (QColor("#ffffff"), 2.2)):
+                painter.setPen(QPen(color, width))
+                painter.drawLines(self._lines(*ends))
+                for pane, place in enumerate(ends):
+                    (at,) = self.to_screen(pane, place)
+                    if self.box(pane).contains(QPointF(*at)):
+                        painter.drawEllipse(QPointF(*at), 7.0, 7.0)
+
+    def _lines(self, left: FloatArray, right: FloatArray) -> list[QLineF]:
+        """Between places (n, 2) that both panes show; null lines for the others."""
+        ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
+        for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
+            ends[~inside(self.box(pane), at)] = 0.0
+        return [QLineF(*row) for row in ends.tolist()]
+
+    # --- mouse and keys ----------------------------------------------------------------------
+    def _link_at(self, at: QPointF) -> int | None:
+        pane = self.pane_at(at)
+        places = {0: self._links.left, 1: self._links.right}.get(-1 if pane is None else pane)
+        if pane is None or places is None or not len(places):
+            return None
+        off = np.hypot(*(self.to_screen(pane, places) - [at.x(), at.y()]).T)
+        best = int(off.argmin())
+        return best if off[best] <= REACH else None
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        pane = self.pane_at(event.position())
+        if pane is not None and event.button() in (
+            Qt.MouseButton.LeftButton,
+            Qt.MouseButton.MiddleButton,
+        ):
+            self._held = (pane, event.position())
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        at = event.position()
+        if self._held is not None:
+            pane, before = self._held
+            centre, zoom = self._view(pane)
+            moved = np.array([at.x() - before.x(), at.y() - before.y()]) / zoom
+            view = self._views[pane]
+            view.centre, view.zoom = centre - moved, zoom
+            self._held = (pane, at)
+            self._renew()
+            return
+        hot = self._link_at(at)
+        if hot != self._hot:
+            self._hot = hot
+            self.update()
+        under = self.pane_at(at)
+        place = None if under is None else self.to_picture(under, at)
+        self.hovered.emit(None if place is None else (under, float(place[0]), float(place[1])))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        self._held = None
+        self.unsetCursor()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        row = self._link_at(event.position())
+        if row is None:
+            self.show_all()
+            return
+        for pane, place in enumerate((self._links.left[row], self._links.right[row])):
+            self.look_at(pane, place, max(2.0, self._fit(pane)[1]))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
+        notches = event.angleDelta().y() / 120.0
+        if notches:
+            self.zoom(ZOOM_PER_NOTCH**-notches, event.position())
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
+        factor = {
+            Qt.Key.Key_Plus: 1 / ZOOM_PER_NOTCH,
+            Qt.Key.Key_Equal: 1 / ZOOM_PER_NOTCH,
+            Qt.Key.Key_Minus: ZOOM_PER_NOTCH,
+        }.get(Qt.Key(event.key()))
+        if event.key() == Qt.Key.Key_0:
+            self.show_all()
+        elif factor is not None:
+            for pane in range(1 if self._together else len(self._pictures)):
+                self.zoom(factor, self.box(pane).center())
+        else:
+            super().keyPressEvent(event)
+
+    def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
+        if self._hot is not None:
+            self._hot = None
+            self.update()
+        self.hovered.emit(None)
+        super().leaveEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._renew()
+
+
+def _by_color(
+    colors: ByteArray,
+) -> Iterator[tuple[QColor, IndexArray]]:
+    """Each colour of (n, 3) with the rows that have it, in order of the colours."""
+    if len(colors):
+        found, which = np.unique(colors, axis=0, return_inverse=True)
+        for number, rgb in enumerate(found.tolist()):
+            red, green, blue = (int(v) for v in rgb)
+            yield QColor(red, green, blue, 220), np.flatnonzero(which.reshape(-1) == number)

@@ -1,0 +1,106 @@
+"""A choice among the planes of the project, the selected one among them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Signal
+
+from vomstudio.core.words import tr
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import has_plane
+from vomstudio.ui.base.controls import ComboBox, as_words
+from vomstudio.ui.base.number_formatting import natural, orientation_text
+from vomstudio.ui.base.studio import Studio
+
+SELECTED = "*"
+
+
+class PlaneBox(ComboBox):
+    """none : the text of the entry for no plane, None where a plane must be chosen. follow : begin
+    with the entry "selected", which follows the selection; while something other than a plane is
+    selected, such as a feature that has just been made, it stays with the last plane."""
+
+    chosen = Signal(str)  # id of a plane, empty for none
+
+    def __init__(self, studio: Studio, none: str | None, follow: bool) -> None:
+        super().__init__()
+        self._studio = studio
+        self._none = none
+        self._last = ""
+        self._shown = ""
+        self._follows = follow
+        self.keep_narrow()
+        self.activated.connect(self._activated)
+        studio.selection_changed.connect(self._selected)
+        studio.edited.connect(self._edited)
+        studio.project_opened.connect(self._opened)
+        studio.settings_changed.connect(lambda: self.show_plane(self._shown))
+        self.show_plane("")
+
+    def show_plane(self, plane_id: str) -> None:
+        """What is chosen now, whoever chose it."""
+        self._shown = plane_id
+        if plane_id != self._last:
+            self._follows = self._follows and not plane_id
+        self._fill([plane_id] if plane_id else [])
+
+    def showPopup(self) -> None:  # noqa: N802
+        """All planes are listed only when they are asked for: there may be thousands."""
+        features = self._studio.session.features()
+        planes = sorted((f for f in features if has_plane(f)), key=lambda f: natural(f.name))
+        self._studio.measured(f.id for f in planes)
+        self._fill([f.id for f in planes])
+        super().showPopup()
+
+    def _fill(self, ids: list[str]) -> None:
+        with QSignalBlocker(self):
+            self.clear()
+            if self._none is not None:
+                self.addItem(self._none, "")
+            last = self._text(self._last) if self._last else tr("none yet")
+            self.addItem(tr("selected: {plane}", plane=last), SELECTED)
+            for id_ in ids:
+                self.addItem(self._text(id_), id_)
+            if self._follows and (not self._shown or self._shown == self._last):
+                self.setCurrentIndex(self.findData(SELECTED))
+            else:
+                self.setCurrentIndex(self.findData(self._shown))
+        self.setToolTip(as_words(self.currentText()))
+
+    def _text(self, id_: str) -> str:
+        record = self._studio.records.get(id_)
+        if not has_plane(record) or record is None:
+            return tr("a deleted plane")
+        measured = self._studio.measured([id_])[id_]
+        return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
+
+    def _activated(self, index: int) -> None:
+        data = str(self.itemData(index))
+        self._follows = data == SELECTED
+        self._shown = self._last if self._follows else data
+        self.setToolTip(as_words(self.currentText()))
+        self.chosen.emit(self._shown)
+
+    def _selected(self, ids: tuple[str, ...]) -> None:
+        records = self._studio.records
+        last = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
+        if last is None or last == self._last:
+            return
+        self._last = last
+        if self._follows:
+            self._shown = self._last
+            self.chosen.emit(self._last)
+        self.show_plane(self._shown)
+
+    def _edited(self, edit: Edit) -> None:
+        if not {self._last, self._shown} & set(self._studio.affected(edit)):
+            return
+        if self._last and not has_plane(self._studio.records.get(self._last)):
+            self._last = ""
+            if self._follows:
+                self._shown = ""
+                self.chosen.emit("")
+        self.show_plane(self._shown)
+
+    def _opened(self) -> None:
+        self._last = ""
+        self.show_plane("")

@@ -1,0 +1,79 @@
+"""A plane of the project that stays chosen while other features are selected."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.project.kinds import has_plane
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.controls import ElidedLabel, allow
+from vomstudio.ui.base.number_formatting import orientation_text
+from vomstudio.ui.base.studio import Studio
+
+
+class TakenPlane(QWidget):
+    """id : of the plane, empty for none; changed : there is another one. none : what is said where
+    there is none"""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, name: str, none: str) -> None:
+        super().__init__()
+        self._studio, self._none = studio, none
+        self.setObjectName(name)
+        self.id = ""
+        self.shown = ElidedLabel()
+        self.take = QToolButton()
+        self.take.setToolTip(tr("The selected plane."))
+        self.take.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take.setAccessibleName(tr("Take selected"))
+        self.take.clicked.connect(lambda _=False: self.take_selected())
+        self.clear = QToolButton()
+        self.clear.setIcon(theme.icon("close"))
+        self.clear.setAccessibleName(tr("None"))
+        self.clear.setToolTip(tr("Not this one."))
+        self.clear.clicked.connect(lambda _=False: self._choose(""))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(3)
+        row.addWidget(self.shown, 1)
+        row.addWidget(self.take)
+        row.addWidget(self.clear)
+        studio.selection_changed.connect(lambda _: self.refresh())
+        studio.edited.connect(lambda _: self.refresh())
+        studio.settings_changed.connect(self.refresh)
+        studio.project_opened.connect(lambda: self._choose(""))
+        self.refresh()
+
+    def take_selected(self) -> None:
+        if selected := self._selected():
+            self._choose(selected)
+
+    def _selected(self) -> str:
+        studio = self._studio
+        current = studio.selection.current if studio.has_project else None
+        return current if current and has_plane(studio.records.get(current)) else ""
+
+    def _choose(self, id_: str) -> None:
+        self.id = id_
+        self.refresh()
+        self.changed.emit()
+
+    def refresh(self) -> None:
+        """What is said of it."""
+        records = self._studio.records if self._studio.has_project else {}
+        record = records.get(self.id)
+        if self.id and (record is None or not has_plane(record)):
+            self.id, record = "", None
+            self.changed.emit()
+        if record is None:
+            self.shown.setText(self._none)
+        else:
+            measured = self._studio.measured([self.id])[self.id]
+            said = orientation_text(measured, self._studio.settings.notation)
+            self.shown.setText(f"{record.name or self.id}  {said}")
+        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
+        self.clear.setVisible(record is not None)

@@ -1,0 +1,103 @@
+"""A field for the attitude of a plane, in the notation of the project: typed, taken from the
+selected plane, or from the view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QWidget
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_plane, parse_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.ui.base.command_targets import current_measurement
+from vomstudio.ui.base.controls import allow, icon_button
+from vomstudio.ui.base.studio import Studio
+
+ViewDirection = Callable[[], tuple[float, float] | None]
+"""Trend and plunge of the view, degrees; None while there is no view."""
+
+
+class PlaneField(QWidget):
+    """changed : something else stands there. empty : what an empty field says; view : for a button
+    that takes the plane which faces the viewer"""
+
+    changed = Signal()
+
+    def __init__(
+        self, studio: Studio, name: str, empty: str = "", view: ViewDirection | None = None
+    ) -> None:
+        super().__init__()
+        self._studio, self._empty, self._view = studio, empty, view
+        self._notation = ""
+        self.line = QLineEdit()
+        self.line.setObjectName(name)
+        self.line.textChanged.connect(lambda _: self.changed.emit())
+        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
+        self.take.setToolTip(tr("The attitude of the selected plane."))
+        self.take.clicked.connect(lambda _=False: self._take_selected())
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(3)
+        row.addWidget(self.line, 1)
+        row.addWidget(self.take)
+        if view is not None:
+            self.facing = icon_button("eye-outline", tr("Take this view"))
+            self.facing.setToolTip(tr("The plane that faces the view of the outcrop."))
+            self.facing.clicked.connect(lambda _=False: self._take_view())
+            row.addWidget(self.facing)
+        studio.settings_changed.connect(self._notation_changed)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        # What is typed belongs to the rock of a project.
+        studio.project_opened.connect(self.line.clear)
+        studio.project_opened.connect(self._refresh)
+        self._notation_changed()
+        self._refresh()
+
+    def plane(self) -> Plane | None:
+        """None where it is empty. Raises InputError for what is no plane."""
+        text = self.line.text().strip()
+        return parse_plane(text, self._notation) if text else None
+
+    def show_plane(self, plane: Plane, decimals: int = 1) -> None:
+        self.line.setText(format_plane(plane, self._notation, decimals))
+
+    def _notation_changed(self) -> None:
+        """What was typed stays the plane that it was."""
+        before, notation = self._notation, self._studio.settings.notation
+        self._notation = notation
+        example = tr("such as {example}", example=format_plane(Plane(135.0, 70.0), notation))
+        self.line.setPlaceholderText(self._empty or example)
+        if before and before != notation:
+            with suppress(VomError):
+                plane = parse_plane(self.line.text(), before)
+                whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.show_plane(plane, 0 if whole else 2)
+
+    def _refresh(self) -> None:
+        allow(self.take, Finding("selection.no-plane") if self._selected() is None else None)
+
+    def _selected(self) -> Plane | None:
+        measured = current_measurement(self._studio)
+        return None if measured is None else measured.plane
+
+    def _take_selected(self) -> None:
+        if (plane := self._selected()) is not None:
+            self.show_plane(plane)
+
+    def _take_view(self) -> None:
+        seen = None if self._view is None else self._view()
+        if seen is not None:
+            trend, plunge = seen
+            # From below only the vertical plane that way has an upward side to be seen.
+            self.show_plane(Plane(wrap360(trend + 180.0), 90.0 - max(plunge, 0.0)))
+
+
+def plane_text(plane: Plane) -> str:
+    """Return a plane as options take it, dip direction and dip."""
+    return f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"

@@ -1,0 +1,131 @@
+"""The vertices of what a tool is picking, as numbers that can be typed."""
+
+from __future__ import annotations
+
+import re
+from math import isfinite
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.core.findings import Finding
+from vomstudio.geometry import transform
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
+from vomstudio.geometry.matrices import Matrix
+from vomstudio.geometry.units import UNPLACED
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.polyline import PolylineTool
+from vomstudio.ui.base.studio import Studio
+
+
+class VertexTable(QTableWidget):
+    """World coordinates of the vertices; hidden while nothing is picked. `refresh` shows what the
+    tool has now."""
+
+    def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
+        super().__init__(0, 3)
+        self._studio = studio
+        self._tool = tool
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setMinimumSectionSize(40)
+        self.verticalHeader().setFixedWidth(22)
+        self.verticalHeader().setDefaultSectionSize(22)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setMinimumHeight(76)
+        self.itemSelectionChanged.connect(self._marked)
+        self.itemChanged.connect(self._typed)
+        delete = QShortcut(QKeySequence.StandardKey.Delete, self)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        # The vertex of the row is the marked one.
+        delete.activated.connect(tool.delete_vertex)
+
+    def _model(self) -> Model | None:
+        feature = self._tool.feature
+        return get(self._studio.records, feature.model_id, Model) if feature else None
+
+    def _to_world(self) -> Matrix | None:
+        model = self._model()
+        return None if model is None else model.to_world
+
+    def refresh(self) -> None:
+        """Show the vertices of the tool as they are now."""
+        tool = self._tool
+        model = self._model()
+        self.setHorizontalHeaderLabels((UNPLACED if model is None else model.frame.axes).titles)
+        with QSignalBlocker(self):
+            self.setRowCount(len(tool.vertices))
+            if tool.vertices:
+                rows = self._to_world()
+                points = transform.apply(rows, tool.vertices) if rows else tool.vertices
+                for i, point in enumerate(points):
+                    for j, value in enumerate(point):
+                        item = QTableWidgetItem(f"{value:.3f}")
+                        item.setTextAlignment(
+                            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                        )
+                        self.setItem(i, j, item)
+            if tool.current_vertex is not None:
+                # The cell that was clicked in it stays the current one.
+                self.setCurrentCell(tool.current_vertex, max(self.currentColumn(), 0))
+            else:
+                self.clearSelection()
+                self.scrollToBottom()
+        self.setVisible(tool.open)
+
+    def _marked(self) -> None:
+        rows = {index.row() for index in self.selectedIndexes()}
+        if rows and self._tool.open:
+            self._tool.mark(rows.pop())
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        """Numbers may carry either decimal mark."""
+        tool = self._tool
+        if not tool.open:
+            return
+        rows = self._to_world()
+        value = parse_number(item.text())
+        if value is None:
+            self._studio.warn(Finding("number.invalid", text=item.text()))
+            self.refresh()
+            return
+        index = item.row()
+        found = transform.apply(rows, [tool.vertices[index]])[0] if rows else tool.vertices[index]
+        point = [float(v) for v in found]
+        point[item.column()] = value
+        if rows:
+            point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
+        if (said := self._why_not_at(point)) is not None:
+            self._studio.warn(said)
+            self.refresh()
+            return
+        tool.move_vertex(index, (point[0], point[1], point[2]))
+
+    def _why_not_at(self, point: list[float]) -> Finding | None:
+        """Return a finding if a point in the model's own frame cannot be a place on it."""
+        model = self._model()
+        opened = None if model is None else self._studio.models.get(model.id)
+        if opened is None:
+            return check_coordinates(point)
+        return check_near_model(point, opened.data.bounds)
+
+
+def parse_number(text: str) -> float | None:
+    """A number with either decimal mark; blanks, apostrophes or the other mark may stand between
+    its thousands. One mark alone is the decimal mark."""
+    plain = re.sub(r"[\s'’]", "", text).replace("−", "-")
+    marks = re.sub(r"[^.,]", "", plain)
+    if len(set(marks)) == 2 or len(marks) > 1:
+        decimal = marks[-1] if len(set(marks)) == 2 else ""
+        group = "." if decimal == "," else "," if decimal == "." else marks[0]
+        whole, _, rest = plain.rpartition(decimal) if decimal else (plain, "", "")
+        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
+            return None
+        plain = whole.replace(group, "") + "." + rest
+    try:
+        value = float(plain.replace(",", "."))
+    except ValueError:
+        return None
+    return value if isfinite(value) else None

@@ -1,1 +1,0 @@
-"""The workspaces of the window: which panels each shows, and how they are arranged and kept."""
