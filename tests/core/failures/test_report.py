@@ -53,7 +53,7 @@ def test_the_program_s_own_files_stay_readable():
     from vomstudio.ui.base import studio
 
     text = scrub(f'File "{studio.__file__}", line 12, in f\nFile "{numpy.__file__}", line 3, in g')
-    assert '"<program>/ui/common/studio.py", line 12' in text
+    assert '"<program>/ui/base/studio.py", line 12' in text
     assert '"<packages>/numpy/__init__.py", line 3' in text
 
 

@@ -24,39 +24,47 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
     most days nobody looks at most of them."""
     at = _made_at
     return (
-        ("statistics", to_translate("Statistics"), at("analyse.statistics_panel.StatisticsPanel")),
-        ("sets", to_translate("Sets"), at("analyse.sets_panel.SetsPanel")),
-        ("slopes", to_translate("Slopes"), at("analyse.slopes_panel.SlopesPanel")),
-        ("section", to_translate("Section"), at("sections.section_panel.SectionPanel", _direction)),
+        (
+            "statistics",
+            to_translate("Statistics"),
+            at("panels.statistics.statistics_panel.StatisticsPanel"),
+        ),
+        ("sets", to_translate("Sets"), at("panels.sets.sets_panel.SetsPanel")),
+        ("slopes", to_translate("Slopes"), at("panels.slopes.slopes_panel.SlopesPanel")),
+        (
+            "section",
+            to_translate("Section"),
+            at("panels.sections.section_panel.SectionPanel", _direction),
+        ),
         (
             "fractures",
             to_translate("Fractures"),
-            at("sections.fractures_panel.FracturesPanel", _direction),
+            at("panels.fractures.fractures_panel.FracturesPanel", _direction),
         ),
-        ("repeats", to_translate("Repeats"), at("analyse.repeats_panel.RepeatsPanel", _all)),
+        ("repeats", to_translate("Repeats"), at("panels.repeatability_panel.RepeatsPanel", _all)),
         (
             "looked_at",
             to_translate("Looked at"),
-            at("sections.looked_at_panel.LookedAtPanel", _direction),
+            at("panels.coverage.coverage_panel.LookedAtPanel", _direction),
         ),
         (
             "displacement",
             to_translate("Fault displacement"),
-            at("sections.displacement_panel.DisplacementPanel"),
+            at("panels.displacement_panel.DisplacementPanel"),
         ),
         (
             "three_points",
             to_translate("Three points"),
-            at("sections.three_points_panel.ThreePointsPanel"),
+            at("panels.three_points_panel.ThreePointsPanel"),
         ),
-        ("bed_log", to_translate("Log"), at("sections.bed_log_panel.BedLogPanel")),
+        ("bed_log", to_translate("Log"), at("panels.logs.log_panel.BedLogPanel")),
         (
             "elevation",
             to_translate("Elevation model"),
-            at("sections.elevation_panel.ElevationPanel", _direction),
+            at("panels.sections.elevation_panel.ElevationPanel", _direction),
         ),
-        ("surface", to_translate("Surface"), at("surface.surface_panel.SurfacePanel")),
-        ("compare", to_translate("Compare"), at("registration.compare_panel.ComparePanel")),
+        ("surface", to_translate("Surface"), at("panels.surface.surface_panel.SurfacePanel")),
+        ("compare", to_translate("Compare"), at("panels.comparison.compare_panel.ComparePanel")),
     )
 
 
