@@ -31,9 +31,9 @@ from vomstudio.io.settings import Settings
 from vomstudio.ui.base.controls import ScrollingLater
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell import screens
+from vomstudio.ui.shell.layout import FIRST
 from vomstudio.ui.shell.main_window import MainWindow
 from vomstudio.ui.shell.tour import Tour
-from vomstudio.ui.shell.workspace_table import FIRST
 from vomstudio.ui.widgets.group_box import GroupBox
 from vomstudio.ui.widgets.type_box import TypeBox
 
@@ -269,9 +269,10 @@ def _arrange(window: MainWindow) -> None:
     workspaces = window.workspaces
     screens.fit_first(window)
     window.move(0, 0)
-    workspaces._states.clear()
-    workspaces.forget_photo()
+    for name in workspaces._pages:
+        workspaces._pages[name] = {"inspector": "project", "drawer": ""}
     workspaces.switch(FIRST)
+    window.net_overlay.reset()
     window.actions_table.run("reset_panels")
     QCursor.setPos(QPoint(0, 0))
     driver.pause(0)

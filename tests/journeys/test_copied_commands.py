@@ -90,7 +90,7 @@ def choose(box, text: str) -> None:
 
 @pytest.mark.full
 def test_statistics(window, model_id, told) -> None:
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     panel = window.findChild(StatisticsPanel)
     wait(lambda: panel.figures.toPlainText(), "the figures")

@@ -50,7 +50,7 @@ def panel(window, outcrop, picks):
         for i, (azimuth, dip) in enumerate(attitudes().tolist())
     ]
     assert studio.attempt(edits.add_readings, joints)
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("slopes")
     made = window.findChild(SlopesPanel)
     wait(lambda: made.message.text(), "the panel")

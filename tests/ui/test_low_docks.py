@@ -14,6 +14,7 @@ from tests import driver
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.base.controls import LowTable
+from vomstudio.ui.shell.layout import INSPECTOR_TABS, WORKSPACES
 
 pytestmark = pytest.mark.full
 
@@ -46,14 +47,14 @@ def test_in_low_docks_nothing_lies_over_anything_else(window, studio, height) ->
     studio.selection.set(["b1"])
     window.resize(1280, height)
     found = {}
-    for workspace in ("model", "register", "interpret", "analyse", "views"):
-        window.workspaces.switch(workspace)
-        for name in window.docks.own:
-            window.docks[name].raise_()
+    for workspace in WORKSPACES:
+        window.workspaces.switch(workspace.name)
+        for name in (*INSPECTOR_TABS, *workspace.inspector, *workspace.drawer):
+            window.docks.bring_forward(name)
             QApplication.processEvents()
             driver.pause(30)
             if said := list(wrong(window.docks[name])):
-                found[f"{workspace} {name}"] = said
+                found[f"{workspace.name} {name}"] = said
     assert found == {}
 
 
@@ -85,6 +86,7 @@ def test_no_frame_shows_words_that_are_cut_when_another_feature_is_selected(wind
     add_bed(studio, "b2", vertices=many)
     window.resize(1280, 720)
     studio.selection.set(["b1"])
+    window.docks.bring_forward("properties")
     driver.pause(100)
     painted = Painted(window.docks["properties"])
     for name in ("b2", "b1") * 4:

@@ -20,7 +20,7 @@ def panel(own_folders, qtbot, monkeypatch):
     """Of a window that shows it, with seven beds, which are many here."""
     monkeypatch.setattr(view_panel, "_MANY_BEDS", 3)
     window = driver.make_window()
-    window.workspaces.switch("views")
+    window.workspaces.switch("results")
     window.docks["view"].raise_()
     studio = window.studio
     add_cliff(studio)

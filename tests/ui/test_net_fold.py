@@ -90,7 +90,7 @@ def beds(window, studio):
     ]
     studio.session.apply(change(studio.records, "Add straight", {t.id: t for t in straight}))
     window._add_stereonet()
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     return made
 

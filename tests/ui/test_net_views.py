@@ -317,21 +317,21 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
 
 
 def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> None:
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     # Sizes are kept once a workspace has stood for a moment.
     driver.pause(400)
     was = net.canvas.width() * net.canvas.height()
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(200)
     drawn(window)
-    assert window.workspaces.filling == "stereonet"
+    assert window.docks.in_center == "stereonet"
     assert not window._place.shows_outcrop
     assert net.canvas.width() * net.canvas.height() > 1.5 * was
     driver.keep_picture(window, "net-middle")
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(200)
     assert window._place.shows_outcrop
-    assert window.workspaces.filling == ""
+    assert window.docks.in_center == ""
     now = net.canvas.width() * net.canvas.height()
     assert now == pytest.approx(was, rel=0.1)
 
@@ -339,7 +339,7 @@ def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> No
 def test_the_net_gives_the_middle_back_with_all_sizes(window, studio):
     add_cliff(studio)
     window.resize(1280, 720)
-    QTest.keyClick(window, Qt.Key.Key_5, driver.CTRL)
+    QTest.keyClick(window, Qt.Key.Key_3, driver.CTRL)
     driver.pause(700)
     window.docks.bring_forward("fractures")
     driver.pause(100)

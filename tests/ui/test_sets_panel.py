@@ -116,7 +116,7 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     assert [name for name, _ in seen[-1]] == ["J1", ""]
     window.workspaces.switch("interpret")
     assert seen[-1] is None
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("sets")
     assert panel.proposed is not None
     assert seen[-1] is not None

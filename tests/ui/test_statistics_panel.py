@@ -17,7 +17,7 @@ from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 def panel(window, studio):
     """Twelve beds of one dip, twelve of a fold, four joints."""
     add_cliff(studio)
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     fold = [(90 if i % 2 else 270, 10.0 + 6 * (i // 2)) for i in range(12)]
     dips = [("bedding", "fold", *attitude) for attitude in fold]
@@ -36,7 +36,7 @@ def panel(window, studio):
 @pytest.mark.full
 def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) -> None:
     """The program may start with it; nobody has chosen the selection, which alone was there."""
-    window.workspaces.switch("analyse")
+    window.workspaces.switch("results")
     window.docks.bring_forward("statistics")
     made = window.findChild(StatisticsPanel)
     driver.wait(lambda: made.of.count() == 1 and made.isVisible(), "the empty panel")

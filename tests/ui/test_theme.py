@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QStyle,
     QStyleOptionButton,
-    QToolBar,
     QToolButton,
     QWidget,
 )
@@ -68,16 +67,17 @@ def most_of(rows: list[list[tuple[int, int, int]]]) -> tuple[int, int, int]:
 
 
 def buttons(window, *names: str) -> list[QToolButton]:
-    bars = [bar for bar in window.findChildren(QToolBar) if bar.parent() is window]
     actions = [window.actions_table.all[name] for name in names]
-    found = [bar.widgetForAction(action) for action in actions for bar in bars]
-    return [button for button in found if isinstance(button, QToolButton)]
+    found = [holder for action in actions for holder in action.associatedObjects()]
+    return [each for each in found if isinstance(each, QToolButton) and each.isVisible()]
 
 
 @pytest.mark.full
 def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
+    add_cliff(studio)
+    driver.pause(50)
     on = buttons(window, "navigate", "workspace_interpret")
-    off = buttons(window, "open", "workspace_photos")
+    off = buttons(window, "trace", "workspace_results")
     assert len(on) == len(off) == 2
     for pressed, plain in zip(on, off, strict=True):
         lit, unlit = colors(pressed), colors(plain)

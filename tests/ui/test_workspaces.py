@@ -1,4 +1,4 @@
-"""Six workspaces: their keys, their docks, what they remember, and small screens."""
+"""Three workspaces, the regions of the window, what they remember, and small screens."""
 
 from __future__ import annotations
 
@@ -7,17 +7,9 @@ import sys
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QCursor, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QApplication,
-    QDockWidget,
-    QLabel,
-    QMainWindow,
-    QTabBar,
-    QToolBar,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QToolButton
 
 from tests import driver
 from tests.studio.tools.fakes import event
@@ -28,11 +20,17 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.panels.tools.line import LinePanel
 from vomstudio.ui.panels.tools.trace import TracePanel
 from vomstudio.ui.shell import screens
+from vomstudio.ui.shell.layout import (
+    GENERAL_TOOLS,
+    INSPECTOR_TABS,
+    PAGE_TOOLS,
+    REGIONS,
+    WORKSPACES,
+)
 from vomstudio.ui.shell.main_window import MainWindow
-from vomstudio.ui.shell.workspace_table import HOMES, WORKSPACES
 
 NAMES = [workspace.name for workspace in WORKSPACES]
-SETTLED_MS = 700
+SETTLE_MS = 700
 
 
 def press(window, number: int) -> None:
@@ -40,13 +38,8 @@ def press(window, number: int) -> None:
     driver.pause(50)
 
 
-def there(window) -> set[str]:
-    """Docks that are shown, be it behind another tab."""
-    return {name for name, dock in window.docks.items() if not dock.isHidden()}
-
-
-def in_front(window) -> dict[str, QRect]:
-    """Docks that are seen, with their places in the window."""
+def docked(window) -> dict[str, QRect]:
+    """Visible docks of the window, with their places in it."""
     return {
         name: QRect(dock.mapTo(window, QPoint(0, 0)), dock.size())
         for name, dock in window.docks.items()
@@ -54,44 +47,60 @@ def in_front(window) -> dict[str, QRect]:
     }
 
 
-def bars_of_tabs(window) -> int:
-    return sum(bar.isVisible() for bar in window.findChildren(QTabBar) if bar.parent() is window)
-
-
-def stacks(window) -> set[frozenset[QDockWidget]]:
-    """The docks that share a place as tabs."""
-    docked = [d for d in window.docks.values() if not d.isHidden() and not d.isFloating()]
-    found = {frozenset({d, *window.tabifiedDockWidgets(d)}) for d in docked}
-    return {stack for stack in found if len(stack) > 1}
-
-
 def resize(window, width: int, height: int) -> None:
     window.resize(width, height)
-    driver.pause(SETTLED_MS)
+    driver.pause(SETTLE_MS)
 
 
-# --- the table ------------------------------------------------------------------------------
-def test_the_workspaces_follow_the_day_and_every_dock_belongs_to_one(window):
-    assert NAMES == ["photos", "model", "register", "interpret", "analyse", "views"]
-    assert set(window.docks) == set(HOMES)
-    listed = frozenset().union(*(workspace.docks for workspace in WORKSPACES))
-    assert listed == set(window.docks)
+def share_of_outcrop(window) -> float:
+    viewport = window.viewport
+    return viewport.width() * viewport.height() / (window.width() * window.height())
+
+
+def offered_tools(window) -> set[str]:
+    return {n for n, b in window.tool_rail.buttons.items() if b.isVisible()} - {"navigate"}
+
+
+# --- the tables -----------------------------------------------------------------------------
+def test_every_page_has_a_region_and_a_workspace_that_offers_it(window):
+    assert set(window.docks) == set(REGIONS)
+    offered = {name for each in WORKSPACES for name in (*each.inspector, *each.drawer)}
+    assert offered | set(INSPECTOR_TABS) | {"stereonet"} == set(REGIONS)
     for workspace in WORKSPACES:
-        stacks = [s for stacks in workspace.places.values() for s in stacks]
-        names = [name for stack in stacks for name in stack]
-        assert len(names) == len(set(names)), "a dock can stand in one place only"
-        assert len(names) <= 10
-        assert max(len(stack) for stack in stacks) <= 5
+        assert {REGIONS[name] for name in workspace.inspector} <= {"inspector"}
+        assert {REGIONS[name] for name in workspace.drawer} <= {"drawer"}
         assert workspace.purpose.endswith(".")
-        assert "\n" not in workspace.purpose
+        assert len(workspace.purpose.split()) <= 25
 
 
-# --- keys and strip -------------------------------------------------------------------------
-def test_each_key_shows_the_docks_of_its_workspace_and_nothing_else(window):
-    resize(window, 1400, 900)
-    for number in (1, 2, 3, 4, 5, 6, 2, 4):
+def test_every_tool_is_in_the_rail_in_some_task():
+    tasks = {name for each in WORKSPACES for name in each.tools}
+    tasks |= {name for names in PAGE_TOOLS.values() for name in names}
+    assert tasks | set(GENERAL_TOOLS) == {entry.name for entry in TOOLS}
+    assert not tasks & set(GENERAL_TOOLS)
+
+
+# --- the outcrop first ----------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("width", "height", "least"),
+    first_in_default_tier([(1600, 1000, 0.70), (1280, 720, 0.60), (960, 540, 0.55)], 1),
+)
+def test_the_outcrop_has_most_of_the_window(window, studio, width, height, least):
+    add_cliff(studio)
+    add_bed(studio)
+    resize(window, width, height)
+    window.actions_table.run("reset_panels")
+    driver.pause(100)
+    assert list(docked(window)) == ["project"]
+    assert window.net_overlay.isVisible()
+    assert share_of_outcrop(window) >= least
+
+
+# --- keys and buttons -----------------------------------------------------------------------
+def test_each_key_shows_its_workspace(window):
+    for number in (1, 2, 3, 2):
         press(window, number)
-        assert there(window) == WORKSPACES[number - 1].docks
+        assert window.workspaces.shown is WORKSPACES[number - 1]
         pressed = [n for n in NAMES if window.actions_table.all[f"workspace_{n}"].isChecked()]
         assert pressed == [NAMES[number - 1]]
 
@@ -99,19 +108,19 @@ def test_each_key_shows_the_docks_of_its_workspace_and_nothing_else(window):
 def test_a_key_works_while_a_text_is_edited_and_the_text_stays(window, studio):
     add_cliff(studio)
     add_bed(studio)
+    window.docks.bring_forward("table")
     field = window.table._filter
     field.setFocus()
     QTest.keyClicks(field, "dip")
-    QTest.keyClick(field, Qt.Key.Key_6, driver.CTRL)
+    QTest.keyClick(field, Qt.Key.Key_3, driver.CTRL)
     driver.pause(50)
-    assert window.workspaces.shown.name == "views"
+    assert window.workspaces.shown.name == "results"
     assert field.text() == "dip"
 
 
-def test_a_button_of_the_strip_shows_its_workspace(window):
-    strip = window.findChild(QToolBar, "workspaces")
-    for name in ("analyse", "photos", "interpret"):
-        button = strip.widgetForAction(window.actions_table.all[f"workspace_{name}"])
+def test_a_button_of_the_bar_shows_its_workspace(window):
+    for name in ("results", "model", "interpret"):
+        button = window.top_bar.workspaces[name]
         QTest.mouseClick(button, driver.LEFT)
         assert window.workspaces.shown.name == name
         assert button.isChecked()
@@ -123,7 +132,7 @@ def test_switching_changes_neither_records_nor_selection_nor_undo(window, studio
     add_bed(studio, "t2")
     studio.selection.set(["t1", "t2"])
     before = dict(studio.records), studio.selection.ids, studio.undo_label, studio.redo_label
-    for number in range(1, 7):
+    for number in range(1, 4):
         press(window, number)
     assert (
         dict(studio.records),
@@ -133,19 +142,198 @@ def test_switching_changes_neither_records_nor_selection_nor_undo(window, studio
     ) == before
 
 
+# --- tools ----------------------------------------------------------------------------------
+def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
+    add_cliff(studio)
+    press(window, 2)
+    assert offered_tools(window) == set(GENERAL_TOOLS)
+    press(window, 1)
+    assert offered_tools(window) == {*GENERAL_TOOLS, "control", "known_line"}
+    press(window, 2)
+    window.docks.bring_forward("looked_at")
+    driver.pause(30)
+    assert offered_tools(window) == {*GENERAL_TOOLS, "cells"}
+    window.docks.bring_forward("bed_log")
+    driver.pause(30)
+    assert offered_tools(window) == {*GENERAL_TOOLS, "contact", "lithology"}
+    window.docks.close_page("bed_log")
+    studio.activate("cells")
+    driver.pause(30)
+    assert offered_tools(window) == {*GENERAL_TOOLS, "cells"}, "the active tool is always there"
+    studio.activate("navigate")
+    assert offered_tools(window) == set(GENERAL_TOOLS)
+
+
+# --- inspector ------------------------------------------------------------------------------
+def test_the_inspector_follows_the_work(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    QCursor.setPos(window.viewport.mapToGlobal(QPoint(50, 300)))
+    window.viewport.setFocus()
+    page = window.docks.page
+    assert page("inspector") == "project"
+    studio.selection.set(["t1"])
+    assert page("inspector") == "properties"
+    studio.activate("trace")
+    assert page("inspector") == "tool"
+    studio.selection.set([])
+    assert page("inspector") == "tool", "a tool keeps its settings in sight"
+    studio.activate("navigate")
+    assert page("inspector") == "project"
+    studio.selection.set(["t1"])
+    studio.selection.set([])
+    assert page("inspector") == "project"
+
+
+def test_the_inspector_stays_while_the_user_works_in_it(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1")
+    QCursor.setPos(window.docks["project"].mapToGlobal(QPoint(40, 200)))
+    studio.selection.set(["t1"])
+    assert window.docks.page("inspector") == "project"
+    window.docks.bring_forward("display")
+    QCursor.setPos(window.viewport.mapToGlobal(QPoint(50, 300)))
+    studio.selection.set([])
+    assert window.docks.page("inspector") == "display", "the user has opened it"
+
+
+def test_a_tab_of_the_inspector_shows_its_page(window):
+    for name in ("properties", "tool", "project"):
+        title = window.docks[window.docks.page("inspector")].titleBarWidget()
+        QTest.mouseClick(title.findChild(QToolButton, f"tab_{name}"), driver.LEFT)
+        assert window.docks.page("inspector") == name
+        assert len(docked(window)) == 1
+
+
+# --- drawer ---------------------------------------------------------------------------------
+def test_the_drawer_shows_one_page_at_a_time_and_closes(window):
+    for name in ("table", "statistics"):
+        QTest.mouseClick(window.drawer_bar.buttons[name], driver.LEFT)
+        driver.pause(50)
+        assert window.docks.page("drawer") == name
+        assert {n for n in docked(window) if REGIONS[n] == "drawer"} == {name}
+    pressed = [n for n, b in window.drawer_bar.buttons.items() if b.isChecked()]
+    assert pressed == ["statistics"]
+    QTest.mouseClick(window.drawer_bar.buttons["statistics"], driver.LEFT)
+    driver.pause(50)
+    assert window.docks.page("drawer") == ""
+    assert not window.drawer_bar.buttons["statistics"].isChecked()
+
+
+def test_a_page_that_the_workspace_does_not_offer_has_a_button_while_it_is_open(window):
+    press(window, 2)
+    assert not window.drawer_bar.buttons["jobs"].isVisible()
+    window.docks.bring_forward("jobs")
+    driver.pause(30)
+    assert window.drawer_bar.buttons["jobs"].isVisible()
+    window.docks.close_page("jobs")
+    driver.pause(30)
+    assert not window.drawer_bar.buttons["jobs"].isVisible()
+
+
+@pytest.mark.full
+def test_every_page_can_be_shown_in_every_workspace(window, studio):
+    add_cliff(studio)
+    resize(window, 1400, 900)
+    for number in range(1, 4):
+        press(window, number)
+        for name in window.docks:
+            window.docks.bring_forward(name)
+            driver.pause(30)
+            assert window.docks.is_shown(name), (NAMES[number - 1], name)
+            assert len(docked(window)) <= 2
+
+
+# --- the centre -----------------------------------------------------------------------------
+@pytest.mark.parametrize("name", ["table", "stereonet", "properties"])
+def test_a_page_takes_the_centre_with_a_key_and_goes_back_with_it(window, studio, name):
+    add_cliff(studio)
+    window.docks.bring_forward(name)
+    driver.pause(100)
+    page = window.docks[name].widget() or window.net
+    before, size = docked(window), page.size()
+    window.docks.toggle_center(name)
+    driver.pause(100)
+    assert window.docks.in_center == name
+    assert not window.viewport.isVisible()
+    assert page.isVisible()
+    assert page.width() > 0.5 * window.width()
+    assert page.height() > 0.4 * window.height()
+    QTest.keyClick(window, Qt.Key.Key_F12)
+    driver.pause(100)
+    assert window.docks.in_center == ""
+    assert window.viewport.isVisible()
+    assert docked(window) == before
+    assert page.isVisible()
+    assert page.size() == size
+
+
+def test_the_key_enlarges_the_page_with_the_focus(window, studio):
+    add_cliff(studio)
+    window.docks.bring_forward("table")
+    window.table._filter.setFocus()
+    QTest.keyClick(window.table._filter, Qt.Key.Key_F12)
+    assert window.docks.in_center == "table"
+    QTest.keyClick(window, Qt.Key.Key_F12)
+    window.docks.close_page("table")
+    window.viewport.setFocus()
+    QTest.keyClick(window, Qt.Key.Key_F12)
+    assert window.docks.in_center == "stereonet"
+
+
+def test_the_net_can_be_docked_and_goes_back(window, studio):
+    add_cliff(studio)
+    run = window.actions_table.run
+    run("dock_net")
+    driver.pause(100)
+    assert window.net_overlay.isHidden()
+    assert "stereonet" in docked(window)
+    assert "project" in docked(window), "the inspector stays"
+    run("dock_net")
+    driver.pause(100)
+    assert window.net_overlay.isVisible()
+    assert "stereonet" not in docked(window)
+
+
+def test_the_net_keeps_its_corner_when_the_window_is_resized(window, studio):
+    add_cliff(studio)
+    overlay, room = window.net_overlay, window.centralWidget()
+    for size in ((1400, 900), (1000, 600), (1500, 950)):
+        resize(window, *size)
+        box = overlay.geometry()
+        assert room.rect().contains(box)
+        assert room.width() - box.right() - 1 == 10
+        assert box.y() == 10
+    start = QPoint(overlay.width() // 2, 3)
+    QTest.mousePress(overlay, driver.LEFT, pos=start)
+    QTest.mouseMove(overlay, start + QPoint(-600, 300))
+    QTest.mouseRelease(overlay, driver.LEFT, pos=start + QPoint(-600, 300))
+    place, text = overlay.geometry(), overlay.state()
+    assert room.rect().contains(place)
+    assert place.x() < 900
+    overlay.reset()
+    assert overlay.geometry() != place
+    overlay.restore(text)
+    assert overlay.geometry() == place
+    for damaged in ("", "tr", "tr 1 2", "xx 1 2 3", "tr a b c", "tr -1 2 3"):
+        overlay.restore(damaged)
+        assert overlay.geometry() == place
+
+
 # --- what is opened -------------------------------------------------------------------------
-def test_photos_are_shown_among_photos_and_take_the_middle(window, tmp_path):
+def test_photos_take_the_centre_while_no_model_is_open(window, tmp_path):
     (tmp_path / "photos").mkdir()
     window.open_path(tmp_path / "photos")
     driver.pause(100)
-    assert window.workspaces.shown.name == "photos"
-    place = in_front(window)["photos"]
-    assert place.width() >= 0.9 * window.width()
-    assert place.height() >= 0.7 * window.height()
+    assert window.workspaces.shown.name == "model"
+    assert window.docks.in_center == "photos"
+    assert window.photos_panel.width() >= 0.6 * window.width()
+    assert window.photos_panel.height() >= 0.7 * window.height()
 
 
-def test_a_message_is_read_although_photos_have_the_middle(window, studio, tmp_path):
-    press(window, 1)
+def test_a_message_is_read_although_photos_have_the_centre(window, studio, tmp_path):
+    (tmp_path / "photos").mkdir()
+    window.open_path(tmp_path / "photos")
     message = "The disk is full."
     studio.warn(message, "error")
     driver.pause(50)
@@ -154,147 +342,130 @@ def test_a_message_is_read_although_photos_have_the_middle(window, studio, tmp_p
     assert bar.visibleRegion().boundingRect().height() >= bar.sizeHint().height()
 
 
-def test_the_outcrop_keeps_its_place_among_photos_while_a_model_is_open(window, studio):
+def test_photos_leave_the_outcrop_its_place_while_a_model_is_open(window, studio, tmp_path):
     add_cliff(studio)
-    press(window, 1)
-    assert window.centralWidget().height() > 100
-    assert not window.docks["photos"].isHidden()
-
-
-def test_photos_that_are_floated_or_closed_leave_the_middle_to_the_outcrop(window):
-    press(window, 1)
-    assert window.centralWidget().height() < 100
-    window.docks["photos"].setFloating(True)
+    (tmp_path / "photos").mkdir()
+    window.open_path(tmp_path / "photos")
     driver.pause(100)
-    assert window.centralWidget().height() > 100
-    window.docks["photos"].setFloating(False)
-    driver.pause(100)
-    assert window.centralWidget().height() < 100
-    window.docks["photos"].close()
-    driver.pause(100)
-    assert window.centralWidget().height() > 100
+    assert window.docks.page("drawer") == "photos"
+    assert window.viewport.isVisible()
+    assert window.viewport.height() > 0.4 * window.height()
 
 
-def test_opening_a_model_leaves_photos_and_nothing_else(window, studio, tmp_path):
-    for number, then in ((1, "interpret"), (2, "model"), (5, "analyse")):
-        press(window, number)
-        window.open_path(tmp_path / "missing.obj")
-        assert window.workspaces.shown.name == then
+def test_opening_a_model_leaves_photos_and_nothing_else(window, tmp_path):
+    (tmp_path / "photos").mkdir()
+    window.open_path(tmp_path / "photos")
+    window.open_path(tmp_path / "missing.obj")
+    assert window.workspaces.shown.name == "interpret"
+    assert window.docks.in_center == ""
+    press(window, 3)
+    window.open_path(tmp_path / "missing.obj")
+    assert window.workspaces.shown.name == "results"
 
 
-def test_a_workspace_says_what_it_is_for_until_it_has_something_to_show(window, studio):
-    def said() -> str:
+def test_a_workspace_states_its_purpose_until_it_has_something_to_show(window, studio):
+    def purpose() -> str:
         label = window.findChild(QLabel, "workspace_purpose")
         return "" if label.isHidden() else label.text()
 
     for number, workspace in enumerate(WORKSPACES, start=1):
         press(window, number)
-        assert said() == workspace.purpose
+        assert purpose() == workspace.purpose
     add_cliff(studio)
-    empty = []
-    for number in range(1, 7):
-        press(window, number)
-        empty += [NAMES[number - 1]] if said() else []
-    assert empty == ["photos", "analyse"]
+    assert purpose() == WORKSPACES[2].purpose, "features are needed there"
+    press(window, 2)
+    assert purpose() == ""
     add_bed(studio)
-    press(window, 5)
-    assert said() == ""
+    press(window, 3)
+    assert purpose() == ""
 
 
 # --- remembering ----------------------------------------------------------------------------
-def test_each_workspace_keeps_its_own_arrangement(window):
+def test_each_workspace_keeps_its_pages_and_all_share_sizes(window):
     resize(window, 1400, 900)
-    press(window, 4)
-    window.docks["properties"].close()
-    window.docks["jobs"].toggleViewAction().trigger()
-    window.resizeDocks([window.docks["project"]], [370], Qt.Orientation.Horizontal)
-    driver.pause(50)
-    width = window.docks["project"].width()
-    assert width > 340
-    press(window, 5)
-    assert there(window) == WORKSPACES[4].docks
     press(window, 2)
-    assert window.docks["project"].width() < 340
-    press(window, 4)
-    assert there(window) == (WORKSPACES[3].docks - {"properties"}) | {"jobs"}
+    window.docks.bring_forward("table")
+    window.docks.bring_forward("display")
+    window.resizeDocks([window.docks["display"]], [370], Qt.Orientation.Horizontal)
+    driver.pause(50)
+    width = window.docks["display"].width()
+    assert width > 340
+    press(window, 3)
+    assert list(docked(window)) == ["project"]
     assert window.docks["project"].width() == width
+    window.docks.bring_forward("statistics")
+    press(window, 2)
+    assert set(docked(window)) == {"table", "display"}
+    press(window, 3)
+    assert set(docked(window)) == {"statistics", "project"}
 
 
-def test_panels_are_reset_in_the_workspace_that_is_shown(window):
+def test_the_layout_is_reset(window):
     resize(window, 1400, 900)
-    press(window, 6)
-    window.docks["view"].close()
-    press(window, 4)
-    first = in_front(window)
-    window.docks["stereonet"].setFloating(True)
-    window.docks["table"].close()
+    press(window, 2)
+    first = docked(window)
+    window.docks.bring_forward("table")
+    window.docks["properties"].show()
+    window.docks["properties"].setFloating(True)
+    window.docks.close_page("stereonet")
     window.resizeDocks([window.docks["project"]], [400], Qt.Orientation.Horizontal)
     driver.pause(50)
     window.actions_table.run("reset_panels")
     driver.pause(100)
-    assert in_front(window) == first
-    press(window, 6)
-    assert "view" not in there(window), "other workspaces stay as they are"
+    assert docked(window) == first
+    assert not window.docks["properties"].isFloating()
+    assert window.docks.is_shown("stereonet")
 
 
 def test_all_panels_are_hidden_and_come_back_with_a_key_of_a_workspace_too(window):
+    window.docks.bring_forward("table")
+    before = set(docked(window))
     QTest.keyClick(window, Qt.Key.Key_F9)
-    assert there(window) == set()
-    press(window, 4)
-    assert there(window) == WORKSPACES[3].docks
+    assert docked(window) == {}
+    assert not window.docks.is_shown("stereonet")
+    press(window, 2)
+    driver.pause(50)
+    assert set(docked(window)) == before
+    assert window.docks.is_shown("stereonet")
     QTest.keyClick(window, Qt.Key.Key_F9)
-    press(window, 6)
-    assert there(window) == WORKSPACES[5].docks
-    press(window, 4)
-    assert there(window) == WORKSPACES[3].docks
-
-
-@pytest.mark.full
-def test_every_dock_can_be_shown_in_every_workspace(window):
-    resize(window, 1400, 900)
-    for number in range(1, 7):
-        press(window, number)
-        for name in window.docks:
-            window.docks.bring_forward(name)
-            driver.pause(30)
-            assert name in in_front(window), (NAMES[number - 1], name)
-        assert bars_of_tabs(window) == len(stacks(window))
-        window.actions_table.run("reset_panels")
+    press(window, 3)
+    assert list(docked(window)) == ["project"]
 
 
 def test_what_was_arranged_is_there_after_a_crash(window):
-    """The first window is not closed: what the second finds was kept before."""
+    """The first window is not closed: the second finds what was stored before."""
     resize(window, 1300, 850)
-    press(window, 5)
-    window.docks["properties"].close()
-    driver.pause(SETTLED_MS)
-    driver.wait(lambda: read_settings()[0].window.get("workspace") == "analyse", "the settings")
+    press(window, 3)
+    window.docks.bring_forward("sets")
+    driver.pause(SETTLE_MS)
+    driver.wait(lambda: read_settings()[0].window.get("workspace") == "results", "the settings")
     second = MainWindow(read_settings()[0])
     second.show()
     second._fill()
     second.studio.jobs.close()
     driver.pause(100)
     assert (second.width(), second.height()) == (1300, 850)
-    assert second.workspaces.shown.name == "analyse"
-    assert there(second) == WORKSPACES[4].docks - {"properties"}
+    assert second.workspaces.shown.name == "results"
+    assert set(docked(second)) == {"project", "sets"}
     second.activateWindow()
     driver.wait(lambda: QApplication.activeWindow() is second, "the second window")
-    press(second, 4)
-    assert there(second) == WORKSPACES[3].docks
+    press(second, 2)
+    assert list(docked(second)) == ["project"]
     driver.dismiss(second)
 
 
 @pytest.mark.parametrize("text", ["", "AAAA", "not base64 \N{SNOWMAN}", "////"])
 def test_damaged_arrangements_are_left_out(own_folders, qtbot, text):
     settings = read_settings()[0]
-    settings.window = {"geometry": text, "docks interpret": text, "workspace": text}
+    keys = ("geometry", "docks", "pages interpret", "workspace", "net")
+    settings.window = dict.fromkeys(keys, text)
     window = MainWindow(settings)
     window.show()
     window._fill()
     window.studio.jobs.close()
     driver.pause(50)
     assert window.workspaces.shown.name == "interpret"
-    assert "tool" in there(window)
+    assert window.docks.page("inspector") == "project"
     driver.dismiss(window)
 
 
@@ -333,12 +504,13 @@ def test_a_window_fits_a_screen_that_has_shrunk(window):
 
 
 def test_a_floating_dock_comes_back_from_a_screen_that_is_gone(window):
-    dock = window.docks["stereonet"]
+    dock = window.docks["display"]
+    dock.show()
     dock.setFloating(True)
     dock.move(9000, 7000)
     driver.pause(50)
+    press(window, 1)
     press(window, 2)
-    press(window, 4)
     assert dock.isFloating()
     screen = QGuiApplication.primaryScreen().availableGeometry()
     assert screen.contains(dock.geometry().topLeft() + QPoint(60, 10))
@@ -355,36 +527,19 @@ def test_nothing_is_cut_off_and_the_outcrop_has_room_in_any_window(window, studi
     resize(window, width, height)
     for workspace in WORKSPACES:
         window.workspaces.switch(workspace.name)
-        driver.pause(100)
-        needed = window.minimumSizeHint()
-        assert needed.width() <= 960, workspace.name
-        assert needed.height() <= height, workspace.name
-        assert bars_of_tabs(window) == len(stacks(window)), workspace.name
-        inside = QRect(QPoint(0, 0), window.size())
-        places = in_front(window)
-        assert places
-        for name, place in places.items():
-            assert inside.contains(place), (workspace.name, name)
-            wanted = window.docks[name].minimumSizeHint()
-            assert place.width() >= wanted.width(), (workspace.name, name)
-        assert window.centralWidget().width() >= 0.4 * width, workspace.name
-        assert window.centralWidget().height() >= 120, workspace.name
-
-
-def test_docks_fold_in_a_small_window_and_unfold_again(window):
-    resize(window, 1400, 900)
-    press(window, 4)
-    window.docks["properties"].close()
-    driver.pause(SETTLED_MS)
-    large = in_front(window)
-    resize(window, 980, 600)
-    small = in_front(window)
-    assert len(small) == 2, "one stack at each side"
-    assert window.docks["table"] in window.tabifiedDockWidgets(window.docks["project"])
-    resize(window, 1400, 900)
-    assert in_front(window) == large
-    resize(window, 980, 600)
-    assert in_front(window) == small
+        for name in (*INSPECTOR_TABS, *workspace.inspector, *workspace.drawer):
+            window.docks.bring_forward(name)
+            driver.pause(30)
+            needed = window.minimumSizeHint()
+            assert needed.width() <= 960, (workspace.name, name)
+            assert needed.height() <= height, (workspace.name, name)
+            inside = QRect(QPoint(0, 0), window.size())
+            for page, place in docked(window).items():
+                assert inside.contains(place), (workspace.name, page)
+                least = window.docks[page].minimumSizeHint()
+                assert place.width() >= least.width(), (workspace.name, page)
+            assert window.centralWidget().width() >= 0.55 * width, (workspace.name, name)
+            assert window.centralWidget().height() >= 150, (workspace.name, name)
 
 
 _FIRST_START = """
@@ -398,7 +553,7 @@ window.begin([])
 for _ in range(30): application.processEvents()
 area = window.screen().availableGeometry()
 print(area.width(), area.height(), window.width(), window.height())
-for name in ("photos", "model", "register", "interpret", "analyse", "views"):
+for name in ("model", "interpret", "results"):
     window.workspaces.switch(name)
     for _ in range(30): application.processEvents()
     print(window.minimumSizeHint().width(), window.minimumSizeHint().height())
@@ -425,7 +580,7 @@ def test_a_first_start_fits_the_screen_at_any_scale(own_folders, monkeypatch, lo
     assert width <= screen_width
     assert height < screen_height, "the title has room above"
     assert width >= min(960, screen_width - 10)
-    assert len(needed) == 6
+    assert len(needed) == 3
     for least_width, least_height in needed:
         assert least_width <= width
         assert least_height <= height
@@ -465,35 +620,37 @@ def test_an_open_line_keeps_its_panel_while_navigating(window, studio):
     assert dock.windowTitle() == "Tool"
 
 
-def test_choosing_a_tool_brings_its_dock_in_any_workspace(window, studio):
+def test_choosing_a_tool_brings_its_settings_in_any_workspace(window, studio):
     add_cliff(studio)
-    for number in (2, 5, 6):
+    for number in (1, 2, 3):
         press(window, number)
         studio.activate("navigate")
         studio.activate("trace")
         driver.pause(50)
         assert window.workspaces.shown.name == NAMES[number - 1]
-        assert "tool" in in_front(window)
+        assert window.docks.page("inspector") == "tool"
         assert driver.tool_panel(window, TracePanel).isVisible()
 
 
-def test_a_tool_that_is_chosen_among_photos_goes_to_the_outcrop(window, studio):
-    press(window, 1)
+def test_a_tool_that_is_chosen_beside_a_page_in_the_centre_goes_to_the_outcrop(window, studio):
+    add_cliff(studio)
+    window.docks.take_center("table")
     studio.activate("trace")
     driver.pause(50)
-    assert window.workspaces.shown.name == "interpret"
-    assert QApplication.activeWindow() is window
+    assert window.viewport.isVisible()
 
 
-def test_keys_of_workspaces_work_in_a_floating_panel(window):
+def test_keys_of_workspaces_work_in_a_floating_page(window):
     dock = window.docks["table"]
+    dock.show()
     dock.setFloating(True)
     dock.activateWindow()
-    driver.wait(lambda: QApplication.activeWindow() is dock, "the floating panel", 5.0)
+    driver.wait(lambda: QApplication.activeWindow() is dock, "the floating page", 5.0)
     window.table._filter.setFocus()
-    QTest.keyClick(window.table._filter, Qt.Key.Key_6, driver.CTRL)
+    QTest.keyClick(window.table._filter, Qt.Key.Key_3, driver.CTRL)
     driver.pause(50)
-    assert window.workspaces.shown.name == "views"
+    assert window.workspaces.shown.name == "results"
+    assert dock.isFloating(), "what the user arranged stays"
 
 
 def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
@@ -514,13 +671,21 @@ def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
 
 
 @pytest.mark.parametrize("width", [1280, 1100, 960])
-def test_no_button_of_the_bars_goes_behind_an_arrow_when_the_window_becomes_narrower(
-    window, width
+def test_all_buttons_of_the_bars_are_visible_when_the_window_becomes_narrower(
+    window, studio, width
 ) -> None:
+    add_cliff(studio)
     resize(window, 1600, 900)
     resize(window, width, 720)
-    bars = [bar for bar in window.findChildren(QToolBar) if bar.isVisible()]
-    assert len(bars) == 2
-    for bar in bars:
-        arrow = bar.findChild(QWidget, "qt_toolbar_ext_button")
-        driver.wait(lambda a=arrow: not a.isVisible(), f"room for all of {bar.objectName()}")
+    for number in (1, 2, 3):
+        press(window, number)
+        buttons = [*window.tool_rail.buttons.values(), *window.drawer_bar.buttons.values()]
+        buttons += [*window.top_bar.workspaces.values(), window.top_bar.search]
+        for button in buttons:
+            if button.isVisible():
+                whole = button.visibleRegion().boundingRect().size()
+                assert whole == button.size(), button.text()
+        menus = window.menuBar().actions()
+        last = window.menuBar().actionGeometry(menus[-1])
+        assert not last.isEmpty()
+        assert last.right() < window.top_bar.x()

@@ -32,7 +32,7 @@ def commands(
             dialogs.show(FitDialog, lambda: FitDialog(parent, studio, model), model.id)
 
     def compare() -> None:
-        workspaces.switch("register")
+        workspaces.switch("model")
         docks.bring_forward("compare")
 
     return [

@@ -39,7 +39,7 @@ def commands(
         return None if Path(model.path).is_absolute() else Finding("action.model-in-project")
 
     def register() -> None:
-        workspaces.switch("register")
+        workspaces.switch("model")
         studio.activate(ControlTool.name)
 
     def copy() -> None:

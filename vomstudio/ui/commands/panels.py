@@ -40,8 +40,8 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         count("sets")()
         studio.sets_wanted.emit()
 
-    make = partial(bring, "views")
-    count = partial(bring, "analyse")
+    make = partial(bring, "results")
+    count = partial(bring, "results")
     return [
         Command(
             "propose_sets",

@@ -1,39 +1,63 @@
-"""The docks around the outcrop: how they come, go, and are laid out by a table of places."""
+"""Docks of the window: inspector at the right, drawer at the bottom, one page at a time each."""
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator, Mapping
+from typing import Protocol
 
-from PySide6.QtCore import QByteArray, QChildEvent, QEvent, QObject, Qt
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
 
 from vomstudio.ui.base.controls import Scrolling, ScrollingLater
+from vomstudio.ui.shell.dock_titles import DockTitle
+from vomstudio.ui.shell.layout import (
+    REGIONS,
+    Region,
+    drawer_height,
+    inspector_width,
+)
 from vomstudio.ui.shell.screens import bring_on_screen
-from vomstudio.ui.shell.workspace_table import HOMES, Area, Places
 
-_LAYOUT_VERSION = 5
-_AREAS: dict[Area, Qt.DockWidgetArea] = {
-    "left": Qt.DockWidgetArea.LeftDockWidgetArea,
-    "right": Qt.DockWidgetArea.RightDockWidgetArea,
-    "bottom": Qt.DockWidgetArea.BottomDockWidgetArea,
+_LAYOUT_VERSION = 6
+_RIGHT, _BOTTOM = Qt.DockWidgetArea.RightDockWidgetArea, Qt.DockWidgetArea.BottomDockWidgetArea
+_AREAS: dict[Region, Qt.DockWidgetArea] = {
+    "inspector": _RIGHT,
+    "drawer": _BOTTOM,
+    "overlay": _RIGHT,
 }
 
 
+class PageHost(Protocol):
+    """Place of a page outside the docks: the centre of the window, or an overlay."""
+
+    def show_page(self, name: str, title: str, widget: QWidget) -> None:
+        """Take a page's widget and show it."""
+
+    def release_page(self) -> QWidget | None:
+        """Give the page's widget back."""
+
+
 class WindowDocks(Mapping[str, QDockWidget]):
-    """The docks of a window by their object names."""
+    """The docks of a window by their object names, which are the names of the pages."""
 
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
-        self.own: frozenset[str] = frozenset()
-        """Names of the docks that have a place of their own in the workspace that is shown; the
-        others come as tabs."""
-        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
-        window.setCorner(Qt.Corner.BottomLeftCorner, left)
-        window.setCorner(Qt.Corner.BottomRightCorner, right)
-        self._whole_names = _WholeNames()
-        window.installEventFilter(self._whole_names)
+        self._watcher = _Watcher(window)
+        self.changed = self._watcher.changed
+        """A page appeared, disappeared, or was moved to another place."""
+        self.moved = self._watcher.moved
+        """A dock was moved or resized."""
+        self._center: PageHost | None = None
+        self._overlay: PageHost | None = None
+        self.in_center = ""
+        """Name of the page that has taken the centre."""
+        self._docked_before = False
+        self.net_docked = False
+        for corner in (Qt.Corner.BottomLeftCorner, Qt.Corner.BottomRightCorner):
+            window.setCorner(corner, _BOTTOM)
 
     def __getitem__(self, name: str) -> QDockWidget:
         return self._docks[name]
@@ -44,51 +68,234 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __len__(self) -> int:
         return len(self._docks)
 
+    # --- pages -------------------------------------------------------------------------------
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
-        """scrolls : a long panel may be higher than the place that it is given"""
+        """Add a page; with `scrolls`, a long one is scrolled."""
         self._add(name, title, Scrolling(widget) if scrolls else widget)
 
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
-        """A panel that scrolls and is made when it is first seen."""
+        """Add a page that scrolls and is created when it is first shown."""
         self._add(name, title, ScrollingLater(make))
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
         dock.setObjectName(name)
+        dock.setTitleBarWidget(DockTitle(dock, self))
         dock.setWidget(widget)
-        self._window.addDockWidget(_AREAS[HOMES[name]], dock)
+        self._window.addDockWidget(_AREAS[REGIONS[name]], dock)
+        for other in self._docks.values():
+            if REGIONS[other.objectName()] == REGIONS[name]:
+                self._window.tabifyDockWidget(other, dock)
+                break
         dock.hide()
         self._docks[name] = dock
-        # Qt has shown it by then, where it has room.
-        dock.toggleViewAction().triggered.connect(lambda on: self._come(name) if on else None)
+        dock.windowTitleChanged.connect(self._name_tabs)
+        self._watcher.watch(dock)
+
+    def _name_tabs(self, _: str) -> None:
+        for dock in self._docks.values():
+            title: DockTitle = dock.titleBarWidget()
+            title.name_tabs()
+
+    def set_hosts(self, center: PageHost, overlay: PageHost) -> None:
+        """Set the places outside the docks, and move the net to its overlay."""
+        self._center, self._overlay = center, overlay
 
     def fill_menu(self, menu: QMenu) -> None:
-        """Each panel with a tick where it is shown."""
-        for dock in self._docks.values():
-            menu.addAction(dock.toggleViewAction())
+        """Add an entry for each page, checked while the page is visible."""
+        actions = {name: QAction(dock.windowTitle(), menu) for name, dock in self._docks.items()}
+        for name, action in actions.items():
+            action.setObjectName(f"page_{name}")
+            action.setCheckable(True)
+            action.triggered.connect(lambda on, page=name: self.toggle(page, on))
+            self._docks[name].windowTitleChanged.connect(action.setText)
+            menu.addAction(action)
 
-    def watch(self, changed: Callable[[], None]) -> None:
-        """Call `changed` whenever a dock comes, goes, moves or gets another size."""
-        self._watcher = _Watcher(changed)
-        for dock in self._docks.values():
-            dock.installEventFilter(self._watcher)
-            dock.dockLocationChanged.connect(lambda _: changed())
-            dock.topLevelChanged.connect(lambda _: changed())
-            dock.visibilityChanged.connect(lambda _: changed())
+        def refresh() -> None:
+            for name, action in actions.items():
+                with QSignalBlocker(action):
+                    action.setChecked(self.is_shown(name))
+
+        menu.aboutToShow.connect(refresh)
+        self.changed.connect(refresh)
+
+    def is_shown(self, name: str) -> bool:
+        """Return whether a page is in the centre, in an overlay or in a visible dock."""
+        if self.in_center == name:
+            return True
+        if REGIONS[name] == "overlay" and not self.net_docked:
+            return self._overlay is not None and getattr(self._overlay, "is_shown", True)
+        return not self._docks[name].isHidden()
+
+    def toggle(self, name: str, on: bool) -> None:
+        """Show or close a page."""
+        if on:
+            self.bring_forward(name)
+        else:
+            self.close_page(name)
+
+    def page(self, region: Region) -> str:
+        """Return the name of the page that is docked and visible in a region, or ""."""
+        names = (name for name in self._docks if REGIONS[name] == region)
+        return next((name for name in names if self._is_docked(name)), "")
+
+    def _is_docked(self, name: str) -> bool:
+        dock = self._docks[name]
+        return not dock.isHidden() and not dock.isFloating()
+
+    def bring_forward(self, name: str) -> None:
+        """Show a page where it belongs; it replaces the page docked in the same region."""
+        if name == self.in_center:
+            return
+        self._make(name)
+        if REGIONS[name] == "overlay" and not self.net_docked:
+            if self._overlay is not None:
+                self._overlay.show_page(name, self[name].windowTitle(), self._take(name))
+            self.changed.emit()
+            return
+        dock = self[name]
+        if dock.isFloating():
+            dock.show()
+            dock.raise_()
+            self.changed.emit()
+            return
+        was_open = bool(self.page(REGIONS[name]))
+        updates = self._window.updatesEnabled()
+        self._window.setUpdatesEnabled(False)
+        try:
+            dock.show()
+            for other in self._docks:
+                if other != name and REGIONS[other] == REGIONS[name] and self._is_docked(other):
+                    self[other].hide()
+            dock.raise_()
+            if not was_open and not self._docked_before and REGIONS[name] == "drawer":
+                self.give_sizes()
+                self._docked_before = True
+        finally:
+            self._window.setUpdatesEnabled(updates)
+        self.changed.emit()
+
+    def close_page(self, name: str) -> None:
+        """Hide a page; one in the centre returns to its place first."""
+        if name == self.in_center:
+            self.leave_center()
+        self._leave_overlay(name)
+        self[name].hide()
+        self.changed.emit()
+
+    def _leave_overlay(self, name: str) -> None:
+        """Return a page that is in the overlay to its dock."""
+        if REGIONS[name] == "overlay" and self._overlay is not None:
+            widget = self._overlay.release_page()
+            if widget is not None:
+                self[name].setWidget(widget)
+
+    def close_region(self, region: Region) -> None:
+        """Hide the docked page of a region."""
+        if name := self.page(region):
+            self.close_page(name)
+
+    def _make(self, name: str) -> None:
+        """Create a page that is created late: callers may use it at once."""
+        if isinstance(place := self._widget(name), ScrollingLater):
+            place.widget()
+
+    def _widget(self, name: str) -> QWidget | None:
+        widget: QWidget | None = self[name].widget()
+        return widget
+
+    def _take(self, name: str) -> QWidget:
+        widget = self[name].widget()
+        self[name].hide()
+        return widget
+
+    def make_room(self, name: str, height: int) -> None:
+        """Give a docked page at least a height in pixels."""
+        dock = self[name]
+        if dock.height() < height and dock.isVisible() and not dock.isFloating():
+            self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
+
+    def replace_page(self, name: str, widget: QWidget) -> None:
+        """Put another widget in the place of a page, wherever that is."""
+        was_shown, was_in_center = self.is_shown(name), name == self.in_center
+        self.close_page(name)
+        old = self[name].widget()
+        self[name].setWidget(widget)
+        if old is not None:
+            old.deleteLater()
+        if was_in_center:
+            self.take_center(name)
+        elif was_shown:
+            self.bring_forward(name)
+
+    # --- centre ------------------------------------------------------------------------------
+    def toggle_center(self, name: str) -> None:
+        """Give a page the centre of the window, or return it to its place."""
+        if name == self.in_center:
+            self.leave_center()
+            self.bring_forward(name)
+        else:
+            self.take_center(name)
+
+    def take_center(self, name: str) -> None:
+        """Show a page in the centre of the window."""
+        if self._center is None or name == self.in_center:
+            return
+        self.leave_center()
+        self._make(name)
+        self._leave_overlay(name)
+        self.in_center = name
+        self._center.show_page(name, self[name].windowTitle(), self._take(name))
+        self.changed.emit()
+
+    def leave_center(self) -> str:
+        """Return the page in the centre to its hidden dock, and its name."""
+        name, self.in_center = self.in_center, ""
+        if name and self._center is not None:
+            if (widget := self._center.release_page()) is not None:
+                self[name].setWidget(widget)
+            self.changed.emit()
+        return name
+
+    def focused_page(self) -> str:
+        """Return the page that has the focus, else the open page of the drawer, else the net."""
+        focus = self._window.focusWidget()
+        for name, dock in self._docks.items():
+            if focus is not None and self._is_docked(name) and dock.isAncestorOf(focus):
+                return name
+        return self.page("drawer") or "stereonet"
+
+    def dock_net(self, docked: bool) -> None:
+        """Show the net in a dock, or over the outcrop."""
+        if docked == self.net_docked:
+            return
+        self.close_page("stereonet")
+        self.net_docked = docked
+        self.bring_forward("stereonet")
 
     # --- arrangement -------------------------------------------------------------------------
     def state(self) -> QByteArray:
-        """What `restore` takes."""
+        """Return the arrangement for `restore`."""
         return self._window.saveState(self._version())
 
     def restore(self, state: QByteArray) -> bool:
-        """Put the docks where they were; False where the state is not one of these docks."""
-        done = self._window.restoreState(state, self._version())
+        """Restore an arrangement; return whether it was one of these docks."""
+        is_restored = self._window.restoreState(state, self._version())
+        if is_restored:
+            self._docked_before = True
+            self.keep_one_page()
         self.bring_on_screen()
-        return done
+        return is_restored
+
+    def keep_one_page(self) -> None:
+        """Hide all docked pages of a region but the first."""
+        for region in _AREAS:
+            docked = [n for n in self._docks if REGIONS[n] == region and self._is_docked(n)]
+            for name in docked[1:]:
+                self[name].hide()
 
     def _version(self) -> int:
-        """An arrangement that was kept without a panel that came since would hide it for good."""
+        """Return a number of this set of pages: other arrangements do not fit."""
         return zlib.crc32(",".join(sorted(self._docks)).encode(), _LAYOUT_VERSION) & 0x7FFFFFFF
 
     def bring_on_screen(self) -> None:
@@ -97,107 +304,64 @@ class WindowDocks(Mapping[str, QDockWidget]):
             if dock.isFloating() and not dock.isHidden():
                 bring_on_screen(dock)
 
-    def arrange(self, places: Places) -> None:
-        """Show the docks of a table of places and hide the others, each where it belongs."""
-        for dock in self._docks.values():
+    def arrange(self) -> None:
+        """Dock all pages in their regions, hidden."""
+        self.leave_center()
+        first: dict[Region, QDockWidget] = {}
+        for name, dock in self._docks.items():
+            region = REGIONS[name]
             dock.setFloating(False)
             self._window.removeDockWidget(dock)
-        listed = {name for stacks in places.values() for stack in stacks for name in stack}
-        for area, side in _AREAS.items():
-            stacks = places.get(area, ())
-            for stack in stacks:
-                for name in stack:
-                    self._window.addDockWidget(side, self[name])
-                    if name != stack[0]:
-                        self._window.tabifyDockWidget(self[stack[0]], self[name])
-                    self[name].show()
-            for stack in stacks:
-                self[stack[0]].raise_()
-                # Sizes are given to what it needs.
-                self._make(stack[0])
-        # Hidden docks among tabs would leave a stray bar of tabs behind.
-        for name in self._docks.keys() - listed:
-            self._window.addDockWidget(_AREAS[HOMES[name]], self[name])
-            self[name].hide()
-
-    def give_sizes(self, places: Places, sizes: Mapping[Area, int], first_share: float) -> None:
-        """sizes : width of the sides, height of the bottom, in pixels. first_share : of the upper
-        stack of a side in its height"""
-        wide, high = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        fronts = {area: [self[stack[0]] for stack in stacks] for area, stacks in places.items()}
-        for area, first in fronts.items():
-            if not first:
-                continue
-            if area == "bottom":
-                self._window.resizeDocks(first[:1], [sizes[area]], high)
+            self._window.addDockWidget(_AREAS[region], dock)
+            if region in first:
+                self._window.tabifyDockWidget(first[region], dock)
             else:
-                self._window.resizeDocks(first[:1], [sizes[area]], wide)
-                below = (1.0 - first_share) / max(1, len(first) - 1)
-                heights = [first_share, *[below] * (len(first) - 1)]
-                self._window.resizeDocks(first, [round(1000 * each) for each in heights], high)
+                first[region] = dock
+            dock.hide()
+        self._docked_before = False
 
-    # --- coming and going --------------------------------------------------------------------
-    def bring_forward(self, name: str) -> None:
-        """Show a panel, in front of those that share its place."""
-        if self[name].isHidden():
-            self[name].show()
-            self._join(name)
-        self[name].raise_()
-        self._make(name)
-
-    def _make(self, name: str) -> None:
-        """Whoever brings a panel forward may speak to it at once."""
-        if isinstance(place := self[name].widget(), ScrollingLater):
-            place.widget()
-
-    def _come(self, name: str) -> None:
-        """Bring a dock that was chosen in the menu in front of those that share its place."""
-        self._join(name)
-        self[name].raise_()
-
-    def _join(self, name: str) -> None:
-        """Make a dock that has just come from elsewhere a tab of those that are there."""
-        dock = self[name]
-        if name in self.own or dock.isFloating() or self._window.tabifiedDockWidgets(dock):
-            return
-        area = self._window.dockWidgetArea(dock)
-        for other in self._docks.values():
-            there = not other.isHidden() and not other.isFloating() and other is not dock
-            if there and self._window.dockWidgetArea(other) == area:
-                self._window.tabifyDockWidget(other, dock)
-                return
-
-    def make_room(self, name: str, height: int) -> None:
-        """Let a panel that is docked in the window be at least so high, in pixels."""
-        dock = self[name]
-        if dock.height() < height and dock.isVisible() and not dock.isFloating():
-            self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
+    def give_sizes(self) -> None:
+        """Give inspector and drawer their initial sizes."""
+        size = self._window.size()
+        if name := self.page("inspector"):
+            width = inspector_width(size.width())
+            self._window.resizeDocks([self[name]], [width], Qt.Orientation.Horizontal)
+        if name := self.page("drawer"):
+            height = drawer_height(size.height())
+            self._window.resizeDocks([self[name]], [height], Qt.Orientation.Vertical)
 
     def hide_all(self) -> None:
-        for dock in self._docks.values():
+        """Hide every dock and overlay."""
+        self.leave_center()
+        for name, dock in self._docks.items():
+            if REGIONS[name] == "overlay":
+                self.close_page(name)
             dock.hide()
-
-
-class _WholeNames(QObject):
-    """Tabs of docks that share a place show their whole names, and arrows where they are too many:
-    Qt cuts them to a letter or two."""
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        if event.type() == QEvent.Type.ChildPolished and isinstance(event, QChildEvent):
-            tabs = event.child()
-            if isinstance(tabs, QTabBar):
-                tabs.setElideMode(Qt.TextElideMode.ElideNone)
-        return False
+        self.changed.emit()
 
 
 class _Watcher(QObject):
-    """Hears of the sizes that the user gives to docks by dragging what is between them."""
+    """Emits changes of docks: once per turn of the event loop if they appear or disappear."""
 
-    def __init__(self, changed: Callable[[], None]) -> None:
-        super().__init__()
-        self._changed = changed
+    changed = Signal()
+    moved = Signal()
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(0)
+        self._timer.timeout.connect(self.changed)
+
+    def watch(self, dock: QDockWidget) -> None:
+        """Watch a dock."""
+        dock.installEventFilter(self)
+        dock.dockLocationChanged.connect(lambda _: self.moved.emit())
+        for signal in (dock.topLevelChanged, dock.visibilityChanged):
+            signal.connect(lambda _: self._timer.start())
+            signal.connect(lambda _: self.moved.emit())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
-            self._changed()
+            self.moved.emit()
         return False

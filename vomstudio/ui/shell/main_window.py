@@ -29,7 +29,7 @@ from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.ui.shell.screens import restore_geometry
-from vomstudio.ui.shell.workspaces import Workspaces, geometry_of
+from vomstudio.ui.shell.workspaces import Workspaces, stored_geometry
 from vomstudio.ui.widgets.failure_notices import close_all, may_close
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
-        restore_geometry(self, geometry_of(settings.window))
+        restore_geometry(self, stored_geometry(settings.window))
         starting = Label(tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
@@ -109,7 +109,7 @@ class MainWindow(QMainWindow):
         self.workspaces = Workspaces(self, self.docks, self._settings.window)
         self._dialogs = OpenDialogs()
         self.photo_opening = PhotoOpening(self.studio, self.survey)
-        self.photo_tab = PhotoTab(self.photo_opening, self.workspaces, self)
+        self.photo_tab = PhotoTab(self.photo_opening, self.docks, self)
 
     def _make_actions(self) -> None:
         from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto
@@ -130,14 +130,14 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.commands import models as model_commands
         from vomstudio.ui.commands import tools as tool_commands
         from vomstudio.ui.commands import view as view_commands
-        from vomstudio.ui.shell import workspace_bar as strip
+        from vomstudio.ui.shell import top_bar
 
         studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
             *view_commands.commands(studio, self.view, self.workspaces.show_only_outcrop),
-            *strip.commands(self.workspaces),
+            *top_bar.commands(self.workspaces, self.docks),
             *model_commands.commands(studio, self.files, self.photo_links, self, self.workspaces),
             *tool_commands.commands(studio, self.view_panel, self.docks),
         ]
@@ -188,7 +188,7 @@ class MainWindow(QMainWindow):
                 lambda: getattr(self, "net", None),
                 self,
                 self._dialogs,
-                self.workspaces.fill_middle,
+                self.docks.toggle_center,
             ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
@@ -198,21 +198,25 @@ class MainWindow(QMainWindow):
         ]
 
     def _make_centre(self) -> None:
-        from vomstudio.ui.shell.central_area import OutcropPlace
+        from vomstudio.ui.shell.central_area import CentralArea
+        from vomstudio.ui.shell.net_overlay import NetOverlay
         from vomstudio.ui.shell.start_page import StartPage
-        from vomstudio.ui.shell.workspace_switching import WorkspaceFollowing
+        from vomstudio.ui.shell.workspace_switching import WorkspaceSwitching
         from vomstudio.ui.widgets.messages_panel import MessageBar
 
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
-        self._place = OutcropPlace(self.start_page)
+        self._place = CentralArea(self.start_page)
         self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
+        self.net_overlay = NetOverlay(self._place.room)
+        self.net_overlay.restore(self._settings.window.get("net", ""))
+        self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.of_viewport())
         self.setCentralWidget(self._place)
-        self._following = WorkspaceFollowing(
+        self._switching = WorkspaceSwitching(
             self.studio, self.survey, self.docks, self.workspaces, self._place
         )
-        self.files.opened.connect(self._following.path_opened)
+        self.files.opened.connect(self._switching.path_opened)
         self.files.opened.connect(self.photo_tab.show_outcrop)
 
     def _make_panels(self) -> None:
@@ -231,7 +235,7 @@ class MainWindow(QMainWindow):
 
         studio, actions = self.studio, self.actions_table.all
         photos = TreePhotos(
-            studio, self.survey, self.photo_opening, actions, self._following.photos_opened
+            studio, self.survey, self.photo_opening, actions, self._switching.photos_opened
         )
         menus = partial(record_actions, self.actions_table)
         self.tree = ProjectTree(studio, menus, self._open_types, photos)
@@ -276,12 +280,20 @@ class MainWindow(QMainWindow):
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
-        from vomstudio.ui.shell.menus import make_bars
+        from vomstudio.ui.shell.drawer_bar import DrawerBar
+        from vomstudio.ui.shell.menus import fill_menus
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
+        from vomstudio.ui.shell.tool_rail import ToolRail
+        from vomstudio.ui.shell.top_bar import TopBar
 
         actions, bar = self.actions_table.all, self.message_bar
-        make_bars(self, self.studio, self.files, self.docks, actions, self._of_tools)
+        fill_menus(self, self.studio, self.files, self.docks, actions, self._of_tools)
+        self.top_bar = TopBar(self, actions)
+        self.tool_rail = ToolRail(self.studio, actions, self.workspaces, self.docks)
+        self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_rail)
+        self.drawer_bar = DrawerBar(self.docks, self.workspaces)
+        self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, self.drawer_bar)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
         self._notices = Notices(self.messages, bar, self.status_line, actions, self.docks)
@@ -355,6 +367,14 @@ class MainWindow(QMainWindow):
         self.cameras.chosen.connect(self.photos_panel.choose)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
+        overlay = self.net_overlay
+        overlay.center_requested.connect(lambda: self.docks.toggle_center("stereonet"))
+        overlay.dock_requested.connect(self.actions_table.all["dock_net"].trigger)
+        overlay.closed.connect(lambda: self.docks.close_page("stereonet"))
+        self.docks.changed.connect(self._cover_net)
+        self.photo_tab.seen_changed.connect(self._cover_net)
+        self._place.page_close_requested.connect(self._close_center)
+        self._place.outcrop_requested.connect(self.photo_tab.show_outcrop)
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
@@ -368,8 +388,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all)
-        self.docks["stereonet"].setWidget(self.net)
-        self._net_place.deleteLater()
+        self.docks.replace_page("stereonet", self.net)
         warm_up.all_workers(self.studio)
 
     def _imports_done(self) -> None:
@@ -390,7 +409,7 @@ class MainWindow(QMainWindow):
     def _open_photos(self, folder: Path) -> None:
         from vomstudio.ui.commands.survey import open_photos
 
-        self._following.photos_opened()
+        self._switching.photos_opened()
         open_photos(self.survey, self.docks, folder)
         if not self._place.shows_outcrop:
             self.photos_panel.table.setFocus()
@@ -416,10 +435,15 @@ class MainWindow(QMainWindow):
 
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
-        if name in self.tool_panel.panels:
-            self._following.tool_chosen()
+        self._switching.tool_chosen(has_panel=name in self.tool_panel.panels)
         self.view.take_up(name)
         self._refresh()
+
+    def _cover_net(self) -> None:
+        self.net_overlay.cover(not self._place.shows_outcrop or self.start_page.isVisible())
+
+    def _close_center(self) -> None:
+        self.docks.bring_forward(self.docks.leave_center())
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
@@ -430,6 +454,7 @@ class MainWindow(QMainWindow):
         studio = self.studio
         empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
         self.start_page.setVisible(empty)
+        self._cover_net()
 
     # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
@@ -456,5 +481,8 @@ class MainWindow(QMainWindow):
 
     def _keep_arrangement(self) -> None:
         self.workspaces.stop()
-        self.studio.settings.window = self.workspaces.to_keep()
+        self.studio.settings.window = {
+            **self.workspaces.to_store(),
+            "net": self.net_overlay.state(),
+        }
         self.studio.keep_settings()

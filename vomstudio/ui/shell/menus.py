@@ -1,21 +1,20 @@
-"""The menus and the toolbar: which commands stand where."""
+"""The menus: which commands each contains."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QMainWindow, QMenu
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.studio.tools.registry import TOOLS
-from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.commands import display as display_commands
 from vomstudio.ui.commands.project_files import Files
 from vomstudio.ui.shell.docks import WindowDocks
-from vomstudio.ui.shell.workspace_bar import FittingBar, buttons_of, command_names, make_strip
+from vomstudio.ui.shell.top_bar import command_names
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.
@@ -93,7 +92,9 @@ MENUS = (
             "*workspaces",
             "*docks",
             "only_outcrop",
+            "page_in_center",
             "net_in_middle",
+            "dock_net",
             "reset_panels",
             "*theme",
         ),
@@ -197,26 +198,8 @@ MENUS = (
     ),
 )
 
-_TOOLBAR = (
-    "open",
-    "save",
-    "|",
-    "navigate",
-    "+tools_in_bar",
-    "|",
-    "undo",
-    "redo",
-    "|",
-    "home",
-    "frame_selection",
-    "orthographic",
-    "*views",
-)
 # With more of its commands a tool would make the menu Interpret higher than a laptop's screen.
 _MOST_OF_A_TOOL = 8
-_VIEWS = ("top", "north", "east", "south", "west", "bottom")
-# What everybody knows by its icon: so the bar has room at 1400 pixels.
-_ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
 
 # Menus inside a menu that are lists of commands.
 _INNER = {
@@ -230,7 +213,7 @@ Groups = Mapping[str, Sequence[str]]
 """Names of commands, and lines between them, by the name of the group."""
 
 
-def make_bars(
+def fill_menus(
     window: QMainWindow,
     studio: Studio,
     files: Files,
@@ -238,13 +221,12 @@ def make_bars(
     actions: Mapping[str, QAction],
     of_tools: Mapping[str, Sequence[Command]],
 ) -> None:
-    """Give the window its menus, its toolbar and the strip of workspaces. of_tools : the commands
-    of each tool, for the menu; many of them have a menu of their own"""
+    """Fill the menu bar. The commands of each tool, `of_tools`, are in its menu if they are
+    many."""
     names = {tool: [command.name for command in some] for tool, some in of_tools.items()}
     groups = {
         "workspaces": command_names(),
         "tools": [entry.name for entry in TOOLS],
-        "tools_in_bar": [entry.name for entry in TOOLS if entry.in_bar],
         **names,
         "of_tools": [
             entry
@@ -262,9 +244,6 @@ def make_bars(
         },
         groups=groups,
     )
-    window.addToolBar(make_toolbar(actions, groups))
-    window.addToolBarBreak()
-    window.addToolBar(make_strip(actions))
 
 
 def fill_menu_bar(
@@ -321,43 +300,3 @@ def _add_menu(
     else:
         inner.setToolTipsVisible(True)
         inner.addActions([actions[each] for each in groups.get(name, _INNER.get(name, ()))])
-
-
-def make_toolbar(actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
-    """The toolbar with its commands, the menu of views and the search for commands."""
-    bar = FittingBar(tr("Tools"), "toolbar")
-    for name in _with_groups(_TOOLBAR, groups):
-        if name == "|":
-            bar.addSeparator()
-        elif name == "*views":
-            views = _views_button(tr("Views"), actions)
-            bar.addWidget(views)
-        else:
-            bar.addAction(actions[name])
-    space = QWidget()
-    space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-    bar.addWidget(space)
-    find = QToolButton()
-    find.setIcon(theme.icon("magnify"))
-    find.setText(tr("Find command  Ctrl+K"))
-    find.setToolTip(tr("Find a command by its words (Ctrl+K)."))
-    find.clicked.connect(actions["find_command"].trigger)
-    bar.addWidget(find)
-    # Texts that are missed least go first; those of the tools stay longest.
-    bar.drop_texts([find])
-    for names in (("orthographic",), ("open", "save"), groups["tools_in_bar"], ("navigate",)):
-        own = [actions[name] for name in names if name not in _ICON_ONLY]
-        bar.drop_texts([*([views] if "orthographic" in names else []), *buttons_of(bar, own)])
-    return bar
-
-
-def _views_button(text: str, actions: Mapping[str, QAction]) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setIcon(theme.icon("compass-outline"))
-    button.setToolTip(tr("Views from the compass directions, from above and from below."))
-    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-    menu = QMenu(button)
-    menu.addActions([actions[f"view_{each}"] for each in _VIEWS])
-    button.setMenu(menu)
-    return button

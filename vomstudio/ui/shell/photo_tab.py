@@ -17,19 +17,18 @@ from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_page_commands import over_photo
-from vomstudio.ui.shell.central_area import OutcropPlace
-from vomstudio.ui.shell.workspaces import Workspaces
+from vomstudio.ui.shell.central_area import CentralArea
+from vomstudio.ui.shell.docks import WindowDocks
 
 if TYPE_CHECKING:
     from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
-_PHOTOS = "photos"
 _TOOLS = ("navigate", *(entry.name for entry in TOOLS))
 _WINDOW_SIZE = (1400, 860)
 
 
 class PhotoTab(QObject):
-    """Which of outcrop and photo is seen, in which workspace.
+    """Which of outcrop and photo is seen.
 
     changed : something that commands depend on. seen_changed : another widget is looked at, which
     is to have the keyboard. hinted : what the photo that is seen says, for the status line; ""
@@ -40,18 +39,14 @@ class PhotoTab(QObject):
     hinted = Signal(str)
     seen_changed = Signal()
 
-    def __init__(self, opening: PhotoOpening, workspaces: Workspaces, parent: QWidget) -> None:
+    def __init__(self, opening: PhotoOpening, docks: WindowDocks, parent: QWidget) -> None:
         """parent : of the window of its own"""
         super().__init__(parent)
-        self._opening, self._workspaces, self._parent = opening, workspaces, parent
-        self._place: OutcropPlace | None = None
+        self._opening, self._docks, self._parent = opening, docks, parent
+        self._place: CentralArea | None = None
         self._told: PhotoPage | None = None
-        # The workspace from which the photo has taken the user away.
-        self._came_from = ""
         opening.shown.connect(self._show)
-        workspaces.changed.connect(self._workspace_changed)
-        # What has no height would lose its room to the docks.
-        workspaces.arranging.connect(self._put)
+        docks.changed.connect(self._follow)
 
     def commands(self) -> list[Command]:
         def nothing_open() -> Finding | None:
@@ -90,12 +85,12 @@ class PhotoTab(QObject):
         # The tool in use is that of the photo.
         return replace(command, checked=lambda: checked() and self.seen is None)
 
-    def join(self, place: OutcropPlace, outcrop_actions: Iterable[QAction]) -> None:
+    def join(self, place: CentralArea, outcrop_actions: Iterable[QAction]) -> None:
         """outcrop_actions : what acts on the outcrop, which is looked at after them"""
         self._place = place
-        place.outcrop_wanted.connect(self.show_outcrop)
-        place.photo_wanted.connect(self.show_photo)
-        place.end_wanted.connect(self._opening.may_close)
+        place.outcrop_requested.connect(self.show_outcrop)
+        place.photo_requested.connect(self.show_photo)
+        place.photo_close_requested.connect(self._opening.may_close)
         for action in outcrop_actions:
             action.triggered.connect(self._outcrop_used)
 
@@ -130,42 +125,25 @@ class PhotoTab(QObject):
             page.raise_()
             page.activateWindow()
             return
-        shown = self._workspaces.shown
-        if _PHOTOS not in shown.docks and not self._workspaces.photo_in_front:
-            # The docks of another step would leave it little room.
-            self._workspaces.switch(_PHOTOS)
-            self._came_from = shown.name
-        self._workspaces.put_photo(True)
+        self._docks.leave_center()
+        place.show_photo(True)
         self._follow()
 
-    def show_outcrop(self, *, back: bool = True) -> None:
-        """Look at the outcrop; `back` in the workspace from which the photo was opened."""
-        if self._place is None:
-            return
-        came_from, self._came_from = self._came_from, ""
-        self._workspaces.put_photo(False)
-        if came_from and back and self._workspaces.shown.name == _PHOTOS:
-            self._workspaces.switch(came_from)
-        self._follow()
+    def show_outcrop(self) -> None:
+        """Look at the outcrop."""
+        if self._place is not None:
+            self._docks.leave_center()
+            self._place.show_photo(False)
+            self._follow()
 
     def _outcrop_used(self) -> None:
         if self.seen is not None:
             self.show_outcrop()
 
-    def _workspace_changed(self, name: str) -> None:
-        if name != _PHOTOS:
-            self._came_from = ""
-        self._follow()
-
     def _follow(self) -> None:
-        """Show what has the middle of this workspace, and tell if it is another."""
-        self._put()
+        """Report if the widget that is shown has changed."""
         if self._told is not self.seen:
             self._tell()
-
-    def _put(self) -> None:
-        if self._place is not None:
-            self._place.show_photo(self._workspaces.photo_in_front)
 
     def _tell(self) -> None:
         self._told = self.seen
@@ -222,10 +200,6 @@ class PhotoTab(QObject):
 
     def _without_photo(self) -> None:
         """There is no tab any more."""
-        came_from, self._came_from = self._came_from, ""
-        self._workspaces.forget_photo()
-        if came_from and self._workspaces.shown.name == _PHOTOS:
-            self._workspaces.switch(came_from)
         self._tell()
 
 

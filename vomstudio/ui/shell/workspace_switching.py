@@ -1,23 +1,25 @@
-"""Which workspace comes by itself, and what stands in the middle of the window."""
+"""Which workspace and page follow from what the user opens, selects and picks."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QObject
+from PySide6.QtGui import QCursor
 
 from vomstudio.core.words import tr
 from vomstudio.project.records import Feature, Model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.shell.central_area import OutcropPlace
+from vomstudio.ui.shell.central_area import CentralArea
 from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.layout import INSPECTOR_TABS
 from vomstudio.ui.shell.workspaces import Workspaces
 
-_PHOTOS, _OUTCROP, _TOOL = "photos", "interpret", "tool"
+_PHOTOS, _MODEL, _INTERPRET = "photos", "model", "interpret"
+_FEATURES, _TOOL, _SELECTION = INSPECTOR_TABS
 
 
-class WorkspaceFollowing(QObject):
-    """What is opened is shown in the workspace that fits; a workspace that has nothing to show yet
-    says in one line what it is for."""
+class WorkspaceSwitching(QObject):
+    """Shows the workspace and the page of the inspector that fit what the user does."""
 
     def __init__(
         self,
@@ -25,59 +27,92 @@ class WorkspaceFollowing(QObject):
         survey: PhotoSurvey,
         docks: WindowDocks,
         workspaces: Workspaces,
-        place: OutcropPlace,
+        area: CentralArea,
     ) -> None:
-        super().__init__(place)
+        super().__init__(area)
         self._studio, self._survey = studio, survey
-        self._docks, self._workspaces, self._place = docks, workspaces, place
-        self._model = self._feature = False
-        for signal in (survey.changed, workspaces.moved, workspaces.changed):
-            signal.connect(self.refresh)
+        self._docks, self._workspaces, self._area = docks, workspaces, area
+        self._has_model = self._has_feature = False
+        self._is_picking = False
+        survey.changed.connect(self.refresh)
+        workspaces.changed.connect(self._workspace_changed)
         for signal in (studio.edited, studio.project_opened, studio.model_loaded):
             signal.connect(self._data_changed)
-        workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_keep()))
+        studio.selection_changed.connect(self._selection_changed)
+        studio.tool_changed_signal.connect(self._tool_changed)
+        workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_store()))
 
+    # --- what is opened ----------------------------------------------------------------------
     def photos_opened(self) -> None:
-        """The user has had a folder of photos opened, or wants to see its panel."""
-        self._workspaces.switch(_PHOTOS)
-        self._docks.bring_forward(_PHOTOS)
+        """Show the page of photos: the user opened a folder of photos."""
+        self._workspaces.switch(_MODEL)
+        if not self._has_model:
+            self._docks.take_center(_PHOTOS)
+        else:
+            self._docks.bring_forward(_PHOTOS)
 
     def path_opened(self) -> None:
-        """The user has had a model or a project opened."""
-        # Elsewhere the outcrop is in sight, and the user chose that workspace.
-        if self._workspaces.shown.middle:
-            self._workspaces.switch(_OUTCROP)
+        """Show the outcrop: the user opened a model or a project."""
+        if self._docks.leave_center() == _PHOTOS:
+            self._workspaces.switch(_INTERPRET)
 
-    def tool_chosen(self) -> None:
-        """The user has chosen a tool, which works on the outcrop."""
-        if not self._place.shows_outcrop:
-            self._workspaces.switch(_OUTCROP)
-        self._docks.bring_forward(_TOOL)
+    # --- inspector ---------------------------------------------------------------------------
+    def tool_chosen(self, *, has_panel: bool) -> None:
+        """Show the settings of a tool that the user chose, or what is selected without one."""
+        self._is_picking = has_panel
+        if has_panel:
+            self._docks.leave_center()
+            self._docks.bring_forward(_TOOL)
+        else:
+            self._tool_changed()
 
+    def _tool_changed(self) -> None:
+        """Leave the settings of a tool once nothing is open in it."""
+        is_idle = not self._is_picking and self._studio.open_tool is None
+        if is_idle and self._docks.page("inspector") == _TOOL:
+            self._show_selection()
+
+    def _selection_changed(self, *_: object) -> None:
+        if (
+            self._is_picking
+            or self._studio.open_tool is not None
+            or self._docks.page("inspector") not in INSPECTOR_TABS
+        ):
+            return
+        if not self._is_in_inspector():
+            self._show_selection()
+
+    def _show_selection(self) -> None:
+        self._docks.bring_forward(_SELECTION if self._studio.selection.ids else _FEATURES)
+
+    def _is_in_inspector(self) -> bool:
+        """Return whether the user is working in the inspector, which must not change then."""
+        name = self._docks.page("inspector")
+        if not name:
+            return True
+        dock = self._docks[name]
+        focus = dock.window().focusWidget()
+        has_focus = focus is not None and dock.isAncestorOf(focus)
+        return has_focus or dock.rect().contains(dock.mapFromGlobal(QCursor.pos()))
+
+    # --- empty workspaces --------------------------------------------------------------------
     def _data_changed(self, *_: object) -> None:
-        # There may be thousands: the first of each will do.
+        # There may be thousands: `any` stops at the first of each.
         records = self._studio.records.values()
-        self._model = any(isinstance(record, Model) for record in records)
-        self._feature = any(isinstance(record, Feature) for record in records)
+        self._has_model = any(isinstance(record, Model) for record in records)
+        self._has_feature = any(isinstance(record, Feature) for record in records)
+        self.refresh()
+
+    def _workspace_changed(self, _: str) -> None:
+        page = self._workspaces.shown.center
+        if page and not self._has_model and self._survey.folder is not None:
+            self._docks.take_center(page)
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the outcrop, or photos in its place, and the line of an empty workspace."""
-        shown, model = self._workspaces.shown, self._model
-        filling = self._workspaces.filling
-        instead = self._docks.get(filling or shown.middle)
-        self._place.show_outcrop(
-            (model and not filling) or instead is None or instead.isHidden() or instead.isFloating()
-        )
-        by_photos = shown.middle and not model
-        if by_photos:
-            self._place.name_outcrop(self._docks[shown.middle].windowTitle(), shown.icon)
-        else:
-            self._place.name_outcrop(tr("Outcrop"), "image-filter-hdr")
-        if shown.needs == "model":
-            empty = not model
-        elif shown.needs == "photos":
-            empty = self._survey.folder is None
-        else:
-            empty = not self._feature
-        self._place.say_purpose(tr(shown.purpose) if empty else "")
+        """Show the purpose of a workspace that is empty."""
+        shown, has_photos = self._workspaces.shown, self._survey.folder is not None
+        is_empty = not (self._has_model if shown.needs == "model" else self._has_feature)
+        if shown.center and has_photos:
+            is_empty = False
+        self._area.show_purpose(tr(shown.purpose) if is_empty else "")

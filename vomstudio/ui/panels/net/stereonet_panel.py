@@ -66,6 +66,8 @@ _CORNER = 0.4
 """Of the width, for the name of what is selected."""
 _NET = "net"
 _PATIENCE_S = 5.0
+_OVERLAY_OPACITY = "dd"
+"""Of the paper over the outcrop, as two hexadecimal digits."""
 _MANY = 300
 """Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
@@ -119,7 +121,9 @@ class StereonetPanel(QWidget):
         self._under.setParent(self.canvas)
         self._under.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.canvas.resized.connect(self._place_under)
-        row = QHBoxLayout()
+        self.tools = QWidget()
+        self.tools.setAutoFillBackground(True)
+        row = QHBoxLayout(self.tools)
         row.setContentsMargins(4, 2, 4, 2)
         row.setSpacing(2)
         row.addWidget(self.view)
@@ -131,7 +135,8 @@ class StereonetPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.canvas, 1)
-        layout.addLayout(row)
+        layout.addWidget(self.tools)
+        self._paper_opacity = ""
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SOON_MS)
@@ -155,6 +160,12 @@ class StereonetPanel(QWidget):
         studio.fold.changed.connect(self._soon)
         # Of an empty net, too, which no edit of a feature changes.
         follow_axes(studio, lambda _: self._soon())
+
+    def set_overlay(self, on: bool) -> None:
+        """Draw on translucent paper over the outcrop, with tools only while they are needed."""
+        self._paper_opacity = _OVERLAY_OPACITY if on else ""
+        self.tools.setVisible(not on)
+        self._soon()
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
         button = QToolButton()
@@ -327,6 +338,7 @@ class StereonetPanel(QWidget):
         net, beds = self._without_fold() if self.wishes.view == "net" else (NetContents(), None)
         many = _many(net)
         style = NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX)
+        style = replace(style, paper=style.paper + self._paper_opacity)
         size = (self.canvas.width(), self.canvas.height())
         wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), beds)
         if self.wishes.view != "net":

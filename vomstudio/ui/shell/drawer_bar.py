@@ -1,0 +1,65 @@
+"""The bar below the drawer: one button for each page that the workspace offers."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QMenu, QToolBar, QToolButton
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
+from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.layout import REGIONS
+from vomstudio.ui.shell.workspaces import Workspaces
+
+
+class DrawerBar(QToolBar):
+    """Buttons that open and close the pages of the drawer."""
+
+    def __init__(self, docks: WindowDocks, workspaces: Workspaces) -> None:
+        super().__init__(tr("Drawer"))
+        self.setObjectName("drawer_bar")
+        self.setMovable(False)
+        self.layout().setContentsMargins(2, 0, 2, 0)
+        self.toggleViewAction().setVisible(False)
+        self.setIconSize(QSize(14, 14))
+        theme.show_toggles(self)
+        self._docks, self._workspaces = docks, workspaces
+        names = [name for name, region in REGIONS.items() if region == "drawer"]
+        self.buttons = {name: self._button(name) for name in names}
+        self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
+        self._more = QToolButton()
+        self._more.setText(tr("More"))
+        self._more.setToolTip(tr("All pages of the drawer"))
+        self._more.setAutoRaise(True)
+        self._more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self._more)
+        for name in names:
+            title = docks[name].windowTitle()
+            menu.addAction(title).triggered.connect(
+                lambda _=False, page=name: docks.bring_forward(page)
+            )
+        self._more.setMenu(menu)
+        self.addWidget(self._more)
+        docks.changed.connect(self.refresh)
+        workspaces.changed.connect(self.refresh)
+        self.refresh()
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName(f"drawer_{name}")
+        button.setText(self._docks[name].windowTitle())
+        button.setCheckable(True)
+        button.setAutoRaise(True)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        theme.show_toggles(button)
+        button.clicked.connect(lambda on: self._docks.toggle(name, on))
+        return button
+
+    def refresh(self, *_: object) -> None:
+        """Show the pages of the workspace and those that are open, and press the open ones."""
+        offered = self._workspaces.shown.drawer
+        for name, button in self.buttons.items():
+            is_shown = self._docks.is_shown(name)
+            self._places[name].setVisible(name in offered or is_shown)
+            button.setChecked(is_shown)

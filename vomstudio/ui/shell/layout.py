@@ -1,0 +1,156 @@
+"""Regions, pages and workspaces of the window, as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.words import to_translate
+
+Region = Literal["inspector", "drawer", "overlay"]
+
+REGIONS: dict[str, Region] = {
+    "project": "inspector",
+    "tool": "inspector",
+    "properties": "inspector",
+    "view": "inspector",
+    "display": "inspector",
+    "surface": "inspector",
+    "three_points": "inspector",
+    "compare": "inspector",
+    "stereonet": "overlay",
+    "table": "drawer",
+    "statistics": "drawer",
+    "sets": "drawer",
+    "slopes": "drawer",
+    "fractures": "drawer",
+    "section": "drawer",
+    "elevation": "drawer",
+    "bed_log": "drawer",
+    "displacement": "drawer",
+    "looked_at": "drawer",
+    "repeats": "drawer",
+    "photos": "drawer",
+    "in_photos": "drawer",
+    "jobs": "drawer",
+    "messages": "drawer",
+}
+"""Region of each page, in the order of the menu of pages."""
+
+INSPECTOR_TABS = ("project", "tool", "properties")
+"""Pages of the inspector that follow the work; the others are opened from a menu."""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A step of the work: which pages inspector and drawer offer.
+
+    Attributes
+    ----------
+    title, purpose : str
+        Marked for translation. The purpose is shown while there are no data.
+    needs : str
+        Data without which the workspace is empty.
+    inspector, drawer : tuple of str
+        Pages offered beside the inspector's tabs, and in the drawer.
+    center : str
+        Page that takes the centre if there are photos and no open model.
+    tools : tuple of str
+        Tools in the rail beside the general ones.
+    """
+
+    name: str
+    title: str
+    icon: str
+    purpose: str
+    needs: Literal["model", "features"]
+    inspector: tuple[str, ...] = ()
+    drawer: tuple[str, ...] = ()
+    center: str = ""
+    tools: tuple[str, ...] = ()
+
+
+WORKSPACES: tuple[Workspace, ...] = (
+    Workspace(
+        "model",
+        to_translate("Model"),
+        "cube-outline",
+        to_translate(
+            "Model: check photos and reconstruct them, open a model, and register it. "
+            "Open a model or a folder of photos to begin."
+        ),
+        "model",
+        inspector=("display", "compare"),
+        drawer=("photos", "in_photos", "jobs", "messages"),
+        center="photos",
+        tools=("control", "known_line"),
+    ),
+    Workspace(
+        "interpret",
+        to_translate("Interpret"),
+        "vector-polyline",
+        to_translate(
+            "Interpret: pick traces and planes on the outcrop, and read their orientations with "
+            "errors. Open a model to begin."
+        ),
+        "model",
+        inspector=("surface", "three_points", "view", "display"),
+        drawer=("table", "in_photos", "statistics", "bed_log", "looked_at", "messages"),
+    ),
+    Workspace(
+        "results",
+        to_translate("Results"),
+        "chart-scatter-plot",
+        to_translate(
+            "Results: nets, statistics, sections, logs and tables of the features. "
+            "Pick features first, or import field measurements."
+        ),
+        "features",
+        inspector=("view", "display"),
+        drawer=(
+            "table",
+            "statistics",
+            "sets",
+            "slopes",
+            "fractures",
+            "section",
+            "elevation",
+            "bed_log",
+            "displacement",
+            "looked_at",
+            "repeats",
+            "messages",
+        ),
+    ),
+)
+"""In the order of the buttons and of the keys Ctrl+1 to Ctrl+3."""
+
+FIRST = "interpret"
+"""The workspace of a new user."""
+
+PAGE_TOOLS = {"bed_log": ("contact", "lithology"), "looked_at": ("cells",)}
+"""Tools that the rail offers while a page of the drawer is open."""
+
+GENERAL_TOOLS = ("trace", "patch", "line", "measure", "station", "select")
+"""Tools that the rail always offers, in their order."""
+
+_BY_NAME = {workspace.name: workspace for workspace in WORKSPACES}
+
+MAX_NARROW_WIDTH = 1100
+INSPECTOR_WIDTH, NARROW_INSPECTOR_WIDTH = 300, 250
+DRAWER_SHARE, MIN_DRAWER_HEIGHT = 0.34, 190
+
+
+def workspace_of(name: str) -> Workspace:
+    """Return the workspace of a name, or the first one if there is none."""
+    return _BY_NAME.get(name, _BY_NAME[FIRST])
+
+
+def inspector_width(window_width: int) -> int:
+    """Return the initial width of the inspector in a window, both in logical pixels."""
+    return NARROW_INSPECTOR_WIDTH if window_width < MAX_NARROW_WIDTH else INSPECTOR_WIDTH
+
+
+def drawer_height(window_height: int) -> int:
+    """Return the initial height of the drawer in a window, both in logical pixels."""
+    return max(MIN_DRAWER_HEIGHT, round(DRAWER_SHARE * window_height))

@@ -1,0 +1,239 @@
+"""The stereonet as an overlay in a corner of the outcrop."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QCursor, QMouseEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizeGrip, QToolButton, QVBoxLayout, QWidget
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
+
+_MARGIN = 10
+_SIDE, _MIN_SIDE = 280, 200
+_MAX_SHARE = 0.5
+"""Of the outcrop's width and height."""
+_HIDE_MS = 400
+
+
+@runtime_checkable
+class OverlayPage(Protocol):
+    """A page that adapts to the overlay: with tools that are shown under the cursor only."""
+
+    tools: QWidget
+
+    def set_overlay(self, on: bool) -> None:
+        """Enter or leave the overlay."""
+
+
+class NetOverlay(QFrame):
+    """Frame over the outcrop with the net. It keeps its distance to the nearest corner when the
+    window is resized; its buttons appear under the cursor.
+
+    Attributes
+    ----------
+    center_requested, dock_requested, closed : Signal
+        A button was pressed.
+    """
+
+    center_requested = Signal()
+    dock_requested = Signal()
+    closed = Signal()
+
+    def __init__(self, room: QWidget) -> None:
+        super().__init__(room)
+        self.setObjectName("net_overlay")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self._room = room
+        self._widget: QWidget | None = None
+        self.is_shown = False
+        """Whether the net is here; it is visible only with the outcrop."""
+        self._covered = False
+        self._side = _SIDE
+        self._at_right, self._at_bottom = True, False
+        self._offset = QPoint(_MARGIN, _MARGIN)
+        self._drag: tuple[QPoint, QPoint] | None = None
+        self._buttons = self._make_buttons()
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(0)
+        self._grip = QSizeGrip(self)
+        self._grip.resize(14, 14)
+        self._grip.hide()
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_HIDE_MS)
+        self._timer.timeout.connect(self._hide_buttons)
+        room.installEventFilter(self)
+        self.setMinimumSize(_MIN_SIDE, _MIN_SIDE)
+        self.hide()
+
+    def _make_buttons(self) -> QWidget:
+        bar = QWidget(self)
+        bar.setObjectName("net_overlay_buttons")
+        bar.setAutoFillBackground(True)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(2, 1, 2, 1)
+        row.setSpacing(1)
+        for icon, text, signal in (
+            ("arrow-expand", tr("Show in the centre (Shift+F9)"), self.center_requested),
+            ("dock-right", tr("Dock the net"), self.dock_requested),
+            ("close", tr("Close"), self.closed),
+        ):
+            button = QToolButton()
+            button.setIcon(theme.icon(icon))
+            button.setIconSize(QSize(14, 14))
+            button.setAutoRaise(True)
+            button.setToolTip(text)
+            button.setAccessibleName(text)
+            button.clicked.connect(signal)
+            row.addWidget(button)
+        bar.setCursor(Qt.CursorShape.SizeAllCursor)
+        bar.hide()
+        return bar
+
+    # --- the net -----------------------------------------------------------------------------
+    def show_page(self, _name: str, _title: str, widget: QWidget) -> None:
+        """Take the net and show it."""
+        if widget is not None and widget is not self._widget:
+            self._widget = widget
+            widget.setParent(self)
+            self._column.addWidget(widget, 1)
+            self._set_overlay(widget, True)
+            widget.show()
+        self.is_shown = True
+        self._refresh()
+
+    def release_page(self) -> QWidget | None:
+        """Give the net's widget back and hide the overlay."""
+        widget, self._widget = self._widget, None
+        if widget is not None:
+            self._column.removeWidget(widget)
+            self._set_overlay(widget, False)
+            widget.hide()
+            widget.setParent(None)
+        self.is_shown = False
+        self._refresh()
+        return widget
+
+    @staticmethod
+    def _set_overlay(widget: QWidget, on: bool) -> None:
+        # The placeholder that precedes the net has no tools.
+        if isinstance(widget, OverlayPage):
+            widget.set_overlay(on)
+
+    @property
+    def _tools(self) -> QWidget | None:
+        return self._widget.tools if isinstance(self._widget, OverlayPage) else None
+
+    def cover(self, covered: bool) -> None:
+        """Hide it while something else than the outcrop is in the centre."""
+        self._covered = covered
+        self._refresh()
+
+    def _refresh(self) -> None:
+        self.setVisible(self.is_shown and not self._covered)
+        self.place()
+
+    # --- place and size ----------------------------------------------------------------------
+    def place(self) -> None:
+        """Put the overlay at its distance from the corner, inside the outcrop."""
+        room = self._room.rect()
+        limit = round(_MAX_SHARE * min(room.width(), room.height()))
+        side = max(_MIN_SIDE, min(self._side, limit))
+        right, bottom = room.width() - side - _MARGIN, room.height() - side - _MARGIN
+        x = room.width() - side - self._offset.x() if self._at_right else self._offset.x()
+        y = room.height() - side - self._offset.y() if self._at_bottom else self._offset.y()
+        place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
+        tools = self._tools
+        height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
+        self.setGeometry(QRect(place, QSize(side, height)))
+        self.raise_()
+
+    def _anchor(self) -> None:
+        """Measure the distance from the nearest corner."""
+        room, box = self._room.rect(), self.geometry()
+        self._side = box.width()
+        self._at_right = box.center().x() > room.center().x()
+        self._at_bottom = box.center().y() > room.center().y()
+        x = room.width() - box.right() - 1 if self._at_right else box.x()
+        y = room.height() - box.bottom() - 1 if self._at_bottom else box.y()
+        self._offset = QPoint(max(0, x), max(0, y))
+
+    def state(self) -> str:
+        """Return place and size as text for `restore`."""
+        corner = ("b" if self._at_bottom else "t") + ("r" if self._at_right else "l")
+        return f"{corner} {self._offset.x()} {self._offset.y()} {self._side}"
+
+    def restore(self, text: str) -> None:
+        """Restore place and size; a damaged text changes nothing."""
+        corner, *numbers = text.split() or [""]
+        if corner not in ("tl", "tr", "bl", "br") or len(numbers) != 3:
+            return
+        if not all(number.isdecimal() for number in numbers):
+            return
+        x, y, side = (min(int(number), 10_000) for number in numbers)
+        self._at_bottom, self._at_right = corner[0] == "b", corner[1] == "r"
+        self._offset, self._side = QPoint(x, y), max(_MIN_SIDE, side)
+        self.place()
+
+    def reset(self) -> None:
+        """Return to the initial place and size."""
+        self._at_right, self._at_bottom, self._side = True, False, _SIDE
+        self._offset = QPoint(_MARGIN, _MARGIN)
+        self.place()
+
+    # --- Qt ----------------------------------------------------------------------------------
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Resize and watched is self._room:
+            self.place()
+        return False
+
+    def event(self, event: QEvent) -> bool:
+        kind = event.type()
+        if kind == QEvent.Type.Enter:
+            self._timer.stop()
+            self._show_tools(True)
+            self._buttons.adjustSize()
+            self._buttons.move(self.width() - self._buttons.width(), 0)
+            self._buttons.show()
+            self._buttons.raise_()
+            self._grip.move(0, self.height() - self._grip.height())
+            self._grip.show()
+            self._grip.raise_()
+        elif kind == QEvent.Type.Leave:
+            self._timer.start()
+        return super().event(event)
+
+    def _show_tools(self, on: bool) -> None:
+        if (tools := self._tools) is not None and tools.isHidden() == on:
+            tools.setVisible(on)
+            self.place()
+
+    def _hide_buttons(self) -> None:
+        if self.rect().contains(self.mapFromGlobal(QCursor.pos())):
+            self._timer.start()
+        else:
+            self._show_tools(False)
+            self._buttons.hide()
+            self._grip.hide()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._drag = (event.globalPosition().toPoint(), self.pos())
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if self._drag is not None:
+            start, place = self._drag
+            moved = place + event.globalPosition().toPoint() - start
+            limit = self._room.rect().bottomRight() - self.rect().bottomRight()
+            self.move(max(0, min(moved.x(), limit.x())), max(0, min(moved.y(), limit.y())))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if self._drag is not None:
+            self._drag = None
+            self._anchor()
+        event.accept()

@@ -1,0 +1,89 @@
+"""The rail of tools at the left of the outcrop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QToolBar, QToolButton
+
+from vomstudio.core.words import to_translate, tr
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.layout import GENERAL_TOOLS, PAGE_TOOLS
+from vomstudio.ui.shell.workspaces import Workspaces
+
+_ICON_PX = 22
+_PADDING_PX = 7
+_NAVIGATE = "navigate"
+SHORT_NAMES = {
+    "station": to_translate("Station"),
+    "contact": to_translate("Contact"),
+    "lithology": to_translate("Rock"),
+    "control": to_translate("Control"),
+    "known_line": to_translate("Lines"),
+}
+"""Names below the icons, if shorter than the tool's."""
+
+
+class ToolRail(QToolBar):
+    """One button per tool, with icon and name. Tools of a task appear only in that task."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        actions: Mapping[str, QAction],
+        workspaces: Workspaces,
+        docks: WindowDocks,
+    ) -> None:
+        super().__init__(tr("Tools"))
+        self.setObjectName("tool_rail")
+        self.setOrientation(Qt.Orientation.Vertical)
+        self.setMovable(False)
+        self.layout().setContentsMargins(0, 0, 0, 0)
+        self.toggleViewAction().setVisible(False)
+        self._studio, self._workspaces, self._docks = studio, workspaces, docks
+        names = [entry.name for entry in TOOLS]
+        self._names = [*GENERAL_TOOLS, *(n for n in names if n not in GENERAL_TOOLS)]
+        self.buttons = {name: self._button(actions[name]) for name in (_NAVIGATE, *self._names)}
+        self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
+        general = [self.buttons[name] for name in (_NAVIGATE, *GENERAL_TOOLS)]
+        text = max(self.fontMetrics().horizontalAdvance(b.text()) for b in general)
+        width = text + 2 * _PADDING_PX
+        for button in self.buttons.values():
+            button.setFixedWidth(width)
+        studio.active_tool_changed.connect(self.refresh)
+        workspaces.changed.connect(self.refresh)
+        docks.changed.connect(self.refresh)
+        self.refresh()
+
+    @staticmethod
+    def _button(action: QAction) -> QToolButton:
+        button = QToolButton()
+        action.setIconText(tr(SHORT_NAMES.get(action.objectName(), "")) or action.iconText())
+        button.setDefaultAction(action)
+        button.setObjectName(f"rail_{action.objectName()}")
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+        button.setIconSize(QSize(_ICON_PX, _ICON_PX))
+        button.setAutoRaise(True)
+        theme.show_toggles(button)
+        return button
+
+    def offered(self) -> list[str]:
+        """Return the names of the tools that belong to the present task, in their order."""
+        task = (
+            *self._workspaces.shown.tools,
+            *PAGE_TOOLS.get(self._docks.page("drawer"), ()),
+            *PAGE_TOOLS.get(self._docks.in_center, ()),
+            self._studio.tool_name,
+        )
+        return [name for name in self._names if name in GENERAL_TOOLS or name in task]
+
+    def refresh(self, *_: object) -> None:
+        """Show the buttons of the tools of the present task."""
+        offered = self.offered()
+        for name in self._names:
+            self._places[name].setVisible(name in offered)

@@ -1,0 +1,125 @@
+"""The right end of the menu bar: workspaces, search, and back and forward through the views."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QSizePolicy, QToolButton, QWidget
+
+from vomstudio.core.words import tr
+from vomstudio.ui.base import theme
+from vomstudio.ui.base.actions import Command
+from vomstudio.ui.shell.docks import WindowDocks
+from vomstudio.ui.shell.layout import WORKSPACES
+from vomstudio.ui.shell.workspaces import Workspaces
+
+_ICON_PX = 16
+_NARROW = 1250
+_TEXT, _ICON = (
+    Qt.ToolButtonStyle.ToolButtonTextBesideIcon,
+    Qt.ToolButtonStyle.ToolButtonIconOnly,
+)
+
+
+def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
+    """Return one command for each workspace, and those that arrange its pages."""
+
+    def show(name: str) -> Command:
+        workspace = next(each for each in WORKSPACES if each.name == name)
+        number = WORKSPACES.index(workspace) + 1
+        return Command(
+            f"workspace_{name}",
+            tr("Workspace {number}: {name}", number=f"&{number}", name=tr(workspace.title)),
+            lambda: workspaces.switch(name),
+            workspace.icon,
+            f"Ctrl+{number}",
+            tr(workspace.purpose),
+            checked=lambda: workspaces.shown is workspace,
+        )
+
+    def enlarge() -> None:
+        docks.toggle_center(docks.in_center or docks.focused_page())
+
+    def dock_net() -> None:
+        docks.dock_net(not docks.net_docked)
+
+    return [
+        *(show(workspace.name) for workspace in WORKSPACES),
+        Command(
+            "page_in_center",
+            tr("Page in the &centre"),
+            enlarge,
+            "arrow-expand",
+            "F12",
+            tr("Give the active page the centre, or return it to its place."),
+        ),
+        Command(
+            "dock_net",
+            tr("&Dock net"),
+            dock_net,
+            None,
+            (),
+            tr("Show the stereonet in a dock instead of over the outcrop."),
+            checked=lambda: docks.net_docked,
+        ),
+        Command(
+            "reset_panels",
+            tr("&Reset layout"),
+            workspaces.reset,
+            "view-dashboard-outline",
+            (),
+            tr("Return to the initial layout of this workspace."),
+        ),
+    ]
+
+
+def command_names() -> list[str]:
+    """Return the names of the commands that show workspaces, in their order."""
+    return [f"workspace_{workspace.name}" for workspace in WORKSPACES]
+
+
+class TopBar(QWidget):
+    """Buttons in the corner of the menu bar. Texts disappear in narrow windows."""
+
+    def __init__(self, window: QMainWindow, actions: Mapping[str, QAction]) -> None:
+        super().__init__()
+        self.setObjectName("top_bar")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 6, 0)
+        row.setSpacing(2)
+        self.setSizePolicy(QSizePolicy.Policy.Minimum, QSizePolicy.Policy.Preferred)
+        self.workspaces: dict[str, QToolButton] = {}
+        for workspace, name in zip(WORKSPACES, command_names(), strict=True):
+            actions[name].setIconText(tr(workspace.title))
+            button = self._button(actions[name], Qt.ToolButtonStyle.ToolButtonTextOnly)
+            self.workspaces[workspace.name] = button
+            row.addWidget(button)
+        row.addSpacing(12)
+        self.search = self._button(actions["find_command"], _TEXT)
+        actions["find_command"].setIconText(tr("Search (Ctrl+K)"))
+        row.addWidget(self.search)
+        for name in ("view_back", "view_forward"):
+            row.addWidget(self._button(actions[name], _ICON))
+        window.menuBar().setCornerWidget(self, Qt.Corner.TopRightCorner)
+        window.installEventFilter(self)
+
+    @staticmethod
+    def _button(action: QAction, style: Qt.ToolButtonStyle) -> QToolButton:
+        button = QToolButton()
+        button.setDefaultAction(action)
+        button.setToolButtonStyle(style)
+        button.setIconSize(QSize(_ICON_PX, _ICON_PX))
+        button.setAutoRaise(True)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        theme.show_toggles(button)
+        return button
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Resize and isinstance(watched, QWidget):
+            style = _ICON if watched.width() < _NARROW else _TEXT
+            if self.search.toolButtonStyle() != style:
+                self.search.setToolButtonStyle(style)
+                self.adjustSize()
+        return False
