@@ -39,7 +39,6 @@ def net(window, studio):
     """A folded bedding and a cluster of joints, all read on a compass."""
     add_cliff(studio)
     window._add_stereonet()
-    window.docks["stereonet"].raise_()
     axis = Line(40, 20).vector()
     first = np.cross(axis, [0.0, 0.0, 1.0])
     first /= np.linalg.norm(first)
@@ -211,6 +210,7 @@ def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studi
 
 # --- typing ----------------------------------------------------------------------------------
 def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) -> None:
+    window.docks.take_center("stereonet")
     dialog = typed(window)
     type_in(dialog.fields["planes"], "120/60; 210/45")
     type_in(dialog.fields["cones"], "40/20/30")

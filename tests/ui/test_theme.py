@@ -123,7 +123,8 @@ def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
 
 def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
     add_cliff(studio)
-    (button,) = buttons(window, "open")
+    driver.pause(50)
+    (button,) = buttons(window, "trace")
     seen = []
     try:
         for name in THEMES:
@@ -154,6 +155,8 @@ def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
     add_bed(studio)
     studio.selection.set([])
     studio.set_visible(["t1"], False)
+    window.docks.bring_forward("project")
+    window.docks.bring_forward("table")
     driver.pause(80)
     check = QCheckBox("Hillshade")
     check.resize(check.sizeHint())

@@ -53,8 +53,14 @@ def resize(window, width: int, height: int) -> None:
 
 
 def share_of_outcrop(window) -> float:
-    viewport = window.viewport
-    return viewport.width() * viewport.height() / (window.width() * window.height())
+    area = window.centralWidget().room
+    return area.width() * area.height() / (window.width() * window.height())
+
+
+def move_cursor(window) -> None:
+    """Put the cursor over the outcrop, and the focus into it."""
+    QCursor.setPos(window.centralWidget().mapToGlobal(QPoint(50, 300)))
+    window.centralWidget().setFocus()
 
 
 def offered_tools(window) -> set[str]:
@@ -161,6 +167,7 @@ def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
     driver.pause(30)
     assert offered_tools(window) == {*GENERAL_TOOLS, "cells"}, "the active tool is always there"
     studio.activate("navigate")
+    driver.pause(30)
     assert offered_tools(window) == set(GENERAL_TOOLS)
 
 
@@ -168,8 +175,7 @@ def test_tools_of_a_task_are_in_the_rail_only_then(window, studio):
 def test_the_inspector_follows_the_work(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
-    QCursor.setPos(window.viewport.mapToGlobal(QPoint(50, 300)))
-    window.viewport.setFocus()
+    move_cursor(window)
     page = window.docks.page
     assert page("inspector") == "project"
     studio.selection.set(["t1"])
@@ -192,7 +198,7 @@ def test_the_inspector_stays_while_the_user_works_in_it(window, studio):
     studio.selection.set(["t1"])
     assert window.docks.page("inspector") == "project"
     window.docks.bring_forward("display")
-    QCursor.setPos(window.viewport.mapToGlobal(QPoint(50, 300)))
+    move_cursor(window)
     studio.selection.set([])
     assert window.docks.page("inspector") == "display", "the user has opened it"
 
@@ -250,19 +256,19 @@ def test_a_page_takes_the_centre_with_a_key_and_goes_back_with_it(window, studio
     add_cliff(studio)
     window.docks.bring_forward(name)
     driver.pause(100)
-    page = window.docks[name].widget() or window.net
+    page = window.docks[name].widget() or window.net_overlay._widget
     before, size = docked(window), page.size()
     window.docks.toggle_center(name)
     driver.pause(100)
     assert window.docks.in_center == name
-    assert not window.viewport.isVisible()
+    assert not window.centralWidget().shows_outcrop
     assert page.isVisible()
     assert page.width() > 0.5 * window.width()
     assert page.height() > 0.4 * window.height()
     QTest.keyClick(window, Qt.Key.Key_F12)
     driver.pause(100)
     assert window.docks.in_center == ""
-    assert window.viewport.isVisible()
+    assert window.centralWidget().shows_outcrop
     assert docked(window) == before
     assert page.isVisible()
     assert page.size() == size
@@ -276,7 +282,7 @@ def test_the_key_enlarges_the_page_with_the_focus(window, studio):
     assert window.docks.in_center == "table"
     QTest.keyClick(window, Qt.Key.Key_F12)
     window.docks.close_page("table")
-    window.viewport.setFocus()
+    move_cursor(window)
     QTest.keyClick(window, Qt.Key.Key_F12)
     assert window.docks.in_center == "stereonet"
 
@@ -348,8 +354,8 @@ def test_photos_leave_the_outcrop_its_place_while_a_model_is_open(window, studio
     window.open_path(tmp_path / "photos")
     driver.pause(100)
     assert window.docks.page("drawer") == "photos"
-    assert window.viewport.isVisible()
-    assert window.viewport.height() > 0.4 * window.height()
+    assert window.centralWidget().shows_outcrop
+    assert window.centralWidget().height() > 0.4 * window.height()
 
 
 def test_opening_a_model_leaves_photos_and_nothing_else(window, tmp_path):
@@ -637,7 +643,7 @@ def test_a_tool_that_is_chosen_beside_a_page_in_the_centre_goes_to_the_outcrop(w
     window.docks.take_center("table")
     studio.activate("trace")
     driver.pause(50)
-    assert window.viewport.isVisible()
+    assert window.centralWidget().shows_outcrop
 
 
 def test_keys_of_workspaces_work_in_a_floating_page(window):

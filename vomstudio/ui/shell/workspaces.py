@@ -105,6 +105,7 @@ class Workspaces(QObject):
         self._docks.leave_center()
         self._shown = workspace
         self._show_pages()
+        self._docks.bring_on_screen()
         self.changed.emit(workspace.name)
 
     def reset(self) -> None:

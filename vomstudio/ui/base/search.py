@@ -1,0 +1,184 @@
+"""Ranking of commands, pages and documents by the words of a search."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from vomstudio.core.words import to_translate, tr
+
+_WORD = re.compile(r"\w+(?:[-/]\w+)*")
+_WHOLE, _PREFIX, _PART, _NONE = range(4)
+_KINDS = 3
+
+SYNONYMS: dict[str, tuple[str, ...]] = {
+    "open": (to_translate("load, mesh, point cloud, obj, ply, las, laz, e57, gltf"),),
+    "choose_photos": (to_translate("photogrammetry, images, pictures, structure from motion"),),
+    "export_gpkg": (to_translate("export gis, gis layers, gpkg, geopackage, qgis"),),
+    "export_shp": (to_translate("shp, arcgis"),),
+    "export_dxf": (to_translate("cad, autocad"),),
+    "export_csv": (to_translate("csv, spreadsheet, excel"),),
+    "export_program": (to_translate("stereonet, faultkin, orient, gempy"),),
+    "import_readings": (
+        to_translate("field data, compass readings, strike and dip, clino, import csv"),
+    ),
+    "import_drawing": (to_translate("import lines, digitised lines, inkscape"),),
+    "find_command": (to_translate("search, palette"),),
+    "home": (to_translate("reset view, zoom all, fit all, zoom extents"),),
+    "frame_selection": (to_translate("zoom to feature, frame"),),
+    "orthographic": (to_translate("parallel projection, perspective"),),
+    "only_outcrop": (to_translate("full screen, hide panels, presentation"),),
+    "view_top": (to_translate("top view, plan view, map view"),),
+    "notation_dipdir": (to_translate("dip direction, notation"),),
+    "notation_strike": (to_translate("strike, right-hand rule, notation"),),
+    "theme_dark": (to_translate("dark, dark mode, dark theme, night"),),
+    "theme_light": (to_translate("light, light mode, light theme"),),
+    "reset_panels": (to_translate("reset, reset panels, default layout, restore panels"),),
+    "page_in_center": (to_translate("enlarge, maximise, full page"),),
+    "declare_frame": (
+        to_translate(
+            "frame of the model, crs, coordinate system, reference system, epsg, up axis, unit"
+        ),
+    ),
+    "register_model": (
+        to_translate("georeference, register, ground control, gcp, control points, align"),
+    ),
+    "fit_model": (to_translate("icp, cloud to cloud, align two models"),),
+    "compare_models": (to_translate("m3c2, difference, change detection, benchmark"),),
+    "convert_model": (to_translate("reproject, feet, degrees"),),
+    "export_model": (to_translate("save model, obj, ply, glb, laz"),),
+    "trace": (to_translate("polyline, digitise, pick bedding, pick fault"),),
+    "patch": (to_translate("plane, grow plane, brush, paint, surface plane"),),
+    "contact": (to_translate("contact, boundary line"),),
+    "lithology": (to_translate("rock area, facies, lithology polygon"),),
+    "line": (to_translate("lineation, striation, slickenline, hinge, rake"),),
+    "station": (to_translate("sample, locality, waypoint"),),
+    "measure": (to_translate("thickness, distance, length, area, height, ruler"),),
+    "control": (to_translate("ground control points, gcp, targets, compass and north, north"),),
+    "known_line": (
+        to_translate("scale bar, known length, known azimuth, horizon, plumb line, level line"),
+    ),
+    "cells": (to_translate("mark cells, inspected cells"),),
+    "select_lasso": (to_translate("lasso, freehand selection"),),
+    "select_polygon": (to_translate("polygon selection"),),
+    "select_grow": (to_translate("region growing, grow, magic wand"),),
+    "follow": (to_translate("snap, trace following, autotrace, livewire"),),
+    "along_beta": (to_translate("fold axis, look along fold axis, profile view, beta, plunge"),),
+    "face_plane": (to_translate("look at plane, perpendicular view"),),
+    "make_model": (to_translate("reconstruction, dense cloud, texture"),),
+    "make_settings": (to_translate("quality, memory, threads"),),
+    "plan_survey": (to_translate("flight plan, drone, overlap, planner"),),
+    "video_frames": (to_translate("video, movie"),),
+    "show_alignment": (to_translate("camera calibration, residuals, matches, depth maps"),),
+    "open_report": (to_translate("report, reconstruction report, summary"),),
+    "orthophoto": (to_translate("orthoimage, orthomosaic, geotiff, photo map"),),
+    "elevation_model": (to_translate("dem, dtm, dsm, heights, relief, raster"),),
+    "section": (to_translate("cross section, profile, cut"),),
+    "propose_sets": (to_translate("sets, clusters, cluster analysis, joint sets"),),
+    "propose_facets": (to_translate("facets, find facets, planes automatically, ransac"),),
+    "propose_traces": (to_translate("find traces, edges, lineaments"),),
+    "surface_fields": (to_translate("curvature, roughness, dip map, hsv, colour by orientation"),),
+    "count_fractures": (
+        to_translate("p21, p10, scanline, spacing, fracture intensity, circle, window sampling"),
+    ),
+    "looked_at": (to_translate("coverage, grid, sampling grid"),),
+    "repeats": (to_translate("repeatability, pick again, operator error"),),
+    "fault_displacement": (to_translate("slip, throw, heave, offset, cutoff"),),
+    "bed_log": (to_translate("sedimentary log, stratigraphic column, thickness log"),),
+    "verdict_profile": (to_translate("quality limits, thresholds, verdict"),),
+    "type_on_net": (to_translate("small circle, great circle, rotate net"),),
+    "figure_style": (to_translate("figure size, fonts, symbols, colours"),),
+    "export_net": (to_translate("save net, stereoplot, svg, pdf"),),
+    "show_stereonet": (to_translate("stereonet, stereoplot, schmidt net, wulff net"),),
+    "feature_types": (to_translate("types, bedding, fault, joint, colours"),),
+    "planes_discs": (to_translate("discs, disks"),),
+    "clipping_box": (to_translate("clip, crop, cut away, section box"),),
+    "display_field": (to_translate("scalar field, colour by, colormap, classification"),),
+    "display_cameras": (to_translate("camera positions, frustums"),),
+    "documentation": (to_translate("help, manual, user guide"),),
+    "shortcuts": (to_translate("keyboard shortcuts, keys, hotkeys"),),
+    "save_report": (to_translate("bug, error report, log file"),),
+    "three_points": (to_translate("three point problem, outcrop pattern"),),
+    "undo": (to_translate("revert, step back"),),
+}
+"""Other words for a command, by its name: phrases that are separated by commas."""
+
+
+@dataclass(frozen=True)
+class SearchEntry:
+    """Something that the search finds.
+
+    Attributes
+    ----------
+    key : str
+        Name of the command, page or document.
+    synonyms : tuple of str
+        Phrases with the same meaning as the title.
+    """
+
+    key: str
+    title: str
+    synonyms: tuple[str, ...] = ()
+    description: str = ""
+
+
+def synonyms_of(name: str) -> tuple[str, ...]:
+    """Return the phrases that mean a command, in the user's language."""
+    texts = (tr(text) for text in SYNONYMS.get(name, ()))
+    return tuple(phrase.strip() for text in texts for phrase in text.split(","))
+
+
+def rank(
+    query: str, entries: Iterable[SearchEntry], recent: Sequence[str] = ()
+) -> list[SearchEntry]:
+    """Return the entries that contain all words of a query, the best first.
+
+    A title or synonym that equals the query comes first. Otherwise titles count before synonyms
+    and descriptions, and whole words before prefixes before parts of words. Recently used entries
+    come first on a tie; without words, all entries are returned in their order.
+    """
+    words = _words(query)
+    scored = []
+    for position, entry in enumerate(entries):
+        score = _score(words, entry)
+        if score is not None:
+            used = recent.index(entry.key) if entry.key in recent else len(recent)
+            scored.append(((*score, used, position), entry))
+    return [entry for _, entry in sorted(scored, key=lambda each: each[0])]
+
+
+def _words(text: str) -> list[str]:
+    return _WORD.findall(text.casefold())
+
+
+def _score(words: list[str], entry: SearchEntry) -> tuple[int, int, int] | None:
+    """Return class of the match, sum over the words and length of the title; None if a word is
+    missing."""
+    title, phrases = _words(entry.title), [_words(phrase) for phrase in entry.synonyms]
+    if not words:
+        return (0, 0, 0)
+    if words == title:
+        return (0, 0, 0)
+    if words in phrases:
+        return (1, phrases.index(words), 0)
+    fields = (title, [word for phrase in phrases for word in phrase], _words(entry.description))
+    total = 0
+    for word in words:
+        scores = [
+            _KINDS * field + kind
+            for field, texts in enumerate(fields)
+            if (kind := min((_kind(word, text) for text in texts), default=_NONE)) != _NONE
+        ]
+        if not scores:
+            return None
+        total += min(scores)
+    return (2, total, len(title))
+
+
+def _kind(word: str, text: str) -> int:
+    if word == text:
+        return _WHOLE
+    if text.startswith(word):
+        return _PREFIX
+    return _PART if len(word) > 1 and word in text else _NONE
