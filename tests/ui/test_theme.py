@@ -124,7 +124,7 @@ def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
 def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
     add_cliff(studio)
     driver.pause(50)
-    (button,) = buttons(window, "trace")
+    (button,) = buttons(window, "navigate")
     seen = []
     try:
         for name in THEMES:
