@@ -324,14 +324,14 @@ def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> No
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(200)
     drawn(window)
-    assert window.docks.in_center == "stereonet"
+    assert window.docks.center_page == "stereonet"
     assert not window._place.shows_outcrop
     assert net.canvas.width() * net.canvas.height() > 1.5 * was
     driver.keep_picture(window, "net-middle")
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(200)
     assert window._place.shows_outcrop
-    assert window.docks.in_center == ""
+    assert window.docks.center_page == ""
     now = net.canvas.width() * net.canvas.height()
     assert now == pytest.approx(was, rel=0.1)
 

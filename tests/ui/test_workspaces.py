@@ -260,14 +260,14 @@ def test_a_page_takes_the_centre_with_a_key_and_goes_back_with_it(window, studio
     before, size = docked(window), page.size()
     window.docks.toggle_center(name)
     driver.pause(100)
-    assert window.docks.in_center == name
+    assert window.docks.center_page == name
     assert not window.centralWidget().shows_outcrop
     assert page.isVisible()
     assert page.width() > 0.5 * window.width()
     assert page.height() > 0.4 * window.height()
     QTest.keyClick(window, Qt.Key.Key_F12)
     driver.pause(100)
-    assert window.docks.in_center == ""
+    assert window.docks.center_page == ""
     assert window.centralWidget().shows_outcrop
     assert docked(window) == before
     assert page.isVisible()
@@ -279,12 +279,12 @@ def test_the_key_enlarges_the_page_with_the_focus(window, studio):
     window.docks.bring_forward("table")
     window.table._filter.setFocus()
     QTest.keyClick(window.table._filter, Qt.Key.Key_F12)
-    assert window.docks.in_center == "table"
+    assert window.docks.center_page == "table"
     QTest.keyClick(window, Qt.Key.Key_F12)
     window.docks.close_page("table")
     move_cursor(window)
     QTest.keyClick(window, Qt.Key.Key_F12)
-    assert window.docks.in_center == "stereonet"
+    assert window.docks.center_page == "stereonet"
 
 
 def test_the_net_can_be_docked_and_goes_back(window, studio):
@@ -332,7 +332,7 @@ def test_photos_take_the_centre_while_no_model_is_open(window, tmp_path):
     window.open_path(tmp_path / "photos")
     driver.pause(100)
     assert window.workspaces.shown.name == "model"
-    assert window.docks.in_center == "photos"
+    assert window.docks.center_page == "photos"
     assert window.photos_panel.width() >= 0.6 * window.width()
     assert window.photos_panel.height() >= 0.7 * window.height()
 
@@ -363,7 +363,7 @@ def test_opening_a_model_leaves_photos_and_nothing_else(window, tmp_path):
     window.open_path(tmp_path / "photos")
     window.open_path(tmp_path / "missing.obj")
     assert window.workspaces.shown.name == "interpret"
-    assert window.docks.in_center == ""
+    assert window.docks.center_page == ""
     press(window, 3)
     window.open_path(tmp_path / "missing.obj")
     assert window.workspaces.shown.name == "results"

@@ -52,7 +52,7 @@ class CentralArea(QWidget):
         self._photo_head: QWidget | None = None
         self._page: QWidget | None = None
         self._bar: MessageBar | None = None
-        self._photo_in_front = False
+        self._shows_photo = False
         self._has_purpose = False
         self._show()
 
@@ -108,19 +108,19 @@ class CentralArea(QWidget):
     @property
     def shows_outcrop(self) -> bool:
         """Whether the outcrop is visible."""
-        return self._page is None and not self._photo_in_front
+        return self._page is None and not self._shows_photo
 
     @property
-    def photo_in_front(self) -> bool:
+    def shows_photo(self) -> bool:
         """Whether the open photo is visible."""
-        return self._photo_in_front and self._page is None
+        return self._shows_photo and self._page is None
 
     def set_photo(self, photo: QWidget | None, head: QWidget | None = None) -> None:
         """Give an open photo a tab behind the outcrop; None removes it. Its tools are the head."""
         if self._photo is not None:
             self._column.removeWidget(self._photo)
             self._photo.hide()
-        self._photo, self._photo_head, self._photo_in_front = photo, head, False
+        self._photo, self._photo_head, self._shows_photo = photo, head, False
         if photo is not None:
             photo.setParent(self.room)
             self._column.addWidget(photo, 1)
@@ -131,11 +131,11 @@ class CentralArea(QWidget):
         self.tabs.setTabText(_PHOTO, name)
         self.tabs.setTabToolTip(_PHOTO, about)
 
-    def show_photo(self, in_front: bool) -> None:
+    def show_photo(self, visible: bool) -> None:
         """Show the photo, or the outcrop."""
-        in_front = in_front and self._photo is not None
-        if in_front != self._photo_in_front:
-            self._photo_in_front = in_front
+        visible = visible and self._photo is not None
+        if visible != self._shows_photo:
+            self._shows_photo = visible
             self._show()
 
     def show_page(self, name: str, title: str, widget: QWidget) -> None:
@@ -162,17 +162,17 @@ class CentralArea(QWidget):
         with QSignalBlocker(self.tabs):
             self.tabs.setTabVisible(_PHOTO, self._photo is not None)
             self.tabs.setTabVisible(_PAGE, has_page)
-            current = _PAGE if has_page else _PHOTO if self._photo_in_front else _OUTCROP
+            current = _PAGE if has_page else _PHOTO if self._shows_photo else _OUTCROP
             self.tabs.setCurrentIndex(current)
         self.tabs.setVisible(self._photo is not None or has_page)
         self._purpose.setVisible(self._has_purpose and self.shows_outcrop)
-        shown = ((self._outcrop, self.shows_outcrop), (self._photo, self.photo_in_front))
+        shown = ((self._outcrop, self.shows_outcrop), (self._photo, self.shows_photo))
         # Hide first, or both would request space.
         for widget, is_shown in sorted((*shown, (self._page, has_page)), key=lambda each: each[1]):
             if widget is not None:
                 widget.setVisible(is_shown)
         if self._bar is not None:
-            self._bar.lie_below(self._photo_head if self.photo_in_front else None)
+            self._bar.lie_below(self._photo_head if self.shows_photo else None)
 
     def show_purpose(self, text: str) -> None:
         """Show a line above the outcrop; an empty text removes it."""

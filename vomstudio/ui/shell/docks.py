@@ -52,7 +52,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """A dock was moved or resized."""
         self._center: PageHost | None = None
         self._overlay: PageHost | None = None
-        self.in_center = ""
+        self.center_page = ""
         """Name of the page that has taken the centre."""
         self._docked_before = False
         self.net_docked = False
@@ -121,7 +121,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def is_shown(self, name: str) -> bool:
         """Return whether a page is in the centre, in an overlay or in a visible dock."""
-        if self.in_center == name:
+        if self.center_page == name:
             return True
         if REGIONS[name] == "overlay" and not self.net_docked:
             return self._overlay is not None and getattr(self._overlay, "is_shown", True)
@@ -145,7 +145,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def bring_forward(self, name: str) -> None:
         """Show a page where it belongs; it replaces the page docked in the same region."""
-        if name == self.in_center:
+        if name == self.center_page:
             return
         self._make(name)
         if REGIONS[name] == "overlay" and not self.net_docked:
@@ -177,7 +177,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def close_page(self, name: str) -> None:
         """Hide a page; one in the centre returns to its place first."""
-        if name == self.in_center:
+        if name == self.center_page:
             self.leave_center()
         self._leave_overlay(name)
         self[name].hide()
@@ -217,7 +217,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def replace_page(self, name: str, widget: QWidget) -> None:
         """Put another widget in the place of a page, wherever that is."""
-        was_shown, was_in_center = self.is_shown(name), name == self.in_center
+        was_shown, was_in_center = self.is_shown(name), name == self.center_page
         self.close_page(name)
         old = self[name].widget()
         self[name].setWidget(widget)
@@ -231,7 +231,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     # --- centre ------------------------------------------------------------------------------
     def toggle_center(self, name: str) -> None:
         """Give a page the centre of the window, or return it to its place."""
-        if name == self.in_center:
+        if name == self.center_page:
             self.leave_center()
             self.bring_forward(name)
         else:
@@ -239,18 +239,18 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def take_center(self, name: str) -> None:
         """Show a page in the centre of the window."""
-        if self._center is None or name == self.in_center:
+        if self._center is None or name == self.center_page:
             return
         self.leave_center()
         self._make(name)
         self._leave_overlay(name)
-        self.in_center = name
+        self.center_page = name
         self._center.show_page(name, self[name].windowTitle(), self._take(name))
         self.changed.emit()
 
     def leave_center(self) -> str:
         """Return the page in the centre to its hidden dock, and its name."""
-        name, self.in_center = self.in_center, ""
+        name, self.center_page = self.center_page, ""
         if name and self._center is not None:
             if (widget := self._center.release_page()) is not None:
                 self[name].setWidget(widget)

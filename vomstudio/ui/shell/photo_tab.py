@@ -99,7 +99,7 @@ class PhotoTab(QObject):
     def seen(self) -> PhotoPage | None:
         """The photo that stands in the middle of the main window and is looked at."""
         place = self._place
-        return self._opening.opened if place is not None and place.photo_in_front else None
+        return self._opening.opened if place is not None and place.shows_photo else None
 
     @property
     def canvas(self) -> QWidget | None:

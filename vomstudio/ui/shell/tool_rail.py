@@ -77,7 +77,7 @@ class ToolRail(QToolBar):
         task = (
             *self._workspaces.shown.tools,
             *PAGE_TOOLS.get(self._docks.page("drawer"), ()),
-            *PAGE_TOOLS.get(self._docks.in_center, ()),
+            *PAGE_TOOLS.get(self._docks.center_page, ()),
             self._studio.tool_name,
         )
         return [name for name in self._names if name in GENERAL_TOOLS or name in task]

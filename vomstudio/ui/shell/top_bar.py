@@ -40,7 +40,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
         )
 
     def enlarge() -> None:
-        docks.toggle_center(docks.in_center or docks.focused_page())
+        docks.toggle_center(docks.center_page or docks.focused_page())
 
     def dock_net() -> None:
         docks.dock_net(not docks.net_docked)
