@@ -48,7 +48,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._watcher = _Watcher(window)
         self.changed = self._watcher.changed
         """A page appeared, disappeared, or was moved to another place."""
-        self.moved = self._watcher.moved
+        self.rearranged = self._watcher.rearranged
         """A dock was moved or resized."""
         self._center: PageHost | None = None
         self._overlay: PageHost | None = None
@@ -344,7 +344,7 @@ class _Watcher(QObject):
     """Emits changes of docks: once per turn of the event loop if they appear or disappear."""
 
     changed = Signal()
-    moved = Signal()
+    rearranged = Signal()
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -356,12 +356,12 @@ class _Watcher(QObject):
     def watch(self, dock: QDockWidget) -> None:
         """Watch a dock."""
         dock.installEventFilter(self)
-        dock.dockLocationChanged.connect(lambda _: self.moved.emit())
+        dock.dockLocationChanged.connect(lambda _: self.rearranged.emit())
         for signal in (dock.topLevelChanged, dock.visibilityChanged):
             signal.connect(lambda _: self._timer.start())
-            signal.connect(lambda _: self.moved.emit())
+            signal.connect(lambda _: self.rearranged.emit())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
-            self.moved.emit()
+            self.rearranged.emit()
         return False

@@ -27,19 +27,19 @@ class DrawerBar(QToolBar):
         names = [name for name, region in REGIONS.items() if region == "drawer"]
         self.buttons = {name: self._button(name) for name in names}
         self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
-        self._more = QToolButton()
-        self._more.setText(tr("More"))
-        self._more.setToolTip(tr("All pages of the drawer"))
-        self._more.setAutoRaise(True)
-        self._more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        menu = QMenu(self._more)
+        self._more_button = QToolButton()
+        self._more_button.setText(tr("More"))
+        self._more_button.setToolTip(tr("All pages of the drawer"))
+        self._more_button.setAutoRaise(True)
+        self._more_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = QMenu(self._more_button)
         for name in names:
             title = docks[name].windowTitle()
             menu.addAction(title).triggered.connect(
                 lambda _=False, page=name: docks.bring_forward(page)
             )
-        self._more.setMenu(menu)
-        self.addWidget(self._more)
+        self._more_button.setMenu(menu)
+        self.addWidget(self._more_button)
         docks.changed.connect(self.refresh)
         workspaces.changed.connect(self.refresh)
         self.refresh()

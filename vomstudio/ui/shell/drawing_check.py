@@ -62,9 +62,9 @@ def why_not_drawn() -> Finding | None:
     surface.create()
     if not context.create() or not context.makeCurrent(surface):
         return Finding("screen.no-opengl")
-    found = context.format().version()
+    version_found = context.format().version()
     context.doneCurrent()
-    if tuple(found) < _NEEDED:
-        version, needed = (".".join(map(str, each)) for each in (found, _NEEDED))
+    if tuple(version_found) < _NEEDED:
+        version, needed = (".".join(map(str, each)) for each in (version_found, _NEEDED))
         return Finding("screen.old-opengl", version=version, needed=needed)
     return None

@@ -64,30 +64,30 @@ class KeyboardFocus(QObject):
     """Watches the one widget of a window that has the focus, and the outcrop."""
 
     def __init__(
-        self, window: QMainWindow, seen: Callable[[], QWidget], *opened: SignalInstance
+        self, window: QMainWindow, center_widget: Callable[[], QWidget], *opened: SignalInstance
     ) -> None:
         """seen : gives what stands in the middle of the window, outcrop or photo. opened : sent
         when something was opened, which is then looked at"""
         super().__init__(window)
-        self._window, self._seen = window, seen
+        self._window, self._center_widget = window, center_widget
         self._entered: QWidget | None = None
         self._watched: QWidget | None = None
         self._passed_on: QWidget | None = None
         self._cell: QWidget | None = None
         self._confirmed = False
         self._text = ""
-        self._typed = False
+        self._has_typed = False
         self._cursor = QCursor.pos()
         application = QApplication.instance()
         assert isinstance(application, QApplication)
-        application.focusChanged.connect(self._moved)
+        application.focusChanged.connect(self._focus_changed)
         for signal in opened:
             signal.connect(self.to_outcrop)
         self.look()
 
     @property
     def _outcrop(self) -> QWidget:
-        return self._seen()
+        return self._center_widget()
 
     def look(self) -> None:
         """Something else is seen: it takes the keyboard, and again when the cursor comes over
@@ -113,17 +113,17 @@ class KeyboardFocus(QObject):
             return _is_text(now)
         # The arrows of a number's field change it for good.
         changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
-        return self._typed or changed
+        return self._has_typed or changed
 
     def _rests(self, entered: QEnterEvent) -> bool:
         """A field has the focus, and the cursor has not been moved since: what lay over the
         outcrop went away, and nobody went there."""
         now = self._window.focusWidget()
-        there = entered.globalPosition().toPoint()
-        return now is not None and _is_text(now) and there == self._cursor
+        position = entered.globalPosition().toPoint()
+        return now is not None and _is_text(now) and position == self._cursor
 
     # --- who has it --------------------------------------------------------------------------
-    def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
+    def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
         self._leave()
         if new is None:
             return
@@ -136,12 +136,12 @@ class KeyboardFocus(QObject):
             # Qt hands it to whatever comes next, which nobody has asked for.
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
-        self._watched, self._text, self._typed = new, _text_of(new), False
+        self._watched, self._text, self._has_typed = new, _text_of(new), False
         self._cursor = QCursor.pos()
         new.installEventFilter(self)
         if isinstance(new, QComboBox) and not new.property(_KNOWN):
             new.setProperty(_KNOWN, True)
-            new.activated.connect(self._chosen)
+            new.activated.connect(self._return_focus)
 
     def _leave(self) -> None:
         before = (self._watched, self._passed_on)
@@ -168,8 +168,8 @@ class KeyboardFocus(QObject):
         """It lost the focus because it cannot have it any more; not where its window was closed."""
         if not shiboken6.isValid(widget):
             return True
-        in_window = self._window.isAncestorOf(widget) and self._serves(widget)
-        return in_window and not (widget.isVisible() and widget.isEnabled())
+        is_in_window = self._window.isAncestorOf(widget) and self._serves(widget)
+        return is_in_window and not (widget.isVisible() and widget.isEnabled())
 
     def _serves(self, widget: QWidget) -> bool:
         """It stands in a dock or bar of the window, and has no keys of its own."""
@@ -225,8 +225,8 @@ class KeyboardFocus(QObject):
             return False
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
-            own = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
-            return bool(letter) and letter not in own
+            allowed = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
+            return bool(letter) and letter not in allowed
         if _is_text(widget):
             return False
         if isinstance(widget, QAbstractItemView) and (
@@ -252,20 +252,20 @@ class KeyboardFocus(QObject):
             # The field confirms it first, and has it for itself: it finishes nothing else.
             widget.event(event)
         else:
-            self._typed |= bool(event.text()) and event.key() != Qt.Key.Key_Tab
+            self._has_typed |= bool(event.text()) and event.key() != Qt.Key.Key_Tab
             return False
         self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
         return True
 
-    def _chosen(self) -> None:
+    def _return_focus(self) -> None:
         self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
 
 
 def _has_own_keys(widget: QWidget) -> bool:
     """Plain keys were given to it, as to the photo. A button has the action that it stands for."""
-    own = (Qt.ShortcutContext.WidgetShortcut, Qt.ShortcutContext.WidgetWithChildrenShortcut)
+    contexts = (Qt.ShortcutContext.WidgetShortcut, Qt.ShortcutContext.WidgetWithChildrenShortcut)
     return not isinstance(widget, QAbstractButton) and any(
-        action.shortcuts() and action.shortcutContext() in own for action in widget.actions()
+        action.shortcuts() and action.shortcutContext() in contexts for action in widget.actions()
     )
 
 
@@ -279,8 +279,8 @@ def _table_of(widget: QWidget) -> QAbstractItemView | None:
 def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
     """The view is filled in by hand, and its current cell takes what was typed."""
     cell = view.currentIndex()
-    typed = QAbstractItemView.EditTrigger.AnyKeyPressed
-    if not letter or not view.editTriggers() & typed or not cell.isValid():
+    edit_trigger = QAbstractItemView.EditTrigger.AnyKeyPressed
+    if not letter or not view.editTriggers() & edit_trigger or not cell.isValid():
         return False
     if not cell.flags() & Qt.ItemFlag.ItemIsEditable:
         return False
@@ -330,5 +330,5 @@ def _around(widget: QAbstractSpinBox) -> str:
 def _has_shortcut(widget: QWidget, event: QKeyEvent) -> bool:
     """The widget itself has a shortcut on this key."""
     pressed = QKeySequence(event.keyCombination())
-    own = (child for child in widget.children() if isinstance(child, QShortcut))
-    return any(key == pressed for shortcut in own for key in QShortcut.keys(shortcut))
+    shortcuts = (child for child in widget.children() if isinstance(child, QShortcut))
+    return any(key == pressed for shortcut in shortcuts for key in QShortcut.keys(shortcut))

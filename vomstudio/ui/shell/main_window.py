@@ -120,8 +120,8 @@ class MainWindow(QMainWindow):
         self._photo_shown = FeaturePhoto(self.studio)
         self._sightings = SightingList(self._photo_shown.images)
         self.actions_table = Actions(self)
-        own = (*self._basic_commands(), *self._photo_commands(), *self._rest_commands())
-        for command in self.photo_tab.over(own):
+        commands = (*self._basic_commands(), *self._photo_commands(), *self._rest_commands())
+        for command in self.photo_tab.over(commands):
             self.actions_table.add(command)
 
     def _basic_commands(self) -> list[Command]:
@@ -150,9 +150,11 @@ class MainWindow(QMainWindow):
 
         studio, survey, dialogs = self.studio, self.survey, self._dialogs
         actions, opened = self.actions_table.all, self._open_photos
-        asked = survey_commands.SurveyDialogs(self, studio, survey, dialogs, actions, opened)
+        survey_dialogs = survey_commands.SurveyDialogs(
+            self, studio, survey, dialogs, actions, opened
+        )
         return [
-            *survey_commands.commands(studio, survey, asked, opened, self.files.place_for),
+            *survey_commands.commands(studio, survey, survey_dialogs, opened, self.files.place_for),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
             *self.photo_tab.commands(),
@@ -175,14 +177,14 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.work_panels import work_commands
 
         studio, view = self.studio, self.view
-        self._of_tools = tool_panels.commands(studio)
+        self._tool_commands = tool_panels.commands(studio)
         self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
-            *(command for some in self._of_tools.values() for command in some),
+            *(command for some in self._tool_commands.values() for command in some),
             *net_commands.commands(
                 studio,
                 lambda: getattr(self, "net", None),
@@ -288,7 +290,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.top_bar import TopBar
 
         actions, bar = self.actions_table.all, self.message_bar
-        fill_menus(self, self.studio, self.files, self.docks, actions, self._of_tools)
+        fill_menus(self, self.studio, self.files, self.docks, actions, self._tool_commands)
         self.top_bar = TopBar(self, actions)
         self.tool_rail = ToolRail(self.studio, actions, self.workspaces, self.docks)
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_rail)
@@ -332,7 +334,7 @@ class MainWindow(QMainWindow):
         self._fill(something_to_open=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
-        from vomstudio.ui.shell.photo_tab import widget_seen
+        from vomstudio.ui.shell.photo_tab import center_widget_of
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
@@ -346,9 +348,9 @@ class MainWindow(QMainWindow):
         self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
-        seen = widget_seen(self.photo_tab, viewport)
-        self._keyboard = KeyboardFocus(self, seen, *opened)
-        self.photo_tab.seen_changed.connect(self._keyboard.look)
+        center_widget = center_widget_of(self.photo_tab, viewport)
+        self._keyboard = KeyboardFocus(self, center_widget, *opened)
+        self.photo_tab.visible_page_changed.connect(self._keyboard.look)
         viewport.setFocus()
         # A window that is closed before the process ends must be freed: only the first is frozen.
         self._first = thread_switching.nothing_frozen()
@@ -372,7 +374,7 @@ class MainWindow(QMainWindow):
         overlay.dock_requested.connect(self.actions_table.all["dock_net"].trigger)
         overlay.closed.connect(lambda: self.docks.close_page("stereonet"))
         self.docks.changed.connect(self._cover_net)
-        self.photo_tab.seen_changed.connect(self._cover_net)
+        self.photo_tab.visible_page_changed.connect(self._cover_net)
         self._place.page_close_requested.connect(self._close_center)
         self._place.outcrop_requested.connect(self.photo_tab.show_outcrop)
         self.display_panel.watch(viewport, self.view.models_box)
@@ -427,8 +429,9 @@ class MainWindow(QMainWindow):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         # What is unfinished on the outcrop is not dropped from a photo, where it is not seen.
-        on_outcrop = self._filled and self.photo_tab.seen is None
-        if event.key() == Qt.Key.Key_Escape and on_outcrop and self.studio.open_tool is not None:
+        has_outcrop_keys = self._filled and self.photo_tab.visible_page is None
+        is_open = has_outcrop_keys and self.studio.open_tool is not None
+        if event.key() == Qt.Key.Key_Escape and is_open:
             self.studio.cancel_tool()
         else:
             super().keyPressEvent(event)

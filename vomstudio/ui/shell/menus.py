@@ -199,7 +199,7 @@ MENUS = (
 )
 
 # With more of its commands a tool would make the menu Interpret higher than a laptop's screen.
-_MOST_OF_A_TOOL = 8
+MAX_TOOL_ENTRIES = 8
 
 # Menus inside a menu that are lists of commands.
 _INNER = {
@@ -219,11 +219,11 @@ def fill_menus(
     files: Files,
     docks: WindowDocks,
     actions: Mapping[str, QAction],
-    of_tools: Mapping[str, Sequence[Command]],
+    tool_commands: Mapping[str, Sequence[Command]],
 ) -> None:
     """Fill the menu bar. The commands of each tool, `of_tools`, are in its menu if they are
     many."""
-    names = {tool: [command.name for command in some] for tool, some in of_tools.items()}
+    names = {tool: [command.name for command in some] for tool, some in tool_commands.items()}
     groups = {
         "workspaces": command_names(),
         "tools": [entry.name for entry in TOOLS],
@@ -231,7 +231,7 @@ def fill_menus(
         "of_tools": [
             entry
             for tool, some in names.items()
-            for entry in ([f"*{tool}"] if len(some) > _MOST_OF_A_TOOL else [*some, "|"])
+            for entry in ([f"*{tool}"] if len(some) > MAX_TOOL_ENTRIES else [*some, "|"])
         ],
     }
     fill_menu_bar(
@@ -258,7 +258,7 @@ def fill_menu_bar(
     for title, names in MENUS:
         menu = window.menuBar().addMenu(tr(title))
         menu.setToolTipsVisible(True)
-        for name in _with_groups(names, groups):
+        for name in _expand_groups(names, groups):
             if name == "|":
                 menu.addSeparator()
             elif name.startswith("*"):
@@ -267,7 +267,7 @@ def fill_menu_bar(
                 menu.addAction(actions[name])
 
 
-def _with_groups(names: Sequence[str], groups: Groups) -> Iterator[str]:
+def _expand_groups(names: Sequence[str], groups: Groups) -> Iterator[str]:
     for name in names:
         yield from groups[name[1:]] if name.startswith("+") else (name,)
 

@@ -52,7 +52,7 @@ class NetOverlay(QFrame):
         """Whether the net is here; it is visible only with the outcrop."""
         self._covered = False
         self._side = _SIDE
-        self._at_right, self._at_bottom = True, False
+        self._is_right, self._is_bottom = True, False
         self._offset = QPoint(_MARGIN, _MARGIN)
         self._drag: tuple[QPoint, QPoint] | None = None
         self._buttons = self._make_buttons()
@@ -144,8 +144,8 @@ class NetOverlay(QFrame):
         limit = round(_MAX_SHARE * min(room.width(), room.height()))
         side = max(_MIN_SIDE, min(self._side, limit))
         right, bottom = room.width() - side - _MARGIN, room.height() - side - _MARGIN
-        x = room.width() - side - self._offset.x() if self._at_right else self._offset.x()
-        y = room.height() - side - self._offset.y() if self._at_bottom else self._offset.y()
+        x = room.width() - side - self._offset.x() if self._is_right else self._offset.x()
+        y = room.height() - side - self._offset.y() if self._is_bottom else self._offset.y()
         place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
         tools = self._tools
         height = side if tools is None or tools.isHidden() else side + tools.sizeHint().height()
@@ -156,15 +156,15 @@ class NetOverlay(QFrame):
         """Measure the distance from the nearest corner."""
         room, box = self._room.rect(), self.geometry()
         self._side = box.width()
-        self._at_right = box.center().x() > room.center().x()
-        self._at_bottom = box.center().y() > room.center().y()
-        x = room.width() - box.right() - 1 if self._at_right else box.x()
-        y = room.height() - box.bottom() - 1 if self._at_bottom else box.y()
+        self._is_right = box.center().x() > room.center().x()
+        self._is_bottom = box.center().y() > room.center().y()
+        x = room.width() - box.right() - 1 if self._is_right else box.x()
+        y = room.height() - box.bottom() - 1 if self._is_bottom else box.y()
         self._offset = QPoint(max(0, x), max(0, y))
 
     def state(self) -> str:
         """Return place and size as text for `restore`."""
-        corner = ("b" if self._at_bottom else "t") + ("r" if self._at_right else "l")
+        corner = ("b" if self._is_bottom else "t") + ("r" if self._is_right else "l")
         return f"{corner} {self._offset.x()} {self._offset.y()} {self._side}"
 
     def restore(self, text: str) -> None:
@@ -175,13 +175,13 @@ class NetOverlay(QFrame):
         if not all(number.isdecimal() for number in numbers):
             return
         x, y, side = (min(int(number), 10_000) for number in numbers)
-        self._at_bottom, self._at_right = corner[0] == "b", corner[1] == "r"
+        self._is_bottom, self._is_right = corner[0] == "b", corner[1] == "r"
         self._offset, self._side = QPoint(x, y), max(_MIN_SIDE, side)
         self.place()
 
     def reset(self) -> None:
         """Return to the initial place and size."""
-        self._at_right, self._at_bottom, self._side = True, False, _SIDE
+        self._is_right, self._is_bottom, self._side = True, False, _SIDE
         self._offset = QPoint(_MARGIN, _MARGIN)
         self.place()
 
@@ -228,9 +228,9 @@ class NetOverlay(QFrame):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._drag is not None:
             start, place = self._drag
-            moved = place + event.globalPosition().toPoint() - start
+            position = place + event.globalPosition().toPoint() - start
             limit = self._room.rect().bottomRight() - self.rect().bottomRight()
-            self.move(max(0, min(moved.x(), limit.x())), max(0, min(moved.y(), limit.y())))
+            self.move(max(0, min(position.x(), limit.x())), max(0, min(position.y(), limit.y())))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._drag is not None:

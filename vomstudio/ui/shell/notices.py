@@ -50,11 +50,11 @@ class Notices(QObject):
         """folders : projects that were not closed, the newest first; restore : opens one"""
         newest = folders[0]
         if newest.parent == untitled_folder():
-            found = Finding("project.unsaved-found")
+            finding = Finding("project.unsaved-found")
         else:
-            found = Finding("project.unclosed", project=newest.stem)
+            finding = Finding("project.unclosed", project=newest.stem)
         older = len(folders) - 1
-        more = (Finding("project.older-unclosed", count=older),) if older else ()
-        notice = Notice(found, "warning", more=more)
+        further = (Finding("project.older-unclosed", count=older),) if older else ()
+        notice = Notice(finding, "warning", more=further)
         self._messages.add(notice)
         self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))

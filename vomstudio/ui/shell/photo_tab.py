@@ -37,14 +37,14 @@ class PhotoTab(QObject):
 
     changed = Signal()
     hinted = Signal(str)
-    seen_changed = Signal()
+    visible_page_changed = Signal()
 
     def __init__(self, opening: PhotoOpening, docks: WindowDocks, parent: QWidget) -> None:
         """parent : of the window of its own"""
         super().__init__(parent)
         self._opening, self._docks, self._parent = opening, docks, parent
         self._place: CentralArea | None = None
-        self._told: PhotoPage | None = None
+        self._reported: PhotoPage | None = None
         opening.shown.connect(self._show)
         docks.changed.connect(self._follow)
 
@@ -83,7 +83,7 @@ class PhotoTab(QObject):
         if command.name not in _TOOLS or checked is None:
             return command
         # The tool in use is that of the photo.
-        return replace(command, checked=lambda: checked() and self.seen is None)
+        return replace(command, checked=lambda: checked() and self.visible_page is None)
 
     def join(self, place: CentralArea, outcrop_actions: Iterable[QAction]) -> None:
         """outcrop_actions : what acts on the outcrop, which is looked at after them"""
@@ -96,7 +96,7 @@ class PhotoTab(QObject):
 
     # --- what is seen ------------------------------------------------------------------------
     @property
-    def seen(self) -> PhotoPage | None:
+    def visible_page(self) -> PhotoPage | None:
         """The photo that stands in the middle of the main window and is looked at."""
         place = self._place
         return self._opening.opened if place is not None and place.shows_photo else None
@@ -104,14 +104,14 @@ class PhotoTab(QObject):
     @property
     def canvas(self) -> QWidget | None:
         """Where the photo that is seen is drawn, which has the keyboard."""
-        return None if (page := self.seen) is None else page.canvas
+        return None if (page := self.visible_page) is None else page.canvas
 
     def _table(self) -> Actions | None:
-        return None if (page := self.seen) is None else page.actions_table
+        return None if (page := self.visible_page) is None else page.actions_table
 
     def turn_over(self) -> None:
         """From the photo to the outcrop, or from there to the photo."""
-        if self.seen is not None:
+        if self.visible_page is not None:
             self.show_outcrop()
         else:
             self.show_photo()
@@ -137,17 +137,17 @@ class PhotoTab(QObject):
             self._follow()
 
     def _outcrop_used(self) -> None:
-        if self.seen is not None:
+        if self.visible_page is not None:
             self.show_outcrop()
 
     def _follow(self) -> None:
         """Report if the widget that is shown has changed."""
-        if self._told is not self.seen:
-            self._tell()
+        if self._reported is not self.visible_page:
+            self._report()
 
-    def _tell(self) -> None:
-        self._told = self.seen
-        self.seen_changed.emit()
+    def _report(self) -> None:
+        self._reported = self.visible_page
+        self.visible_page_changed.emit()
         self.changed.emit()
         self._hint()
 
@@ -169,7 +169,7 @@ class PhotoTab(QObject):
             place.name_photo(page.photo.rpartition("/")[2], title)
 
     def _hint(self, *_: object) -> None:
-        page = self.seen
+        page = self.visible_page
         self.hinted.emit("" if page is None else page.hint)
 
     def _change_place(self) -> None:
@@ -189,20 +189,20 @@ class PhotoTab(QObject):
             fit_to_screen(page)
             page.show()
             page.activateWindow()
-            self._without_photo()
+            self._photo_closed()
         page.actions_table.refresh()
         page.canvas.setFocus()
 
     def _closed(self) -> None:
         if self._place is not None:
             self._place.set_photo(None)
-            self._without_photo()
+            self._photo_closed()
 
-    def _without_photo(self) -> None:
+    def _photo_closed(self) -> None:
         """There is no tab any more."""
-        self._tell()
+        self._report()
 
 
-def widget_seen(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
+def center_widget_of(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
     """Tells what has the keyboard: the photo that is seen, else the outcrop."""
     return lambda: tab.canvas or outcrop

@@ -10,23 +10,23 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMainWindow, QWidget
 
 _FIRST = QSize(1400, 900)
-_LEAST = QSize(960, 480)
+MIN_SIZE = QSize(960, 480)
 # The bar with the title, by which a window is taken hold of.
 _TITLE_HEIGHT = 32
-_LEAST_SEEN = QSize(120, 16)
+MIN_VISIBLE_SIZE = QSize(120, 16)
 
 
 def fit_first(window: QMainWindow) -> None:
     """Give a window the size of a first start, which its screen has room for."""
     room = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
-    window.setMinimumSize(_LEAST.boundedTo(room))
+    window.setMinimumSize(MIN_SIZE.boundedTo(room))
     window.resize(_FIRST.boundedTo(room))
 
 
-def restore_geometry(window: QMainWindow, kept: str | None) -> None:
+def restore_geometry(window: QMainWindow, stored: str | None) -> None:
     """Give a window the place and size that were kept, where a screen shows that place."""
     fit_first(window)
-    if kept is not None and (data := from_text(kept)) is not None:
+    if stored is not None and (data := from_text(stored)) is not None:
         window.restoreGeometry(data)
         bring_on_screen(window)
 
@@ -38,8 +38,8 @@ def bring_on_screen(widget: QWidget) -> None:
     frame = widget.frameGeometry()
     title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT))
     for screen in QGuiApplication.screens():
-        seen = screen.availableGeometry().intersected(title).size()
-        if seen.boundedTo(_LEAST_SEEN) == _LEAST_SEEN:
+        visible = screen.availableGeometry().intersected(title).size()
+        if visible.boundedTo(MIN_VISIBLE_SIZE) == MIN_VISIBLE_SIZE:
             return
     area = QGuiApplication.primaryScreen().availableGeometry()
     widget.resize(widget.size().boundedTo(area.size() - QSize(0, _TITLE_HEIGHT)))

@@ -35,7 +35,7 @@ class StatusLine(QStatusBar):
         self._studio = studio
         self._layers_time: datetime | None = None
         self._hint = ElidedLabel()
-        self._of_photo = ""
+        self._photo_hint = ""
         self._position = Label()
         self._badge = QToolButton()
         self._badge.setObjectName("frame_badge")
@@ -106,8 +106,8 @@ class StatusLine(QStatusBar):
     def refresh(self, *_: object) -> None:
         """Show hint, selection and frame as they are now."""
         studio, before = self._studio, self._hint.text()
-        if self._of_photo:
-            self._hint.setText(self._of_photo)
+        if self._photo_hint:
+            self._hint.setText(self._photo_hint)
         elif (tool := studio.tool) is not None:
             self._hint.setText(tool.hint())
         else:
@@ -144,9 +144,9 @@ class StatusLine(QStatusBar):
 
     def show_photo(self, words: str) -> None:
         """What is said of the photo that is seen in place of the outcrop; "" where none is."""
-        if bool(words) != bool(self._of_photo):
+        if bool(words) != bool(self._photo_hint):
             self._position.clear()
-        self._of_photo = words
+        self._photo_hint = words
         if words:
             self._hint.setText(words)
         else:

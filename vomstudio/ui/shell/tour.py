@@ -167,12 +167,12 @@ def commands(
     window: QWidget,
 ) -> list[Command]:
     """actions : of the window, which may be filled later"""
-    made: list[Tour] = []
+    tours: list[Tour] = []
 
     def start() -> None:
-        if not made:
-            made.append(Tour(window, studio, steps(studio, actions, view, docks)))
-        made[0].start()
+        if not tours:
+            tours.append(Tour(window, studio, steps(studio, actions, view, docks)))
+        tours[0].start()
 
     return [
         Command(

@@ -110,9 +110,9 @@ def card_place(target: QRect | None, card: QSize, window: QSize) -> QPoint:
     ]
     inside = []
     for place in places:
-        kept = QPoint(max(0, min(place.x(), far_x)), max(0, min(place.y(), far_y)))
-        if not QRect(kept, card).intersects(target):
-            inside.append(((kept - place).manhattanLength(), kept))
+        position = QPoint(max(0, min(place.x(), far_x)), max(0, min(place.y(), far_y)))
+        if not QRect(position, card).intersects(target):
+            inside.append(((position - place).manhattanLength(), position))
     if inside:
         return min(inside, key=lambda one: one[0])[1]
     return QPoint(max(0, far_x), max(0, far_y))

@@ -35,13 +35,13 @@ class Step:
 def button_of(action: QAction) -> QWidget | None:
     """The visible button or toolbar entry of an action."""
     for holder in action.associatedObjects():
-        found: QWidget | None = None
+        button: QWidget | None = None
         if isinstance(holder, QToolBar):
-            found = holder.widgetForAction(action)
+            button = holder.widgetForAction(action)
         elif isinstance(holder, QToolButton):
-            found = holder
-        if found is not None and found.isVisible():
-            return found
+            button = holder
+        if button is not None and button.isVisible():
+            return button
     return None
 
 

@@ -78,7 +78,7 @@ class Workspaces(QObject):
             self._show_pages()
         self._has_begun = True
         self._window.installEventFilter(self)
-        self._docks.moved.connect(self._change)
+        self._docks.rearranged.connect(self._change)
         self._docks.changed.connect(self._change)
         application = QGuiApplication.instance()
         assert isinstance(application, QGuiApplication)
