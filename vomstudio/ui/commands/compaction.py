@@ -11,7 +11,7 @@ from vomstudio.project.compaction import Plan
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Notice, Studio
 
-_MEGABYTE = 1e6
+_BYTES_PER_MB = 1e6
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
@@ -29,7 +29,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         Command(
             "take_back_compaction",
             tr("Undo compaction"),
-            lambda: _take_back(studio),
+            lambda: _undo_compaction(studio),
             None,
             (),
             tr("Possible until the project is closed."),
@@ -77,7 +77,7 @@ def compaction_text(plan: Plan) -> str:
                 "{count} file of {size:.1f} MB belongs to such edits.",
                 "{count} files of {size:.1f} MB belong to such edits.",
                 len(plan.assets),
-                size=plan.asset_bytes / _MEGABYTE,
+                size=plan.asset_bytes / _BYTES_PER_MB,
             )
         )
     consequence = tr(
@@ -88,7 +88,7 @@ def compaction_text(plan: Plan) -> str:
     return f"{' '.join(sentences)}\n\n{consequence}"
 
 
-def _take_back(studio: Studio) -> None:
+def _undo_compaction(studio: Studio) -> None:
     try:
         studio.project.undo_compaction()
     except VomError as error:

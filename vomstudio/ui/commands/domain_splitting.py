@@ -20,17 +20,17 @@ def why_not(studio: Studio) -> Finding | None:
     return Finding("selection.no-plane")
 
 
-def part(studio: Studio) -> None:
+def split_domains(studio: Studio) -> None:
     """As one edit; what crosses the plane is named."""
     current = studio.selection.current
     if current is None:
         return
     crossing = 0
 
-    def made(records: object) -> Edit:
+    def create_edit(records: object) -> Edit:
         nonlocal crossing
         edit, crossing = split_by_plane(studio.records, current, studio.measured)
         return edit
 
-    if studio.attempt(made) and crossing:
+    if studio.attempt(create_edit) and crossing:
         studio.info(Finding("domain.on-both-sides", count=crossing))

@@ -20,13 +20,13 @@ from vomstudio.ui.commands.deletion import delete_selected
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
     """find : asks for a command by its words. parent : of the dialogs"""
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_to_undo() -> Finding | None:
+    def why_not_undo() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
 
-    def nothing_to_redo() -> Finding | None:
+    def why_not_redo() -> Finding | None:
         if studio.redo_label:
             return None
         if studio.session.redo_label and studio.open_tool is not None:
@@ -35,17 +35,17 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
     def undo_text() -> str:
         label = studio.undo_label
-        return tr("&Undo {step}", step=_in_menu(label)) if label else tr("&Undo")
+        return tr("&Undo {step}", step=_menu_text(label)) if label else tr("&Undo")
 
     def redo_text() -> str:
         label = studio.redo_label
-        return tr("&Redo {step}", step=_in_menu(label)) if label else tr("&Redo")
+        return tr("&Redo {step}", step=_menu_text(label)) if label else tr("&Redo")
 
     def rename() -> None:
         current = chosen_features(studio)[-1]
-        before = studio.records[current].name
-        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=before)
-        if accepted and name.strip() != before:
+        old_name = studio.records[current].name
+        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
+        if accepted and name.strip() != old_name:
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
     return [
@@ -56,7 +56,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             "undo",
             "Ctrl+Z",
             "",
-            nothing_to_undo,
+            why_not_undo,
             text_now=undo_text,
         ),
         Command(
@@ -66,7 +66,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             "redo",
             ("Ctrl+Shift+Z", "Ctrl+Y"),
             "",
-            nothing_to_redo,
+            why_not_redo,
             text_now=redo_text,
         ),
         Command(
@@ -76,9 +76,9 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             "delete-outline",
             (),
             "",
-            none_chosen,
+            why_no_selection,
         ),
-        Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
+        Command("rename", tr("&Rename…"), rename, None, "F2", "", why_no_selection),
         Command(
             "select_all",
             tr("Select &all features"),
@@ -90,7 +90,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     ]
 
 
-def _in_menu(label: str) -> str:
+def _menu_text(label: str) -> str:
     """A step in the words of the menu, in which `&` would stand for a key."""
     return step_title(label).replace("&", "&&")
 
@@ -101,5 +101,5 @@ def find_command(parent: QWidget, actions: Actions) -> None:
 
     dialog = CommandPalette(parent, actions)
     fit_to_screen(dialog)
-    if dialog.exec() and dialog.chosen:
-        actions.run(dialog.chosen)
+    if dialog.exec() and dialog.selected_command:
+        actions.run(dialog.selected_command)

@@ -17,7 +17,7 @@ from vomstudio.ui.base.studio import Studio
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-PLANES_AS = (
+PLANE_STYLES = (
     (
         "planes_discs",
         to_translate("&Discs"),
@@ -39,23 +39,23 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
 
     surroundings = studio.workspace.surroundings
 
-    def chosen() -> list[str]:
+    def selected_ids() -> list[str]:
         return chosen_features(studio)
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_hidden() -> Finding | None:
+    def why_not_show_all() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")
 
-    def planes(value: str) -> Callable[[], None]:
-        def choose() -> None:
+    def set_plane_style(value: str) -> Callable[[], None]:
+        def apply() -> None:
             studio.settings.planes_as = value
             studio.keep_settings()
 
-        return choose
+        return apply
 
-    def is_planes(value: str) -> Callable[[], bool]:
+    def is_plane_style(value: str) -> Callable[[], bool]:
         return lambda: studio.settings.planes_as == value
 
     table = [
@@ -82,29 +82,29 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
         Command(
             "show_chosen",
             tr("&Show"),
-            lambda: studio.set_visible(chosen(), True),
+            lambda: studio.set_visible(selected_ids(), True),
             "eye-outline",
             (),
             tr("Show the selected features, in the outcrop and on the stereonet."),
-            none_chosen,
+            why_no_selection,
         ),
         Command(
             "hide_chosen",
             tr("&Hide"),
-            lambda: studio.set_visible(chosen(), False),
+            lambda: studio.set_visible(selected_ids(), False),
             "eye-off-outline",
             "Ctrl+H",
             tr("Hide the selected features, in the outcrop and on the stereonet."),
-            none_chosen,
+            why_no_selection,
         ),
         Command(
             "show_only",
             tr("Show &only these"),
-            lambda: studio.show_only(chosen()),
+            lambda: studio.show_only(selected_ids()),
             None,
             (),
             tr("Hide all features except the selected ones."),
-            none_chosen,
+            why_no_selection,
         ),
         Command(
             "show_all",
@@ -113,12 +113,20 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             None,
             "Ctrl+Shift+H",
             tr("Show all features, feature types and models."),
-            nothing_hidden,
+            why_not_show_all,
         ),
     ]
-    for name, text, value, tip in PLANES_AS:
+    for name, text, value, tip in PLANE_STYLES:
         table.append(
-            Command(name, tr(text), planes(value), None, (), tr(tip), checked=is_planes(value))
+            Command(
+                name,
+                tr(text),
+                set_plane_style(value),
+                None,
+                (),
+                tr(tip),
+                checked=is_plane_style(value),
+            )
         )
     return table
 
@@ -129,7 +137,7 @@ def open_types(
     """The dialog, beside the window, so that the outcrop shows what is changed."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-    there = dialogs.shown(TypesDialog)
-    if there is not None and type_id:
-        there.select(type_id)
+    dialog = dialogs.shown(TypesDialog)
+    if dialog is not None and type_id:
+        dialog.select(type_id)
     return dialogs.show(TypesDialog, lambda: TypesDialog(parent, studio, type_id))

@@ -11,10 +11,10 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.commands.project_files import Files
 
 
-def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:
+def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -> list[Command]:
     """leave : ends the program"""
 
-    def no_features() -> Finding | None:
+    def why_no_features() -> Finding | None:
         return None if studio.session.features() else Finding("export.no-features")
 
     def open_sample() -> None:
@@ -66,7 +66,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
             "table-arrow-right",
             "Ctrl+E",
             tr("The orientation table as CSV, with errors, verdicts and reasons."),
-            no_features,
+            why_no_features,
         ),
         Command(
             "export_gpkg",
@@ -75,7 +75,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
             "layers-outline",
             (),
             tr("All features as layers of a GeoPackage."),
-            no_features,
+            why_no_features,
         ),
         Command(
             "export_shp",
@@ -84,7 +84,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
             None,
             (),
             tr("All features as shapefiles, one for each layer."),
-            no_features,
+            why_no_features,
         ),
         Command(
             "export_dxf",
@@ -93,7 +93,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
             None,
             (),
             tr("All features for CAD, one layer for each feature type."),
-            no_features,
+            why_no_features,
         ),
         Command(
             "export_program",
@@ -105,7 +105,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
                 "Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
                 "GeMS, KML, GeoJSON."
             ),
-            no_features,
+            why_no_features,
         ),
         Command(
             "copy_export",
@@ -116,5 +116,5 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
             tr("The line for the shell that exports the same."),
             files.why_no_export,
         ),
-        Command("quit", tr("&Quit"), leave, None, "Ctrl+Q"),
+        Command("quit", tr("&Quit"), quit_program, None, "Ctrl+Q"),
     ]

@@ -25,14 +25,16 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
 
     def why_not() -> Finding | None:
         # Of thousands the first one tells: every edit asks this.
-        some = any(isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values())
-        return None if some else Finding("planes.none")
+        has_planes = any(
+            isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values()
+        )
+        return None if has_planes else Finding("planes.none")
 
     return [
         Command(
             "fit_figure",
             tr("Figure of plane s&hapes…"),
-            lambda: _figure(studio, parent),
+            lambda: _ask_for_figure(studio, parent),
             "chart-scatter-plot",
             (),
             tr("Coplanarity by collinearity of the selected planes, else of all."),
@@ -53,14 +55,14 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     ]
 
 
-def fitted(studio: Studio) -> Sequence[Picked]:
+def planes_to_fit(studio: Studio) -> Sequence[Picked]:
     """The selected ones whose planes rest on picked points, else all of them."""
     records = studio.records
-    chosen = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
-    return chosen or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
+    selected = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
+    return selected or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
 
 
-def _figure(studio: Studio, parent: QWidget) -> None:
+def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
     path = ask_for_picture(parent, studio, tr("Figure of plane shapes"), "shapes")
     if path is not None:
         write_figure(studio, path)
@@ -72,7 +74,9 @@ def write_figure(studio: Studio, path: Path) -> None:
     from vomstudio.products.net.shape_figure import write_shapes
     from vomstudio.project.tables.project_table import project_table
 
-    table = project_table(studio.records, studio.measurements, {f.id for f in fitted(studio)})
+    table = project_table(
+        studio.records, studio.measurements, {f.id for f in planes_to_fit(studio)}
+    )
     try:
         with atomic_write(path, True) as temporary:
             write_shapes(temporary, table.rows, format=path.suffix.lower().removeprefix("."))
@@ -84,24 +88,24 @@ def write_figure(studio: Studio, path: Path) -> None:
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:
     """Ask for the table of the points, and put the command on the clipboard."""
-    features = fitted(studio)
-    measured = studio.measured(f.id for f in features)
-    methods = {getattr(f, "method", "pca") for f in features}
+    planes = planes_to_fit(studio)
+    measurements = studio.measured(f.id for f in planes)
+    methods = {getattr(f, "method", "pca") for f in planes}
 
     def write(path: Path) -> None:
         from vomstudio.core.files.atomic import write_bytes
         from vomstudio.project.tables.orientation_table import csv_text
 
         rows = [WORLD_COMMENT.strip(), "id,x,y,z"]
-        for f in features:
-            named = csv_text(f.id)
-            rows += [f"{named},{numbers_text(p)}" for p in measured[f.id].points.tolist()]
+        for f in planes:
+            name = csv_text(f.id)
+            rows += [f"{name},{numbers_text(p)}" for p in measurements[f.id].points.tolist()]
         write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-    def words(path: Path) -> Words:
-        found: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
+    def build_command(path: Path) -> Words:
+        arguments: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
         if len(methods) == 1:
-            found.append(("--method", str(next(iter(methods)))))
-        return found
+            arguments.append(("--method", str(next(iter(methods)))))
+        return arguments
 
-    copy_with_file(parent, studio, "points.csv", write, words)
+    copy_with_file(parent, studio, "points.csv", write, build_command)

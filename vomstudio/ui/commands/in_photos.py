@@ -17,15 +17,15 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto
 from vomstudio.ui.panels.in_photos.sighting_list import SightingList
 
-_DOCK = "in_photos"
-_HEIGHT = 400
+_DOCK_NAME = "in_photos"
+_MIN_HEIGHT_PX = 400
 
 
 def commands(
     studio: Studio,
     links: PhotoLinks,
     photos: SightingList,
-    shown: FeaturePhoto,
+    feature_photo: FeaturePhoto,
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
@@ -34,13 +34,13 @@ def commands(
     def no_model() -> Finding | None:
         return why_no_model(studio)
 
-    def no_photo() -> Finding | None:
+    def why_no_photo() -> Finding | None:
         return None if photos.count() else Finding("action.no-shown-photo")
 
-    def show() -> None:
-        docks.bring_forward(_DOCK)
+    def show_panel() -> None:
+        docks.bring_forward(_DOCK_NAME)
         # A tab that was never in front has a height of its own until it is laid out.
-        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK, _HEIGHT))
+        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX))
 
     def open_cameras() -> None:
         model = current_model(studio)
@@ -51,7 +51,7 @@ def commands(
             tr("Cameras (*.json)"),
         )
         if name and model is not None:
-            show()
+            show_panel()
             links.open_cameras(model.id, Path(name))
 
     def find_photos() -> None:
@@ -66,7 +66,7 @@ def commands(
         Command(
             "show_in_photos",
             tr("Show in &photos"),
-            show,
+            show_panel,
             "image-search-outline",
             "Ctrl+Shift+P",
             tr("The photos in which the selection is visible, with the features on them."),
@@ -97,7 +97,7 @@ def commands(
             "chevron-left",
             "Alt+Left",
             "",
-            no_photo,
+            why_no_photo,
         ),
         Command(
             "next_photo",
@@ -106,15 +106,15 @@ def commands(
             "chevron-right",
             "Alt+Right",
             "",
-            no_photo,
+            why_no_photo,
         ),
         Command(
             "fit_photo",
             tr("Whole photo"),
-            shown.canvas.fit,
+            feature_photo.canvas.fit,
             "fit-to-screen-outline",
             "Ctrl+0",
             "",
-            no_photo,
+            why_no_photo,
         ),
     ]

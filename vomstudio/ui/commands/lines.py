@@ -11,7 +11,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import why_no_model
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.commands import domain_splitting as domain_parting
+from vomstudio.ui.commands import domain_splitting
 from vomstudio.ui.commands.drawing_import import DrawingImport
 from vomstudio.ui.commands.plane_import import ListedImport
 from vomstudio.ui.panels.features import plane_relations
@@ -21,7 +21,7 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
 
-    def too_few_groups() -> Finding | None:
+    def why_too_few_groups() -> Finding | None:
         if len(plane_relations.groups_of(studio)) > 1:
             return None
         return Finding("action.one-group")
@@ -31,7 +31,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         fit_to_screen(dialog)
         dialog.open()
 
-    drawings, listed = DrawingImport(parent, studio), ListedImport(parent, studio)
+    drawings, lists = DrawingImport(parent, studio), ListedImport(parent, studio)
     return [
         Command(
             "keep_intersection",
@@ -55,24 +55,24 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                 "Intersection line of the mean planes of two types or sets, such as bedding and "
                 "fault."
             ),
-            too_few_groups,
+            why_too_few_groups,
         ),
         Command(
             "part_by_plane",
             tr("Part into domains by this &plane"),
-            lambda: domain_parting.part(studio),
+            lambda: domain_splitting.split_domains(studio),
             "vector-difference",
             (),
             tr(
                 "Features on the two sides of the selected plane become the domains hanging "
                 "wall and footwall."
             ),
-            lambda: domain_parting.why_not(studio),
+            lambda: domain_splitting.why_not(studio),
         ),
         Command(
             "import_listed",
             tr("Import &stations, contacts and rocks…"),
-            listed.choose,
+            lists.choose,
             "map-marker-plus",
             (),
             tr(

@@ -18,7 +18,7 @@ def commands(
 ) -> list[Command]:
     """parent : of the dialogs"""
 
-    def no_model() -> Finding | None:
+    def why_no_model() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
@@ -46,7 +46,7 @@ def commands(
                 "Places the model by another one of the same rock: points that are clicked in "
                 "both, then the surfaces, with the error in degrees."
             ),
-            no_model,
+            why_no_model,
         ),
         Command(
             "compare_models",
@@ -58,6 +58,6 @@ def commands(
                 "Signed distances from a better model or cloud of the same rock, and what of "
                 "them is more than chance."
             ),
-            no_model,
+            why_no_model,
         ),
     ]

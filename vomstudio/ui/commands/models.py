@@ -25,10 +25,10 @@ def commands(
 ) -> list[Command]:
     """parent : of the dialogs"""
 
-    def no_model() -> Finding | None:
+    def why_no_model() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")
 
-    def cannot_copy() -> Finding | None:
+    def why_not_copy() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
@@ -47,21 +47,21 @@ def commands(
         if model is not None:
             copy_into_project(parent, studio, links, model)
 
-    def cannot_export() -> Finding | None:
+    def why_not_export() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return None if model.id in studio.models else Finding("model.not-open")
 
-    def not_missing() -> Finding | None:
+    def why_not_locate() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return Finding("action.model-located") if model.id in studio.models else None
 
-    def cannot_convert() -> Finding | None:
-        offered = studio.workspace.models.convertible
-        return Finding("action.no-refused-model") if offered is None else None
+    def why_not_convert() -> Finding | None:
+        convertible = studio.workspace.models.convertible
+        return Finding("action.no-refused-model") if convertible is None else None
 
     return [
         Command(
@@ -74,7 +74,7 @@ def commands(
                 "Up axis, unit, and CRS or local frame. Orientations are geographic only in "
                 "a declared frame."
             ),
-            no_model,
+            why_no_model,
         ),
         Command(
             "register_model",
@@ -86,7 +86,7 @@ def commands(
                 "Places the model by points that are clicked on it or come in a table, and "
                 "their coordinates, with residuals and the error in degrees."
             ),
-            no_model,
+            why_no_model,
         ),
         Command(
             CONVERT,
@@ -95,7 +95,7 @@ def commands(
             "map-marker-path",
             (),
             tr("Opens the refused model as a copy in a CRS whose metres are true."),
-            cannot_convert,
+            why_not_convert,
         ),
         Command(
             "locate",
@@ -104,7 +104,7 @@ def commands(
             "file-search-outline",
             (),
             tr("Choose the file of a model that has been moved or renamed."),
-            not_missing,
+            why_not_locate,
         ),
         Command(
             "copy_model",
@@ -116,7 +116,7 @@ def commands(
                 "Copies the model with its materials, textures and cameras, and its photos if "
                 "wanted, so that the project folder can be moved or zipped."
             ),
-            cannot_copy,
+            why_not_copy,
         ),
         Command(
             "export_model",
@@ -125,7 +125,9 @@ def commands(
             "export",
             (),
             tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
-            cannot_export,
+            why_not_export,
         ),
-        Command("remove_model", tr("&Remove model"), files.remove_model, "close", (), "", no_model),
+        Command(
+            "remove_model", tr("&Remove model"), files.remove_model, "close", (), "", why_no_model
+        ),
     ]

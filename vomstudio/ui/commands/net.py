@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 def commands(
     studio: Studio,
-    net: Callable[[], NetDock | None],
+    find_net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
     fill_middle: Callable[[str], None],
@@ -41,51 +41,51 @@ def commands(
     """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
     the place of the outcrop, or puts it back"""
 
-    def no_net() -> Finding | None:
-        empty = None if studio.session.features() else Finding("action.net-empty")
-        return not_loaded() or empty
+    def why_no_net() -> Finding | None:
+        no_features = None if studio.session.features() else Finding("action.net-empty")
+        return why_not_loaded() or no_features
 
     def export() -> None:
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             choose_picture(parent, studio, panel)
 
     def copy() -> None:
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             copy_net(studio, panel)
 
-    def type_in() -> None:
+    def draw_on_net() -> None:
         from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
 
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             dialogs.show(NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.wishes))
 
-    def style() -> None:
+    def choose_style() -> None:
         from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
 
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
 
-    def not_loaded() -> Finding | None:
-        return None if net() else Finding("action.net-loading")
+    def why_not_loaded() -> Finding | None:
+        return None if find_net() else Finding("action.net-loading")
 
     return [
         Command(
             "type_on_net",
             tr("Draw and turn on the net…"),
-            type_in,
+            draw_on_net,
             "pencil-ruler",
             (),
             tr("Type great and small circles, lines on planes, a turning, levels."),
-            not_loaded,
+            why_not_loaded,
         ),
         Command(
             "figure_style",
             tr("Style of figures…"),
-            style,
+            choose_style,
             "palette-outline",
             (),
             tr("Size, letters, symbols and colours of figures of nets and roses."),
-            not_loaded,
+            why_not_loaded,
         ),
         Command(
             "net_in_middle",
@@ -113,7 +113,7 @@ def commands(
             "export-variant",
             (),
             tr("The stereonet as a figure: SVG, PDF or PNG."),
-            no_net,
+            why_no_net,
         ),
         Command(
             "copy_net",
@@ -125,7 +125,7 @@ def commands(
                 "The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
                 "others as a picture."
             ),
-            no_net,
+            why_no_net,
         ),
     ]
 
@@ -154,7 +154,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         studio.fail(error)
         return
     dialog = ReadingsDialog(
-        parent, table, dict(studio.records), place_of(studio), type_id=studio.next_type_id
+        parent, table, dict(studio.records), project_place(studio), type_id=studio.next_type_id
     )
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
@@ -162,7 +162,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         ids = [reading.id for reading in dialog.readings]
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
-            picks = {i: found for i in ids if (found := studio.nearest_pick(i)) is not None}
+            picks = {i: pick for i in ids if (pick := studio.nearest_pick(i)) is not None}
             studio.info(reading_comparison.summary(ids, picks))
 
     dialog.accepted.connect(add)
@@ -170,7 +170,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
     dialog.open()
 
 
-def place_of(studio: Studio) -> Place:
+def project_place(studio: Studio) -> Place:
     """The one CRS of the project's models, and the middle of those that are open."""
     from vomstudio.ui.dialogs.readings_dialog import Place
 
@@ -198,19 +198,19 @@ def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
 
 def copy_net(studio: Studio, panel: NetDock) -> None:
     """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
-    made = {}
+    images = {}
     try:
-        shown = panel.for_print()
+        contents = panel.for_print()
         for format_ in ("svg", "png"):
             data = io.BytesIO()
-            write_shown(data, shown, style_of(studio), format_)
-            made[format_] = data.getvalue()
+            write_shown(data, contents, style_of(studio), format_)
+            images[format_] = data.getvalue()
     except VomError as error:
         studio.fail(error)
         return
     mime = QMimeData()
-    mime.setImageData(QImage.fromData(made["png"]))
-    mime.setData("image/svg+xml", made["svg"])
+    mime.setImageData(QImage.fromData(images["png"]))
+    mime.setData("image/svg+xml", images["svg"])
     QGuiApplication.clipboard().setMimeData(mime)
     studio.info(Finding("net.copied"))
 
@@ -220,10 +220,10 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     from vomstudio.core.files.atomic import atomic_write
 
     try:
-        shown = panel.for_print()
+        contents = panel.for_print()
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_shown(Path(temporary), shown, style_of(studio), format_)
+            write_shown(Path(temporary), contents, style_of(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

@@ -17,7 +17,7 @@ def commands(
 ) -> list[Command]:
     """parent : of the dialog"""
 
-    def ask() -> None:
+    def open_dialog() -> None:
         from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 
         if view.viewport is not None:
@@ -29,7 +29,7 @@ def commands(
         Command(
             "orthophoto",
             tr("&Orthophoto along this view…"),
-            ask,
+            open_dialog,
             "camera-metering-matrix",
             "Ctrl+P",
             tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),

@@ -19,17 +19,17 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
     def no_model() -> Finding | None:
         return why_no_model(studio)
 
-    def no_lines() -> Finding | None:
+    def why_no_lines() -> Finding | None:
         if any(kind_of(f).layer is not None for f in studio.session.of(Picked)):
             return None
         return Finding("traces.none")
 
-    def no_planes() -> Finding | None:
+    def why_no_planes() -> Finding | None:
         if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
             return None
         return Finding("planes.none")
 
-    def bring(workspace: str, dock: str) -> Callable[[], None]:
+    def panel_command(workspace: str, dock: str) -> Callable[[], None]:
         def show() -> None:
             workspaces.switch(workspace)
             docks.bring_forward(dock)
@@ -37,11 +37,11 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         return show
 
     def propose_sets() -> None:
-        count("sets")()
+        analysis_command("sets")()
         studio.sets_wanted.emit()
 
-    make = partial(bring, "views")
-    count = partial(bring, "analyse")
+    view_command = partial(panel_command, "views")
+    analysis_command = partial(panel_command, "analyse")
     return [
         Command(
             "propose_sets",
@@ -50,12 +50,12 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
             "scatter-plot-outline",
             (),
             tr("Sort planes into sets, see them on the net, and accept or reject the proposal."),
-            no_planes,
+            why_no_planes,
         ),
         Command(
             "elevation_model",
             tr("&Elevation model…"),
-            make("elevation"),
+            view_command("elevation"),
             "image-filter-hdr",
             (),
             tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."),
@@ -64,7 +64,7 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         Command(
             "section",
             tr("Se&ction…"),
-            make("section"),
+            view_command("section"),
             "box-cutter",
             (),
             tr("Cut the model along a plane or a line, with the features beside it."),
@@ -73,19 +73,19 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         Command(
             "count_fractures",
             tr("F&ractures…"),
-            count("fractures"),
+            analysis_command("fractures"),
             "grid",
             (),
             tr(
                 "Number, length, nodes and spacing of traces along a line, in a circle or in a "
                 "window."
             ),
-            no_lines,
+            why_no_lines,
         ),
         Command(
             "looked_at",
             tr("What was &looked at…"),
-            count("looked_at"),
+            analysis_command("looked_at"),
             "grid",
             (),
             tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
@@ -94,28 +94,28 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         Command(
             "repeats",
             tr("Picks a&gain…"),
-            count("repeats"),
+            analysis_command("repeats"),
             "replay",
             (),
             tr(
                 "Offer some picks for a second time, unseen, and compare the spread with the "
                 "stated errors."
             ),
-            no_lines,
+            why_no_lines,
         ),
         Command(
             "fault_displacement",
             tr("Fault &displacement…"),
-            count("displacement"),
+            analysis_command("displacement"),
             "arrow-split-horizontal",
             (),
             tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
-            no_lines,
+            why_no_lines,
         ),
         Command(
             "three_points",
             tr("T&hree points…"),
-            bring("interpret", "three_points"),
+            panel_command("interpret", "three_points"),
             "vector-triangle",
             (),
             tr("The plane through three points or more, clicked or typed, with its error."),
@@ -123,7 +123,7 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         Command(
             "bed_log",
             tr("&Log along a line…"),
-            make("bed_log"),
+            view_command("bed_log"),
             "layers-triple-outline",
             (),
             tr("Boundaries of beds along a line, and the true thickness between them."),

@@ -9,14 +9,14 @@ from vomstudio.ui.base.command_targets import why_no_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 
-_DOCK = "surface"
+_DOCK_NAME = "surface"
 
 
 def commands(studio: Studio, docks: Docks) -> list[Command]:
     """They show the dock in the workspace where somebody is."""
 
     def show(page: str) -> None:
-        docks.bring_forward(_DOCK)
+        docks.bring_forward(_DOCK_NAME)
         studio.surface_wanted.emit(page)
 
     def no_model() -> Finding | None:

@@ -30,7 +30,7 @@ def selected_plane(studio: Studio) -> Feature | None:
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
 
-    def no_patch() -> Finding | None:
+    def why_no_patch() -> Finding | None:
         patch = selected_patch(studio)
         if patch is None:
             return Finding("selection.no-patch")
@@ -38,7 +38,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             return Finding("model.not-open")
         return None
 
-    def no_plane() -> Finding | None:
+    def why_no_plane() -> Finding | None:
         plane = selected_plane(studio)
         if plane is None:
             return Finding("selection.no-plane")
@@ -77,7 +77,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
                 "Deviations of the selected patch from its plane, where the plane ceases to "
                 "hold, its roughness and smoothest direction."
             ),
-            no_patch,
+            why_no_patch,
         ),
         Command(
             "extend_plane",
@@ -89,6 +89,6 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
                 "Carry the selected plane on through its model, with the band of its error, "
                 "also repeated at the thickness of the beds."
             ),
-            no_plane,
+            why_no_plane,
         ),
     ]

@@ -18,25 +18,25 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
-_DOCK = "photos"
+_DOCK_NAME = "photos"
 # Five photos with their thumbnails.
-_HEIGHT = 320
+_MIN_HEIGHT_PX = 320
 
 
 def commands(
     studio: Studio,
     survey: PhotoSurvey,
-    show: SurveyDialogs,
+    dialogs: SurveyDialogs,
     open_folder: Callable[[Path], None],
-    has_place: Callable[[str], bool],
+    choose_place: Callable[[str], bool],
 ) -> list[Command]:
     """open_folder : called with the folder of photos that was chosen. has_place : whether a model
     of the photos in a folder of this name can be made in the project, which asks for its place
     where it has none"""
 
-    def choose() -> None:
+    def choose_folder() -> None:
         name = QFileDialog.getExistingDirectory(
-            show.parent,
+            dialogs.parent,
             tr("Choose a folder of photos"),
             start_folder(studio),
             QFileDialog.Option.ShowDirsOnly,
@@ -44,12 +44,12 @@ def commands(
         if name:
             open_folder(Path(name))
 
-    def make() -> None:
+    def reconstruct() -> None:
         # Hours of work must not come to lie where the user never looks.
-        if survey.folder is not None and has_place(survey.folder.name):
+        if survey.folder is not None and choose_place(survey.folder.name):
             survey.make()
 
-    def nothing_to_make() -> Finding | None:
+    def why_no_settings() -> Finding | None:
         if survey.making is not None:
             return Finding("action.reconstruction-running")
         return None if survey.rows else Finding("action.no-photos")
@@ -58,7 +58,7 @@ def commands(
         Command(
             "choose_photos",
             tr("New model from &photos…"),
-            choose,
+            choose_folder,
             "image-multiple-outline",
             "Ctrl+Shift+I",
             tr("Open a folder of photos, check the survey, and reconstruct."),
@@ -66,7 +66,7 @@ def commands(
         Command(
             "plan_survey",
             tr("&Plan a survey…"),
-            show.plan,
+            dialogs.show_planner,
             "clipboard-text-outline",
             (),
             tr(
@@ -77,7 +77,7 @@ def commands(
         Command(
             "video_frames",
             tr("Frames from a &video…"),
-            show.video,
+            dialogs.show_video,
             "movie-open-outline",
             (),
             tr("Extract the sharp frames of a video as photos."),
@@ -85,16 +85,16 @@ def commands(
         Command(
             "make_settings",
             tr("Reconstruction &settings…"),
-            show.settings,
+            dialogs.show_settings,
             "tune",
             (),
             tr("Quality, ground control, coordinate reference system, threads and memory."),
-            nothing_to_make,
+            why_no_settings,
         ),
         Command(
             "make_model",
             tr("&Reconstruct"),
-            make,
+            reconstruct,
             "cube-scan",
             (),
             tr("Align the photos and make a dense, textured model, in the background."),
@@ -128,7 +128,7 @@ class SurveyDialogs:
         self._studio, self._survey = studio, survey
         self._dialogs, self._actions, self._open_folder = dialogs, actions, open_folder
 
-    def plan(self) -> None:
+    def show_planner(self) -> None:
         """Open the survey planner."""
         from vomstudio.ui.dialogs.planner.planner_dialog import PlannerDialog
 
@@ -136,7 +136,7 @@ class SurveyDialogs:
             PlannerDialog, lambda: PlannerDialog(self.parent, self._studio, self._survey)
         )
 
-    def video(self) -> None:
+    def show_video(self) -> None:
         """Open the extraction of frames from a video."""
         from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
@@ -144,13 +144,13 @@ class SurveyDialogs:
             VideoDialog, lambda: VideoDialog(self.parent, self._studio, self._open_folder)
         )
 
-    def settings(self) -> None:
+    def show_settings(self) -> None:
         """Open the reconstruction settings."""
         from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
 
-        make = self._actions["make_model"]
+        make_action = self._actions["make_model"]
         self._dialogs.show(
-            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make)
+            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make_action)
         )
 
 
@@ -162,5 +162,5 @@ def is_photo_folder(path: Path) -> bool:
 def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
     """Open a folder of photos and bring the Photos panel forward."""
     survey.open(folder)
-    docks.bring_forward(_DOCK)
-    docks.make_room(_DOCK, _HEIGHT)
+    docks.bring_forward(_DOCK_NAME)
+    docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX)

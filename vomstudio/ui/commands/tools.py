@@ -19,7 +19,7 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.commands.deletion import delete_selected
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 
-_NOTHING_OPEN = Finding("tool.nothing-open")
+_NO_OPEN_FEATURE = Finding("tool.nothing-open")
 
 
 class _OpenFeature:
@@ -34,20 +34,20 @@ class _OpenFeature:
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
-    def why_nothing(self) -> Finding | None:
-        return _NOTHING_OPEN if self._studio.open_tool is None else None
+    def why_no_feature(self) -> Finding | None:
+        return _NO_OPEN_FEATURE if self._studio.open_tool is None else None
 
     def why_not_finish(self) -> Finding | None:
-        unfinished = self._studio.open_tool or self._studio.tool
-        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
+        tool = self._studio.open_tool or self._studio.tool
+        return _NO_OPEN_FEATURE if tool is None else tool.why_not_finish()
 
     def why_not_cancel(self) -> Finding | None:
-        unfinished = self._studio.open_tool or self._studio.tool
-        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
+        tool = self._studio.open_tool or self._studio.tool
+        return _NO_OPEN_FEATURE if tool is None else tool.why_not_cancel()
 
     def why_no_vertex(self) -> Finding | None:
         if (tool := self.tool) is None:
-            return _NOTHING_OPEN
+            return _NO_OPEN_FEATURE
         if tool.current_vertex is None:
             return Finding("action.no-vertex")
         return None
@@ -58,9 +58,9 @@ class _OpenFeature:
     def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
             return Finding("feature.open")
-        return None if self._to_continue() else Finding("action.nothing-to-continue")
+        return None if self._find_continuable() else Finding("action.nothing-to-continue")
 
-    def _to_continue(self) -> tuple[str, str] | None:
+    def _find_continuable(self) -> tuple[str, str] | None:
         """Id and tool of the last selected feature that was picked vertex by vertex."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
@@ -73,10 +73,10 @@ class _OpenFeature:
 
     def continue_feature(self) -> None:
         """Choose the tool of the selected feature and continue it."""
-        found = self._to_continue()
-        if found is None:
+        target = self._find_continuable()
+        if target is None:
             return
-        id_, name = found
+        id_, name = target
         self._studio.activate(name)
         tool = self._studio.tools[name]
         try:
@@ -97,8 +97,8 @@ class _OpenFeature:
             delete_selected(self._studio)
 
     def undo_click(self) -> None:
-        if (unfinished := self._studio.open_tool) is not None:
-            unfinished.undo()
+        if (tool := self._studio.open_tool) is not None:
+            tool.undo()
 
 
 class _Following:
@@ -107,12 +107,16 @@ class _Following:
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._last = "colour"
+        self._last_cost = "colour"
 
     @property
     def tool(self) -> FollowingTool[Any]:
-        active = self._studio.tool
-        return active if isinstance(active, FollowingTool) else self._studio.tool_of(TraceTool)
+        active_tool = self._studio.tool
+        return (
+            active_tool
+            if isinstance(active_tool, FollowingTool)
+            else self._studio.tool_of(TraceTool)
+        )
 
     def why_not(self) -> Finding | None:
         if self.tool.continued:
@@ -122,12 +126,12 @@ class _Following:
     def toggle(self) -> None:
         """What was followed last is followed again. While no line is being picked traces are: what
         is switched without a tool to show it seems to do nothing."""
-        active = isinstance(self._studio.tool, FollowingTool)
+        is_active = isinstance(self._studio.tool, FollowingTool)
         cost = self.tool.cost
-        self._last = cost or self._last
-        if not active:
+        self._last_cost = cost or self._last_cost
+        if not is_active:
             self._studio.activate(TraceTool.name)
-        self.tool.follow(None if cost and active else self._last)
+        self.tool.follow(None if cost and is_active else self._last_cost)
 
 
 def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
@@ -233,7 +237,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             None,
             "Backspace",
             "",
-            picking.why_nothing,
+            picking.why_no_feature,
             in_viewport=True,
         ),
         Command(

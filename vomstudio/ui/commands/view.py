@@ -32,18 +32,18 @@ _THEMES = (
 )
 
 
-def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]) -> list[Command]:
+def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None]) -> list[Command]:
     """only_outcrop : hides the panels, or shows them again"""
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         if studio.measured(studio.selection.ids):
             return view.why_not()
         return Finding("action.no-feature")
 
-    def look(name: str) -> Callable[[], None]:
+    def show_view(name: str) -> Callable[[], None]:
         return lambda: view.standard_view(name)
 
-    def notation(name: str) -> Callable[[], None]:
+    def set_notation(name: str) -> Callable[[], None]:
         def choose() -> None:
             studio.settings.notation = name
             studio.keep_settings()
@@ -53,7 +53,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
     def is_notation(name: str) -> Callable[[], bool]:
         return lambda: studio.settings.notation == name
 
-    def trackball() -> None:
+    def toggle_trackball() -> None:
         studio.settings.turntable = not studio.settings.turntable
         view.set_turntable(studio.settings.turntable)
         studio.keep_settings()
@@ -76,7 +76,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "image-filter-center-focus",
             "F",
             tr("Show the selected features."),
-            none_chosen,
+            why_no_selection,
             in_viewport=True,
         ),
         Command(
@@ -113,7 +113,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         Command(
             "trackball",
             tr("Free rotation (&trackball)"),
-            trackball,
+            toggle_trackball,
             None,
             (),
             tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
@@ -123,25 +123,27 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         Command(
             "only_outcrop",
             tr("Hide all panels"),
-            only_outcrop,
+            toggle_panels,
             None,
             "F9",
             tr("Hide the panels, or show them again."),
         ),
     ]
     table += [
-        Command(f"view_{name}", tr(text), look(name), None, key, "", view.why_not, in_viewport=True)
+        Command(
+            f"view_{name}", tr(text), show_view(name), None, key, "", view.why_not, in_viewport=True
+        )
         for name, text, key in _VIEWS
     ]
     table += [
-        Command(name, tr(text), notation(value), checked=is_notation(value))
+        Command(name, tr(text), set_notation(value), checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
     return table + _theme_commands(studio)
 
 
 def _theme_commands(studio: Studio) -> list[Command]:
-    def use(name: str) -> Callable[[], None]:
+    def set_theme(name: str) -> Callable[[], None]:
         def choose() -> None:
             studio.settings.theme = name
             theme.use(name)
@@ -149,10 +151,10 @@ def _theme_commands(studio: Studio) -> list[Command]:
 
         return choose
 
-    def is_used(name: str) -> Callable[[], bool]:
+    def is_theme(name: str) -> Callable[[], bool]:
         return lambda: studio.settings.theme == name
 
     return [
-        Command(f"theme_{name}", tr(text), use(name), checked=is_used(name))
+        Command(f"theme_{name}", tr(text), set_theme(name), checked=is_theme(name))
         for name, text in _THEMES
     ]

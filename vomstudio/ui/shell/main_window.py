@@ -152,7 +152,7 @@ class MainWindow(QMainWindow):
         actions, opened = self.actions_table.all, self._open_photos
         asked = survey_commands.SurveyDialogs(self, studio, survey, dialogs, actions, opened)
         return [
-            *survey_commands.commands(studio, survey, asked, opened, self.files.place_for),
+            *survey_commands.commands(studio, survey, asked, opened, self.files.choose_place),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
             *self.photo_tab.commands(),
@@ -435,7 +435,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
+        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []

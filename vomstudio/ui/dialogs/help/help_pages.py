@@ -13,7 +13,7 @@ from vomstudio.core.files.regular import read_small_text
 if TYPE_CHECKING:
     from vomstudio.project.figures import Figure
 
-FIRST = "index.md"
+FIRST_PAGE = "index.md"
 _NUMBERS = "numbers.md"
 _LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
 _HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
@@ -28,36 +28,36 @@ class Page:
     title: str
 
 
-def pages_in(folder: Path) -> list[Page]:
+def list_pages(folder: Path) -> list[Page]:
     """All pages of a folder: the first one, those to which it links in the order of its links, then
     the others by their names. Raises OSError."""
-    return [page for pages in sections_in(folder).values() for page in pages]
+    return [page for pages in list_sections(folder).values() for page in pages]
 
 
-def sections_in(folder: Path) -> dict[str, list[Page]]:
+def list_sections(folder: Path) -> dict[str, list[Page]]:
     """The same under the headings of the first page below which they are linked; the first page
     itself under "", those to which it does not link under "More". Raises OSError."""
-    first = folder / FIRST
-    found = {"": [Page(first, _title(first))]}
-    known = {FIRST}
+    first = folder / FIRST_PAGE
+    sections = {"": [Page(first, _title(first))]}
+    known_names = {FIRST_PAGE}
 
-    def take(heading: str, names: Iterable[str]) -> None:
+    def add_pages(heading: str, names: Iterable[str]) -> None:
         for name in names:
-            if name not in known and (folder / name).is_file():
-                known.add(name)
-                found.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
+            if name not in known_names and (folder / name).is_file():
+                known_names.add(name)
+                sections.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
 
-    before, *parts = _HEADING.split(read_small_text(first))
-    take("", _LINK.findall(before))
+    introduction, *parts = _HEADING.split(read_small_text(first))
+    add_pages("", _LINK.findall(introduction))
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
-        take(heading.strip(), _LINK.findall(text))
-    take("More", sorted(path.name for path in folder.glob("*.md")))
-    return found
+        add_pages(heading.strip(), _LINK.findall(text))
+    add_pages("More", sorted(path.name for path in folder.glob("*.md")))
+    return sections
 
 
 def _title(path: Path) -> str:
-    found = _TITLE.search(read_small_text(path))
-    return found.group(1).strip() if found else path.stem.replace("_", " ")
+    match = _TITLE.search(read_small_text(path))
+    return match.group(1).strip() if match else path.stem.replace("_", " ")
 
 
 def heading_of(figure: Figure) -> str:
@@ -72,5 +72,5 @@ def address_of(figure: Figure) -> str:
 
 def anchor(heading: str) -> str:
     """What a link to a heading ends with after #, as the site and code hosts make it."""
-    plain = re.sub(r"[^\w\s-]", "", heading.lower())
-    return re.sub(r"[\s-]+", "-", plain).strip("-")
+    text = re.sub(r"[^\w\s-]", "", heading.lower())
+    return re.sub(r"[\s-]+", "-", text).strip("-")

@@ -29,10 +29,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import allow, side_by_side
-from vomstudio.ui.dialogs.help.help_pages import Page, anchor, pages_in
+from vomstudio.ui.dialogs.help.help_pages import Page, anchor, list_pages
 
-_SIZE = QSize(1060, 780)
-_MARGIN = 18
+_WINDOW_SIZE = QSize(1060, 780)
+_MARGIN_PX = 18
 
 
 class PageView(QTextBrowser):
@@ -41,8 +41,8 @@ class PageView(QTextBrowser):
     shown : another page is; moved : whether there is a page before and one after this one
     """
 
-    shown = Signal(Path)
-    moved = Signal(bool, bool)
+    page_changed = Signal(Path)
+    history_changed = Signal(bool, bool)
 
     def __init__(self) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class PageView(QTextBrowser):
             self._future.append(self.page)
             self._open(self._past.pop())
 
-    def go_on(self) -> None:
+    def go_forward(self) -> None:
         if self._future and self.page is not None:
             self._past.append(self.page)
             self._open(self._future.pop())
@@ -85,16 +85,16 @@ class PageView(QTextBrowser):
 
     def _open(self, page: Path) -> None:
         self.page = page
-        self._lay_out()
-        self.shown.emit(page)
-        self.moved.emit(bool(self._past), bool(self._future))
+        self._show_document()
+        self.page_changed.emit(page)
+        self.history_changed.emit(bool(self._past), bool(self._future))
 
     # --- how it looks ------------------------------------------------------------------------
-    def _lay_out(self) -> None:
+    def _show_document(self) -> None:
         assert self.page is not None
         # A document that is filled again keeps an empty line of what was in it.
         document = QTextDocument(self)
-        document.setDocumentMargin(_MARGIN)
+        document.setDocumentMargin(_MARGIN_PX)
         document.setMarkdown(read_small_text(self.page))
         for frame in document.rootFrame().childFrames():
             if isinstance(frame, QTextTable):
@@ -109,9 +109,9 @@ class PageView(QTextBrowser):
         if kind != QTextDocument.ResourceType.ImageResource.value or self.page is None:
             return super().loadResource(kind, name)
         image = QImage(str(self.page.parent / QUrl(name).path()))
-        room = self.viewport().width() - 3 * _MARGIN
-        if image.width() > room > 0:
-            image = image.scaledToWidth(room, Qt.TransformationMode.SmoothTransformation)
+        max_width = self.viewport().width() - 3 * _MARGIN_PX
+        if image.width() > max_width > 0:
+            image = image.scaledToWidth(max_width, Qt.TransformationMode.SmoothTransformation)
         return image
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
@@ -119,7 +119,7 @@ class PageView(QTextBrowser):
         if event.size().width() != event.oldSize().width() and self.page is not None:
             bar = self.verticalScrollBar()
             share = bar.value() / max(1, bar.maximum())
-            self._lay_out()
+            self._show_document()
             bar.setValue(round(share * bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
@@ -127,8 +127,8 @@ class PageView(QTextBrowser):
         while block.isValid():
             if block.blockFormat().headingLevel() and anchor(block.text()) == heading:
                 self.setTextCursor(QTextCursor(block))
-                where = self.cursorRect().top() + self.verticalScrollBar().value()
-                self.verticalScrollBar().setValue(where - _MARGIN)
+                offset = self.cursorRect().top() + self.verticalScrollBar().value()
+                self.verticalScrollBar().setValue(offset - _MARGIN_PX)
                 return
             block = block.next()
 
@@ -141,8 +141,8 @@ class HelpWindow(QDialog):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Documentation"))
-        self.resize(_SIZE)
-        self._pages = pages_in(folder.resolve())
+        self.resize(_WINDOW_SIZE)
+        self._pages = list_pages(folder.resolve())
         self.list = QListWidget()
         self.list.setObjectName("help_pages")
         self.list.setSpacing(2)
@@ -154,7 +154,7 @@ class HelpWindow(QDialog):
         column.addLayout(self._bar())
         column.addWidget(body, 1)
         self.list.currentRowChanged.connect(lambda row: self.view.go_to(self._pages[row].path))
-        self.view.shown.connect(self._show_which)
+        self.view.page_changed.connect(self._select_in_list)
         self.list.setCurrentRow(0)
 
     def go_to(self, address: str) -> None:
@@ -165,47 +165,47 @@ class HelpWindow(QDialog):
         back, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (
             (back, "arrow-left", self.view.go_back),
-            (forward, "arrow-right", self.view.go_on),
+            (forward, "arrow-right", self.view.go_forward),
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
             button.clicked.connect(lambda _=False, step=step: step())
 
-        def moved(past: bool, future: bool) -> None:
-            allow(back, None if past else Finding("action.first-page"))
-            allow(forward, None if future else Finding("action.last-page"))
+        def allow_buttons(has_past: bool, has_future: bool) -> None:
+            allow(back, None if has_past else Finding("action.first-page"))
+            allow(forward, None if has_future else Finding("action.last-page"))
 
-        self.view.moved.connect(moved)
-        moved(False, False)
-        self.words = QLineEdit()
-        self.words.setObjectName("help_words")
-        self.words.setClearButtonEnabled(True)
-        self.words.setPlaceholderText(tr("Find in all pages: Enter goes on"))
-        self.words.returnPressed.connect(self._find)
+        self.view.history_changed.connect(allow_buttons)
+        allow_buttons(False, False)
+        self.search = QLineEdit()
+        self.search.setObjectName("help_words")
+        self.search.setClearButtonEnabled(True)
+        self.search.setPlaceholderText(tr("Find in all pages: Enter goes on"))
+        self.search.returnPressed.connect(self._find)
         row = QHBoxLayout()
         row.addWidget(back)
         row.addWidget(forward)
-        row.addWidget(self.words, 1)
+        row.addWidget(self.search, 1)
         return row
 
-    def _show_which(self, page: Path) -> None:
-        paths = [each.path for each in self._pages]
+    def _select_in_list(self, page: Path) -> None:
+        paths = [entry.path for entry in self._pages]
         if page in paths:
             self.list.setCurrentRow(paths.index(page))
 
     def _find(self) -> None:
         """The next place after the cursor, on this page or on one that follows, round to here."""
-        wanted = self.words.text().strip()
-        if not wanted or self.view.find(wanted):
+        text = self.search.text().strip()
+        if not text or self.view.find(text):
             return
-        here = self.list.currentRow()
-        for row in (*range(here + 1, len(self._pages)), *range(here + 1)):
-            if _holds(self._pages[row], wanted):
+        current = self.list.currentRow()
+        for row in (*range(current + 1, len(self._pages)), *range(current + 1)):
+            if _has_text(self._pages[row], text):
                 self.list.setCurrentRow(row)
                 self.view.moveCursor(QTextCursor.MoveOperation.Start)
-                if self.view.find(wanted):
+                if self.view.find(text):
                     return
 
 
-def _holds(page: Page, words: str) -> bool:
-    return words.casefold() in read_small_text(page.path).casefold()
+def _has_text(page: Page, text: str) -> bool:
+    return text.casefold() in read_small_text(page.path).casefold()

@@ -38,8 +38,8 @@ class FitCopyButton(CopyCommandButton):
         studio: Studio,
         stable: StablePartBox,
         points: PointPairs,
-        model: Callable[[], Model | None],
-        there: PickingView,
+        find_model: Callable[[], Model | None],
+        reference_view: PickingView,
     ) -> None:
         super().__init__(
             self._copy,
@@ -49,14 +49,16 @@ class FitCopyButton(CopyCommandButton):
             ),
         )
         self._studio, self._stable, self._points = studio, stable, points
-        self._model, self._there = model, there
+        self._find_model, self._reference_view = find_model, reference_view
 
-    def refresh(self, wait: Finding | None) -> None:
+    def refresh(self, pending: Finding | None) -> None:
         """wait : why it cannot be copied now, apart from what is chosen"""
-        self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
+        self.allow(
+            pending or why_no_command(self._studio, self._reference_view.model, self._stable)
+        )
 
     def _copy(self) -> None:
-        model, reference = self._model(), self._there.model
+        model, reference = self._find_model(), self._reference_view.model
         if model is not None and reference is not None:
             copy_fit(self, self._studio, model, reference, self._stable, self._points)
 
@@ -90,7 +92,7 @@ def copy_fit(
     crs = reference.standing(studio.project.cache).crs
     mask = stable.mask_file()
 
-    def words(pairs: Path | None) -> Words:
+    def build_command(pairs: Path | None) -> Words:
         options = RegisterOptions(
             reference=str(reference.path),
             pairs=None if pairs is None else str(pairs),
@@ -100,10 +102,10 @@ def copy_fit(
         return ["register", path, *option_words(options)]
 
     if points.pairs:
-        pairs = points.as_pairs()
+        pairs = points.to_pairs()
         # They are where the fit starts. Beside the surfaces they would pull at it otherwise.
         pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
         write = partial(write_pairs, pairs=pairs)
-        copy_with_file(parent, studio, "pairs.csv", write, words)
+        copy_with_file(parent, studio, "pairs.csv", write, build_command)
     else:
-        copy_command(studio, words(None))
+        copy_command(studio, build_command(None))
