@@ -1,4 +1,4 @@
-"""Removing unreachable edits and files from a project, and restoring them."""
+"""Commands that remove unreachable edits and files from a project, and restore them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BYTES_PER_MB = 1e6
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the question"""
+    """Create the commands that compact a project and undo the compaction."""
     return [
         Command(
             "compact_project",
@@ -63,7 +63,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
 
 
 def compaction_text(plan: Plan) -> str:
-    """What a compaction would remove, and what it would not, for the question before it."""
+    """Describe what a compaction removes and what it keeps, as text of the question."""
     sentences = [
         tr(
             "{rows} of {total} journal rows hold edits that were undone and then replaced.",

@@ -1,4 +1,4 @@
-"""Deleting what is selected while lists are filtered."""
+"""Deletion of the selected features in filtered lists."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from vomstudio.ui.base.studio import Studio
 
 
 def delete_selected(studio: Studio) -> None:
-    """In a list the rows that its filter hides stay, however they came to be selected. Elsewhere
-    all that is selected is in sight and goes, and it is said how many of them no list shows."""
+    """Delete the selected features, except rows hidden in the focused list.
+
+    If no filtered list has the focus, delete all and report how many of them no list shows.
+    """
     ids = chosen_features(studio)
     focus = QApplication.focusWidget()
     focused_filters = [

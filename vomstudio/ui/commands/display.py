@@ -30,7 +30,7 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
-    """docks : where the display panel is shown"""
+    """Create the commands of the menu View > Display. `docks` contains the display panel."""
     state = studio.display
 
     def models() -> list[display.Data]:
@@ -208,7 +208,7 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:
-    """Show each model's chosen or default field, and the panel in which it is chosen."""
+    """Show the scalar field of each model, by default its first, and the display panel."""
     state = studio.display
     for model_id, opened in studio.models.items():
         if model_id not in state.styles:
@@ -219,7 +219,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
 
 
 def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
-    """Switch the clipping box on or off; one that holds nothing is fitted to the models."""
+    """Switch the clipping box on or off. Fit an empty box to the models first."""
     state = studio.display
     if state.clipping:
         state.set_clip(state.box, False)
@@ -232,7 +232,7 @@ def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
 
 
 def fit_clip(studio: Studio, view: OutcropView) -> None:
-    """Put the clipping box around all visible models."""
+    """Fit the clipping box to all visible models."""
     box = view.models_box()
     if box is not None:
         studio.display.set_clip(box, True)

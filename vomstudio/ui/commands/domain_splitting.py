@@ -1,4 +1,4 @@
-"""Features put into the domains on both sides of the selected plane."""
+"""Assignment of features to the domains on both sides of the selected plane."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def why_not(studio: Studio) -> Finding | None:
+    """Return why the selection cannot split domains, None if it is one plane."""
     current = studio.selection.current if studio.has_project else None
     if (
         len(studio.selection.ids) == 1
@@ -21,7 +22,7 @@ def why_not(studio: Studio) -> Finding | None:
 
 
 def split_domains(studio: Studio) -> None:
-    """As one edit; what crosses the plane is named."""
+    """Assign features to domains in one edit, and report how many cross the plane."""
     current = studio.selection.current
     if current is None:
         return

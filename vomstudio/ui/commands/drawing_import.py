@@ -1,4 +1,4 @@
-"""Lines that were drawn on an orthophoto in another program, taken into the project as traces."""
+"""Import of lines that were drawn on an orthophoto in another program."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class DrawingImport(QObject):
-    """Files are read and rays are cast by jobs; the traces come as one edit."""
+    """Import a drawing as traces in one edit. Jobs read the files and cast the rays."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -50,7 +50,7 @@ class DrawingImport(QObject):
         return why_no_model(self._studio)
 
     def choose(self) -> None:
-        """Ask for a drawing, and for the picture's sidecar where it does not lie beside it."""
+        """Ask for a drawing, and for the sidecar of the picture if it is elsewhere."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import lines drawn on an orthophoto"),
@@ -61,7 +61,7 @@ class DrawingImport(QObject):
             self.import_drawing(Path(name))
 
     def import_drawing(self, drawing: Path, sidecar: Path | None = None) -> None:
-        """Find the picture on which a drawing was made, then bring its lines back."""
+        """Find the picture on which a drawing was made, then import its lines."""
         self._studio.jobs.submit(
             FIND_PICTURES,
             DrawingFile(drawing, sidecar),
@@ -130,7 +130,7 @@ class DrawingImport(QObject):
             self._report_error(event.to_error())
 
     def _find_model(self, content_hash: str) -> Model | None:
-        """The open model whose file the picture shows, else the current one."""
+        """Find the open model shown in the picture, else return the current one."""
         studio = self._studio
         current = current_model(studio)
         models = sorted(studio.session.of(Model), key=lambda m: m is not current)
@@ -160,7 +160,7 @@ class DrawingImport(QObject):
             studio.notice.emit(Notice(finding, "warning", UPDATE_DRAWN))
 
     def _clear(self, *_: object) -> None:
-        """Another project does not have the edited traces."""
+        # Another project does not have the edited traces.
         self._edited_traces = ()
 
     def why_no_update(self) -> Finding | None:
@@ -168,7 +168,7 @@ class DrawingImport(QObject):
         return None if self._edited_traces else Finding("action.no-edited-traces")
 
     def update(self) -> None:
-        """Give the traces that were edited in the last drawing their new vertices."""
+        """Replace the vertices of traces that were edited in the last drawing."""
         from vomstudio.studio.drawn_traces import update_traces
 
         traces, self._edited_traces = self._edited_traces, ()

@@ -1,4 +1,4 @@
-"""Undo, redo, what is done to the selected features, and finding a command."""
+"""Commands to undo, redo, edit the selected features and find a command."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.ui.commands.deletion import delete_selected
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
-    """find : asks for a command by its words. parent : of the dialogs"""
+    """Create the editing commands. `find` opens the search for a command."""
 
     def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
@@ -91,12 +91,12 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
 
 def _menu_text(label: str) -> str:
-    """A step in the words of the menu, in which `&` would stand for a key."""
+    """Return the title of a step with `&` escaped, which otherwise marks a shortcut."""
     return step_title(label).replace("&", "&&")
 
 
 def find_command(parent: QWidget, actions: Actions) -> None:
-    """Let the user search for a command by its words, and run it."""
+    """Open the search for a command, and run the selected one."""
     from vomstudio.ui.dialogs.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions)

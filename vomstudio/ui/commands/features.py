@@ -1,4 +1,4 @@
-"""Commands on feature types, on how planes are drawn and on which features are shown."""
+"""Commands on feature types, plane symbols and the visibility of features."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PLANE_STYLES = (
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
-    """open_types : opens the dialog of feature types"""
+    """Create the feature commands. `open_types` opens the dialog of feature types."""
 
     surroundings = studio.workspace.surroundings
 
@@ -134,7 +134,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
 def open_types(
     parent: QWidget, studio: Studio, dialogs: OpenDialogs, type_id: str = ""
 ) -> TypesDialog:
-    """The dialog, beside the window, so that the outcrop shows what is changed."""
+    """Open the dialog of feature types beside the window, so that changes are visible."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
     dialog = dialogs.shown(TypesDialog)

@@ -1,5 +1,4 @@
-"""Commands about the planes that were fitted to picked points: their shapes as a figure, and the
-command that fits them."""
+"""Commands on planes that were fitted to picked points."""
 
 from __future__ import annotations
 
@@ -21,10 +20,10 @@ from vomstudio.ui.widgets.figure_file import ask_for_picture
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands for the figure of plane shapes and for copying the fits."""
 
     def why_not() -> Finding | None:
-        # Of thousands the first one tells: every edit asks this.
+        # Stop at the first plane: this runs after every edit, on thousands of records.
         has_planes = any(
             isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values()
         )
@@ -56,7 +55,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
 
 
 def planes_to_fit(studio: Studio) -> Sequence[Picked]:
-    """The selected ones whose planes rest on picked points, else all of them."""
+    """Return the selected planes that were fitted to picked points, else all of them."""
     records = studio.records
     selected = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
     return selected or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
@@ -69,7 +68,7 @@ def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
 
 
 def write_figure(studio: Studio, path: Path) -> None:
-    """As svg, pdf or png, in place of what is there."""
+    """Write the figure of plane shapes as SVG, PDF or PNG. Replaces an existing file."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.shape_figure import write_shapes
     from vomstudio.project.tables.project_table import project_table
@@ -87,7 +86,7 @@ def write_figure(studio: Studio, path: Path) -> None:
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:
-    """Ask for the table of the points, and put the command on the clipboard."""
+    """Save the points as a table, and copy the command that fits their planes."""
     planes = planes_to_fit(studio)
     measurements = studio.measured(f.id for f in planes)
     methods = {getattr(f, "method", "pca") for f in planes}

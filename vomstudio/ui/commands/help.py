@@ -1,4 +1,4 @@
-"""The documentation, the list of shortcuts, and what this program is."""
+"""Commands that show the documentation, the shortcuts and the version."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ABOUT_TEXT = to_translate(
 
 
 def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the help commands."""
 
     def show_documentation() -> None:
         from vomstudio.ui.dialogs.help.help_window import HelpWindow

@@ -29,7 +29,7 @@ def commands(
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """photos : in the list beside the one that is shown. parent : of the dialogs"""
+    """Create the commands of the panel. `photos` lists the photos of the selection."""
 
     def no_model() -> Finding | None:
         return why_no_model(studio)
@@ -39,7 +39,7 @@ def commands(
 
     def show_panel() -> None:
         docks.bring_forward(_DOCK_NAME)
-        # A tab that was never in front has a height of its own until it is laid out.
+        # A tab that was never shown has its own height until the layout is done.
         QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX))
 
     def open_cameras() -> None:

@@ -19,7 +19,7 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs."""
+    """Create the commands on lines, intersections and imported features."""
 
     def why_too_few_groups() -> Finding | None:
         if len(plane_relations.groups_of(studio)) > 1:

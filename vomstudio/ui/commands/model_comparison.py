@@ -1,4 +1,4 @@
-"""Commands on two models of the same rock."""
+"""Commands that fit or compare two models of the same rock."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.ui.base.window_protocols import Docks, Workspaces
 def commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands to fit and compare models."""
 
     def why_no_model() -> Finding | None:
         model = current_model(studio)

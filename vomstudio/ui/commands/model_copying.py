@@ -1,4 +1,4 @@
-"""Copying a model into the project folder, with its cameras and, where wanted, its photos."""
+"""Copying of a model into the project folder, with its cameras and optionally its photos."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
-    """Ask whether the photos are to be copied too, and start the job."""
+    """Ask whether to copy the photos too, and start the job."""
     path = studio.project.find_model(model)
     if path is None:
         return

@@ -23,7 +23,7 @@ from vomstudio.ui.commands.project_files import Files
 def commands(
     studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: Workspaces
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands on the current model."""
 
     def why_no_model() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")

@@ -38,8 +38,15 @@ def commands(
     dialogs: OpenDialogs,
     fill_middle: Callable[[str], None],
 ) -> list[Command]:
-    """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
-    the place of the outcrop, or puts it back"""
+    """Create the commands of the stereonet and the import of field measurements.
+
+    Parameters
+    ----------
+    find_net : callable
+        Returns the stereonet, None until its library is loaded.
+    fill_middle : callable
+        Toggles a dock between its own place and the place of the outcrop.
+    """
 
     def why_no_net() -> Finding | None:
         no_features = None if studio.session.features() else Finding("action.net-empty")
@@ -171,7 +178,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
 
 
 def project_place(studio: Studio) -> Place:
-    """The one CRS of the project's models, and the middle of those that are open."""
+    """Return the only CRS of the project and the centre of its open models, in World."""
     from vomstudio.ui.dialogs.readings_dialog import Place
 
     models = studio.session.of(Model)
@@ -188,7 +195,7 @@ def project_place(studio: Studio) -> Place:
     return Place(crs, float(x), float(y), True)
 
 
-# --- the net as a figure ---------------------------------------------------------------------
+# --- figure of the net -----------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
     path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
@@ -197,7 +204,7 @@ def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
 
 
 def copy_net(studio: Studio, panel: NetDock) -> None:
-    """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
+    """Copy the stereonet to the clipboard as SVG and as an image."""
     images = {}
     try:
         contents = panel.for_print()
@@ -216,7 +223,7 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
 
 
 def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
-    """Write what the stereonet shows, on white, at the size of a printed figure."""
+    """Write the stereonet on white, at the size of a printed figure."""
     from vomstudio.core.files.atomic import atomic_write
 
     try:

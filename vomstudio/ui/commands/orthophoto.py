@@ -1,4 +1,4 @@
-"""The command that asks for an orthophoto."""
+"""Command that opens the dialog for an orthophoto."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 def commands(
     studio: Studio, view: OutcropView, directions: ViewPanel, parent: QWidget
 ) -> list[Command]:
-    """parent : of the dialog"""
+    """Create the orthophoto command."""
 
     def open_dialog() -> None:
         from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog

@@ -1,4 +1,4 @@
-"""The commands that bring a panel of Analyse, or of Views and export, forward."""
+"""Commands that show a panel of the workspaces Analyse, Interpret or Views."""
 
 from __future__ import annotations
 

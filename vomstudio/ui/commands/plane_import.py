@@ -1,4 +1,4 @@
-"""Stations, contact lines and rock areas of a file, taken into the project from the menu."""
+"""Import of stations, contact lines and rock areas from a file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class ListedImport(QObject):
-    """The file is read in a thread; what it holds comes as one edit."""
+    """Import the features of a file in one edit. The file is read in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -30,7 +30,7 @@ class ListedImport(QObject):
         self._background = QtBackground(self)
 
     def choose(self) -> None:
-        """Ask for a file, and take in what it holds."""
+        """Ask for a file, and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import stations, contact lines and rock areas"),
@@ -41,7 +41,7 @@ class ListedImport(QObject):
             self.import_file(Path(name))
 
     def import_file(self, path: Path) -> None:
-        """On the current model; what was left out is told."""
+        """Import features on the current model, and report those that were skipped."""
         studio = self._studio
         model = current_model(studio)
         if model is None:

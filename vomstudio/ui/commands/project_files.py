@@ -1,4 +1,4 @@
-"""The dialogs of the menus File and Model: open, save, export, locate, close."""
+"""Dialogs of the menus File and Model: open, save, export, locate, close."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ _PROGRAMS = {
     "loopstructural": to_translate("LoopStructural (*.csv)"),
     "gems": to_translate("GeMS OrientationPoints (*.csv)"),
 }
-"""Formats of other programs, each with the words of the dialog."""
+"""File filters of the dialog for each program format."""
 
 
 class Files(QObject):
-    """Dialogs belong to `parent`; the studio does what they decide."""
+    """Open, save and export projects and models through dialogs of `parent`."""
 
     opened = Signal()
-    """The user has had a model or a project opened."""
+    """Emitted when the user opened a model or a project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -74,12 +74,12 @@ class Files(QObject):
         self._last_export: tuple[str, Path] | None = None
 
     def project_name(self) -> str:
-        """Name of the open project for titles; "untitled" where it has none."""
+        """Return the name of the open project for titles, or "untitled"."""
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
     def window_title(self) -> str:
-        """Says of the open project whether it is saved, and whether it is on the disk at all."""
+        """Return the window title, which shows if the project is saved and can be written."""
         values = {
             "project": self.project_name(),
             "unsaved": "*" if self._studio.session.dirty else "",
@@ -92,14 +92,14 @@ class Files(QObject):
         return tr("{project}{unsaved} (in memory only) – VOM Studio", **values)
 
     def open_path(self, path: Path) -> None:
-        """Open a model or a project; before another project the user is asked to save."""
+        """Open a model or a project. Before a project, offer to save the open one."""
         if is_project(path) and not self.ask_to_save():
             return
         self._studio.open_path(path)
         self.opened.emit()
 
     def choose_model(self) -> None:
-        """Ask for files of models and open them."""
+        """Ask for model files and open them."""
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
@@ -118,13 +118,15 @@ class Files(QObject):
             self.open_path(Path(name))
 
     def new_project(self) -> None:
-        """Open an untitled project, after asking whether to save the present one."""
+        """Open an untitled project, after offering to save the open one."""
         if self.ask_to_save():
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
-        """Save the project, an untitled one under a name that is asked for, as one that is no
-        longer at its place; False where it is not saved."""
+        """Save the project, and return whether it was saved.
+
+        Ask for a folder if the project is untitled or its folder was lost.
+        """
         project = self._studio.project
         failure = project.write_failure
         if project.untitled or (failure is not None and is_lost(failure)):
@@ -132,16 +134,25 @@ class Files(QObject):
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
-        """Ask for a folder and save the project there; False where it is not saved."""
+        """Ask for a folder, save the project there, and return whether it was saved."""
         project = self._studio.project
         return self._save_to_choice(
             tr("Save project as"), "outcrop" if project.untitled else project.name
         )
 
     def choose_place(self, photos: str) -> bool:
-        """Ask where the project is to be, before a model of photos is made in one without a name:
-        the model comes to lie in it. photos : the name of their folder, proposed for the project.
-        False, with nothing changed, where the user has cancelled or it cannot be there."""
+        """Ask for the folder of an untitled project before a model is made in it.
+
+        Parameters
+        ----------
+        photos : str
+            Name of the photo folder, proposed as the project name.
+
+        Returns
+        -------
+        bool
+            False if the user cancelled or the project cannot be saved there.
+        """
         if not self._studio.project.untitled:
             return True
         title = tr(
@@ -150,7 +161,7 @@ class Files(QObject):
         return self._save_to_choice(title, photos)
 
     def _save_to_choice(self, title: str, stem: str) -> bool:
-        """Ask under a title, and propose a name that is free."""
+        """Ask for a folder under a title, with a free name as proposal, and save there."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             title,
@@ -164,8 +175,7 @@ class Files(QObject):
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
-        """Ask for a file and export the features. format_ : a key of the known formats, as
-        "csv"."""
+        """Ask for a file and export the features, in a format such as "csv"."""
         path = ask_for_target(
             self._parent,
             self._studio,
@@ -181,7 +191,7 @@ class Files(QObject):
         return "orientations" if project.untitled else project.name
 
     def export_for_program(self) -> None:
-        """Ask for a program and a file, and export what the program can take."""
+        """Ask for a program and a file, and export in the format of the program."""
         formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
         answer = ask_for_file(
             self._parent,
@@ -194,7 +204,7 @@ class Files(QObject):
             self.export_to(formats[selected_pattern], path)
 
     def export_to(self, format_: str, path: Path) -> None:
-        """Export the features to `path`, replacing what is there."""
+        """Export the features to `path`. Replaces an existing file."""
 
         def write() -> None:
             result = export_records(
@@ -215,7 +225,7 @@ class Files(QObject):
         return Finding("action.nothing-exported") if self._last_export is None else None
 
     def copy_export(self) -> None:
-        """Put the command that exports the same on the clipboard."""
+        """Copy the command that repeats the last export to the clipboard."""
         if self._last_export is not None:
             format_, path = self._last_export
             folder = self._studio.project.folder
@@ -224,7 +234,7 @@ class Files(QObject):
             )
 
     def export_model(self) -> None:
-        """The current model in World coordinates, in any format that can be written, as a job."""
+        """Export the current model in World coordinates as a job."""
         from vomstudio.io.models.writing import find_writers
 
         model = current_model(self._studio)
@@ -273,7 +283,7 @@ class Files(QObject):
         )
 
     def attempt(self, action: Callable[[], None]) -> bool:
-        """Call `do`; False, with the reason shown, where it fails."""
+        """Call an action, show its error if it fails, and return whether it succeeded."""
         try:
             action()
         except VomError as error:
@@ -282,7 +292,7 @@ class Files(QObject):
         return True
 
     def ask_to_save(self) -> bool:
-        """Before the project is closed: save, close without saving, or stay (False)."""
+        """Offer to save before the project is closed. Return False if the user cancels."""
         studio = self._studio
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)
@@ -308,17 +318,17 @@ class Files(QObject):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        # Where even this cannot be written the work stays in the journal; a full disk must not
-        # hold the window open.
+        # If this cannot be written, the work stays in the journal. A full disk must not keep the
+        # window open.
         self.attempt(studio.discard)
         return True
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
-        """Show the frame dialog for a model; without an id for the current one.
+        """Show the frame dialog for a model, by default for the current one.
 
-        It stands beside the window, since which way is up is seen by turning the model. Models that
-        come while one is asked about are asked about after it.
+        The dialog stays beside the window, because the user finds the up axis by turning the model.
+        Models that are opened meanwhile are queued.
         """
         current = self._frame_dialog
         if (
@@ -344,7 +354,7 @@ class Files(QObject):
         dialog.show()
 
     def _declare_next(self, answer: int) -> None:
-        """Who leaves one question unanswered is not asked the others."""
+        """Show the frame dialog for the next queued model, unless one was cancelled."""
         pending_ids = [
             i for i in self._pending_ids if isinstance(self._studio.records.get(i), Model)
         ]
@@ -357,7 +367,7 @@ class Files(QObject):
         self._studio.warn(Finding("frame.undeclared", count=len(pending_ids)))
 
     def _apply_frame(self, model_id: str, frame: Frame) -> None:
-        """Apply a declared frame; a registration is replaced only with the user's consent."""
+        """Apply a declared frame. Ask before it replaces a registration."""
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model):
             return
@@ -402,13 +412,13 @@ class Files(QObject):
             self._studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
-        """Remove the current model from the project; its file stays."""
+        """Remove the current model from the project but not from the disk."""
         model = current_model(self._studio)
         if model is not None:
             self._studio.attempt(edits.remove_model, model.id)
 
     def fill_recent(self, menu: QMenu) -> None:
-        """What was open lately; entries whose file is gone are disabled."""
+        """Fill the menu of recent projects and models. Missing files are disabled."""
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
@@ -418,7 +428,7 @@ class Files(QObject):
             menu.addAction(tr("No recent projects or models")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
-        """Untitled projects that were closed without saving, the newest 20."""
+        """Fill the menu of untitled projects closed without saving, at most 20."""
         menu.clear()
         for project in list_discarded_works():
             action = menu.addAction(project.describe())
@@ -429,7 +439,7 @@ class Files(QObject):
 
 
 def _free_folder(folder: Path, stem: str) -> Path:
-    """A project of this name in a folder, numbered where there is one already."""
+    """Return a project folder that does not exist, with a number if needed."""
     suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
     folders = [folder / f"{stem}{suffix}{SUFFIX}" for suffix in suffixes]
     return next((candidate for candidate in folders if not candidate.exists()), folders[0])

@@ -28,10 +28,10 @@ def commands(
     dialogs: OpenDialogs,
     parent: QWidget,
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands on the results of a reconstruction."""
 
     def find_results() -> Path | None:
-        """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
+        """Return the reconstruction folder of the Photos panel, else of an open model."""
         out = survey.out()
         if out is not None and is_aligned(out):
             return out
@@ -101,10 +101,9 @@ def commands(
 
 
 def _show_tie_points(studio: Studio, out: Path) -> None:
-    """Open the tie points as a model of their own, in the frame of the model that was made of the
-    same photos."""
+    """Open the tie points as a model, in the frame of the model from the same photos."""
     folder = out.resolve()
-    # Links may lead to the same folder: paths are compared as they truly are.
+    # Symbolic links may lead to the same folder: compare resolved paths.
     models = {
         model.id: path.resolve()
         for model in studio.session.of(Model)

@@ -1,4 +1,4 @@
-"""The commands that show a page of the surface's panel."""
+"""Commands that show a page of the surface panel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DOCK_NAME = "surface"
 
 
 def commands(studio: Studio, docks: Docks) -> list[Command]:
-    """They show the dock in the workspace where somebody is."""
+    """Create the commands. They show the panel in the current workspace."""
 
     def show(page: str) -> None:
         docks.bring_forward(_DOCK_NAME)

@@ -1,4 +1,4 @@
-"""Commands that look at a patch as a surface, and carry a plane on through its model."""
+"""Commands that analyse a patch as a surface and extend a plane through its model."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from vomstudio.ui.base.studio import Studio
 
 
 def selected_patch(studio: Studio) -> Painted | None:
-    """The one selected feature, where it is a piece of a surface."""
+    """Return the selected feature if it is the only one and a patch."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Painted) else None
 
 
 def selected_plane(studio: Studio) -> Feature | None:
-    """The one selected feature, where it has a plane."""
+    """Return the selected feature if it is the only one and has a plane."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Feature) and has_plane(record) else None
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs."""
+    """Create the commands on the selected patch or plane."""
 
     def why_no_patch() -> Finding | None:
         patch = selected_patch(studio)

@@ -19,7 +19,7 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
 _DOCK_NAME = "photos"
-# Five photos with their thumbnails.
+# Five rows with thumbnails.
 _MIN_HEIGHT_PX = 320
 
 
@@ -30,9 +30,16 @@ def commands(
     open_folder: Callable[[Path], None],
     choose_place: Callable[[str], bool],
 ) -> list[Command]:
-    """open_folder : called with the folder of photos that was chosen. has_place : whether a model
-    of the photos in a folder of this name can be made in the project, which asks for its place
-    where it has none"""
+    """Create the commands of the Photos panel.
+
+    Parameters
+    ----------
+    open_folder : callable
+        Called with the selected folder of photos.
+    choose_place : callable
+        Returns whether the project has a folder for the model of the photos with this folder
+        name. Asks for it if the project is untitled.
+    """
 
     def choose_folder() -> None:
         name = QFileDialog.getExistingDirectory(
@@ -45,7 +52,7 @@ def commands(
             open_folder(Path(name))
 
     def reconstruct() -> None:
-        # Hours of work must not come to lie where the user never looks.
+        # Hours of work must not be saved in a folder that the user does not know.
         if survey.folder is not None and choose_place(survey.folder.name):
             survey.make()
 
@@ -113,7 +120,7 @@ def commands(
 
 
 class SurveyDialogs:
-    """Opens the dialogs about photos. actions : of the window, looked up when they are needed"""
+    """Open the dialogs on photos. The window fills `actions` after this is created."""
 
     def __init__(
         self,
@@ -137,7 +144,7 @@ class SurveyDialogs:
         )
 
     def show_video(self) -> None:
-        """Open the extraction of frames from a video."""
+        """Open the dialog that extracts frames from a video."""
         from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
         self._dialogs.show(
@@ -155,7 +162,7 @@ class SurveyDialogs:
 
 
 def is_photo_folder(path: Path) -> bool:
-    """Whether a path is a folder that is no project."""
+    """Return whether a path is a folder but not a project."""
     return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
 
 

@@ -1,4 +1,4 @@
-"""Commands that choose a tool, and those on the open feature."""
+"""Commands that activate a tool, and commands on the open feature."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _NO_OPEN_FEATURE = Finding("tool.nothing-open")
 
 
 class _OpenFeature:
-    """The open feature, or the selected one that can be continued."""
+    """Actions on the open feature, or on the selected one if it can be continued."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
 
     @property
     def tool(self) -> PolylineTool[Any] | None:
-        """The open tool, where it picks vertices."""
+        """The open tool, None if it does not pick vertices."""
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
@@ -61,7 +61,7 @@ class _OpenFeature:
         return None if self._find_continuable() else Finding("action.nothing-to-continue")
 
     def _find_continuable(self) -> tuple[str, str] | None:
-        """Id and tool of the last selected feature that was picked vertex by vertex."""
+        """Return id and tool of the last selected feature with picked vertices."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
             for name, tool in studio.tools.items():
@@ -72,7 +72,7 @@ class _OpenFeature:
         return None
 
     def continue_feature(self) -> None:
-        """Choose the tool of the selected feature and continue it."""
+        """Activate the tool of the selected feature and continue it."""
         target = self._find_continuable()
         if target is None:
             return
@@ -102,8 +102,7 @@ class _OpenFeature:
 
 
 class _Following:
-    """Whether lines follow contacts, and what of them: those of the tool that is active, else
-    traces."""
+    """Contact following of the active tool, or of the trace tool if it cannot follow."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -124,8 +123,11 @@ class _Following:
         return why_no_model(self._studio)
 
     def toggle(self) -> None:
-        """What was followed last is followed again. While no line is being picked traces are: what
-        is switched without a tool to show it seems to do nothing."""
+        """Switch following with the last cost on or off.
+
+        Activates the trace tool if the active tool cannot follow, because the switch would
+        otherwise have no visible effect.
+        """
         is_active = isinstance(self._studio.tool, FollowingTool)
         cost = self.tool.cost
         self._last_cost = cost or self._last_cost
@@ -150,7 +152,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
-    """directions : looks along fold axes and planes; docks : where the stereonet is shown"""
+    """Create the tool commands. `directions` sets the view, `docks` shows the stereonet."""
     picking, following = _OpenFeature(studio), _Following(studio)
 
     return [

@@ -1,4 +1,4 @@
-"""Commands that change the view of the outcrop, and the notation of orientations."""
+"""Commands on the view of the outcrop, the notation of orientations and the theme."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
-# (name, text, key, what the viewer looks toward)
+# (name, text, key)
 _VIEWS = (
     ("top", to_translate("From above"), "7"),
     ("north", to_translate("Looking north"), "1"),
@@ -33,7 +33,7 @@ _THEMES = (
 
 
 def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None]) -> list[Command]:
-    """only_outcrop : hides the panels, or shows them again"""
+    """Create the view commands. `toggle_panels` hides or shows all panels."""
 
     def why_no_selection() -> Finding | None:
         if studio.measured(studio.selection.ids):

@@ -1,4 +1,4 @@
-"""Find a command by its words (Ctrl+K), and the list of shortcuts (F1)."""
+"""Search dialog for commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.ui.base.actions import Actions
 
 
 class CommandPalette(QDialog):
-    """Lists the commands whose texts contain all typed words; `chosen` is the selected one."""
+    """Search for commands whose texts contain all typed words."""
 
     def __init__(self, parent: QWidget, actions: Actions) -> None:
         super().__init__(parent)
@@ -29,7 +29,7 @@ class CommandPalette(QDialog):
         self._search.setPlaceholderText(tr("Type part of a command's name"))
         self._search.textChanged.connect(self._fill)
         self._search.installEventFilter(self)
-        # Rows with and without an icon stand in one line.
+        # An empty icon aligns the texts of commands without an icon.
         empty_pixmap = QPixmap(16, 16)
         empty_pixmap.fill(Qt.GlobalColor.transparent)
         self._empty_icon = QIcon(empty_pixmap)
@@ -48,7 +48,7 @@ class CommandPalette(QDialog):
 
     @property
     def selected_command(self) -> str | None:
-        """Name of the selected command; None where none can run."""
+        """Name of the selected command, None if no listed command is enabled."""
         item = self._list.currentItem()
         return str(item.data(Qt.ItemDataRole.UserRole)) if item and item.flags() else None
 
@@ -87,7 +87,7 @@ class CommandPalette(QDialog):
         ):
             step = 1 if event.key() == Qt.Key.Key_Down else -1
             row = self._list.currentRow() + step
-            # Past what cannot run now.
+            # Skip disabled commands.
             while 0 <= row < self._list.count() and not self._list.item(row).flags():
                 row += step
             if 0 <= row < self._list.count():

@@ -1,5 +1,4 @@
-"""A plane carried on through its model: the band of its error in colours, and its traces as a
-file."""
+"""Dialog that extends a plane through its model, with its error band and its traces."""
 
 from __future__ import annotations
 
@@ -41,11 +40,11 @@ from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
 from vomstudio.ui.widgets.options_form import OptionFields
 
 FIELD = "extended_plane_m"
-"""Of the model's points in the band: their distance from the plane."""
+"""Scalar field with the distance from the plane of points within the error band."""
 
 
 class ExtendDialog(QDialog):
-    """Of the plane that was selected when it was opened. The work is done in a thread."""
+    """Extend a plane through its model. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
         super().__init__(parent)
@@ -99,7 +98,7 @@ class ExtendDialog(QDialog):
         self._refresh_buttons()
 
     def start(self) -> None:
-        """Work it out with what is typed, and show it."""
+        """Extend the plane with the entered options, and show the result."""
         studio = self._studio
         model, opened = studio.records.get(self._model_id), studio.models.get(self._model_id)
         plane = studio.records.get(self._plane.id)
@@ -154,7 +153,7 @@ class ExtendDialog(QDialog):
         self._show_colors()
 
     def _show_colors(self) -> None:
-        """Colours of the band, or the outcrop as it was shown before."""
+        """Colour the error band, or restore the previous display."""
         display = self._studio.display
         if self._max_distance_m is None:
             return
@@ -165,9 +164,9 @@ class ExtendDialog(QDialog):
             self._restore_colors()
 
     def _restore_colors(self) -> None:
-        """The outcrop as it was before, unless another field is shown by now."""
         display = self._studio.display
         style = display.styles.get(self._model_id)
+        # Another field may be shown by now.
         if style is None or style.name != FIELD:
             return
         if self._previous_style is not None:
@@ -178,7 +177,7 @@ class ExtendDialog(QDialog):
             display.set_mode(self._previous_mode)
 
     def done(self, result: int) -> None:
-        """However it is closed: colours go with the lines, or a grey outcrop would stay."""
+        """Close the dialog and remove its lines and colours."""
         try:
             self._studio.extension_shown.emit(None)
             self._restore_colors()
@@ -200,7 +199,7 @@ class ExtendDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the traces, in World."""
+        """Write the traces in World coordinates."""
         model = self._studio.records.get(self._model_id)
         if self.extension is None or not isinstance(model, Model):
             return
@@ -219,7 +218,7 @@ class ExtendDialog(QDialog):
 def _extend_plane(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
-    """Carry a plane on through the model, in World. Runs in a worker thread."""
+    """Extend a plane through the model in World. Runs in a worker thread."""
     world = transform_model(data, model.to_world)
     estimate = plane_estimate_from_fit(fit)
     extension = extend(world, estimate, options)

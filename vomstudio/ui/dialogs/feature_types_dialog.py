@@ -1,5 +1,4 @@
-"""Dialog of the feature types with name, colour and symbol. Every change is an edit of its own and
-can be undone."""
+"""Dialog of the feature types with name, colour and symbol."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ _ID = Qt.ItemDataRole.UserRole
 
 
 class TypesDialog(QDialog):
-    """Opens at the type with `type_id`, or at that of the next feature."""
+    """Edit the feature types. Every change is a separate edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio, type_id: str = "") -> None:
         super().__init__(parent)
@@ -74,7 +73,7 @@ class TypesDialog(QDialog):
         self.remove_button = QPushButton(theme.icon("delete-outline"), tr("Remove"))
         self.remove_button.setObjectName("type_remove")
         self.remove_button.clicked.connect(self._remove)
-        # Enter in the name ends the typing, not the dialog.
+        # Enter in the name field must not close the dialog.
         for button in (self.add_button, self.remove_button):
             button.setAutoDefault(False)
         self._arrange()
@@ -133,15 +132,15 @@ class TypesDialog(QDialog):
         layout.addLayout(columns)
         layout.addWidget(close_box)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     @property
     def type_id(self) -> str:
-        """Id of the type that is shown; empty where there is none."""
+        """Id of the selected type, empty without one."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 
     def select(self, type_id: str) -> None:
-        """Show a type, ready to be renamed."""
+        """Select a type and its name, ready to be renamed."""
         self._fill(type_id)
         self.name.setFocus()
         self.name.selectAll()
@@ -190,7 +189,7 @@ class TypesDialog(QDialog):
     def _handle_edit(self, edit: Edit) -> None:
         changed_ids = [i for i, r in edit.after.items() if isinstance(r, FeatureType)]
         added_ids = [i for i in changed_ids if edit.before[i] is None]
-        # What is being typed survives an edit made elsewhere.
+        # Keep an unfinished name when another edit is applied.
         pending_name = self.name.text() if self.name.isModified() else None
         previous_id = self.type_id
         self._fill(added_ids[0] if added_ids else previous_id)
@@ -202,7 +201,7 @@ class TypesDialog(QDialog):
             self.name.setText(pending_name)
             self.name.setModified(True)
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- edits -------------------------------------------------------------------------------
     def _apply_name(self) -> None:
         if self.name.isModified():
             self.name.setModified(False)
@@ -223,13 +222,13 @@ class TypesDialog(QDialog):
     def _change(self, **values: str) -> None:
         kind = self._studio.records.get(self.type_id)
         if isinstance(kind, FeatureType) and any(getattr(kind, k) != v for k, v in values.items()):
-            # The literal types of the record's fields are those of the boxes' entries.
+            # The boxes only contain values of the literal types.
             self._apply(edits.change_type, replace(kind, **values))  # type: ignore[arg-type]
         else:
             self._show()
 
     def _add(self) -> None:
-        """Offer the default types that are missing, and a type of the user's own."""
+        """Offer the default types that are missing, and a custom type."""
         present_ids = {kind.id for kind in self._studio.session.of(FeatureType)}
         missing_types = [kind for kind in DEFAULT_TYPES if kind.id not in present_ids]
         if not missing_types:
@@ -252,7 +251,7 @@ class TypesDialog(QDialog):
         self._apply(edits.remove_type, self.type_id)
 
     def _apply(self, create_edit: object, *args: object) -> bool:
-        """Make an edit; False, with the reason shown in the dialog, where it is refused."""
+        """Apply an edit, show its error if it is refused, and return whether it succeeded."""
         assert callable(create_edit)
         try:
             self._studio.session.apply(create_edit(self._studio.records, *args))
@@ -264,7 +263,7 @@ class TypesDialog(QDialog):
 
 
 def new_type(studio: Studio) -> FeatureType:
-    """A type of the user's own, with a name, colour and symbol that are free."""
+    """Create a custom type with an unused name and an unused colour and symbol."""
     kinds = studio.session.of(FeatureType)
     names = {kind.name.casefold() for kind in kinds}
     name = next(n for i in range(1, 1000) if (n := f"Type {i}").casefold() not in names)

@@ -1,4 +1,4 @@
-"""The dialog in which the style of printed nets and roses is chosen, with what comes of it."""
+"""Dialog for the style of printed nets and roses, with a preview."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ _SIZES = (
 )
 _PREVIEW_SIZE = QSize(420, 300)
 _MAX_PREVIEW_ORIENTATIONS = 2_000
-"""More orientations take too long to be drawn at every change."""
+"""Drawing more orientations at every change takes too long."""
 _MAX_COLORS = 8
 
 
 class FigureStyleDialog(QDialog):
-    """What is chosen holds at once, and for all figures from now on."""
+    """Edit the figure style. Changes apply at once to all future figures."""
 
     def __init__(self, parent: QWidget, studio: Studio, panel: NetDock) -> None:
         super().__init__(parent)
@@ -106,14 +106,14 @@ class FigureStyleDialog(QDialog):
         self._timer.setSingleShot(True)
         self._timer.setInterval(150)
         self._timer.timeout.connect(self._draw_preview)
-        # Enter ends the typing of a number, and nothing else.
+        # Enter in a number field must not press a button.
         for button in (self.reset_button, close, *self.colors.values()):
             button.setAutoDefault(False)
         self._show(style_of(studio))
         self._timer.start()
 
     def _color_buttons(self) -> QWidget:
-        """One for each colour that the net has now."""
+        """Create a button for each colour on the net."""
         row = QWidget()
         layout = QHBoxLayout(row)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -142,7 +142,7 @@ class FigureStyleDialog(QDialog):
             self.recolor(color, selection.name())
 
     def recolor(self, color: str, new_color: str) -> None:
-        """Draw what has this colour in another one."""
+        """Draw everything of one colour in another one."""
         style = style_of(self._studio)
         colors = {k: v for k, v in style.colors.items() if k != color}
         if new_color.casefold() != color.casefold():
@@ -186,7 +186,6 @@ class FigureStyleDialog(QDialog):
             button.setIcon(QIcon(swatch))
 
     def _draw_preview(self) -> None:
-        """The figure as it is now."""
         contents = self._panel.for_print()
         if (
             isinstance(contents, NetContents)

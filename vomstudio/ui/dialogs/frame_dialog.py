@@ -1,4 +1,4 @@
-"""Dialog that declares the frame of a model whose file states none: up axis, unit, CRS or local."""
+"""Dialog that declares the frame of a model whose file states none."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
 class FrameDialog(QDialog):
-    """`frame` holds the answer once it is accepted."""
+    """Declare up axis, unit, and CRS or local frame. `frame` is the accepted frame."""
 
     def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
         super().__init__(parent)
@@ -49,7 +49,7 @@ class FrameDialog(QDialog):
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
-        # A name that is not known is looked for in the whole register: not at every key.
+        # Wait for a pause in typing: the search for a name reads the whole register.
         self._check_timer = QTimer(self)
         self._check_timer.setSingleShot(True)
         self._check_timer.setInterval(300)
@@ -79,9 +79,9 @@ class FrameDialog(QDialog):
         self._fill(model.frame, opened is not None and _has_large_coordinates(opened))
         self._check()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
-        """Four choices: how much is known of the frame, most first."""
+        """Create the choices, ordered from a CRS to an unknown frame."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
             tr("Local: scale, up axis and grid north are correct, position arbitrary")
@@ -118,7 +118,6 @@ class FrameDialog(QDialog):
         return form
 
     def _fill(self, frame: Frame, has_large_coordinates: bool) -> None:
-        """large : the model's coordinates look like projected ones"""
         self._up.setCurrentIndex(self._up.findData(frame.up_axis))
         self._unit.setCurrentIndex(max(0, self._unit.findData(frame.unit_m)))
         if frame.kind == "crs" or (frame.kind == "undeclared" and has_large_coordinates):
@@ -131,7 +130,7 @@ class FrameDialog(QDialog):
         else:
             self._unknown_button.setChecked(True)
 
-    # --- what is typed -----------------------------------------------------------------------
+    # --- validation --------------------------------------------------------------------------
     def _schedule_check(self, text: str) -> None:
         if not text.strip() or _CODE.fullmatch(text.strip()):
             self._check()
@@ -172,7 +171,7 @@ class FrameDialog(QDialog):
             make_room_for_text(self)
 
     def accept(self) -> None:
-        """Make `frame` of what was chosen, and close."""
+        """Set `frame` to the entered frame, and close."""
         up, unit = self._up.currentData(), float(self._unit.currentData())
         if self._crs_button.isChecked():
             code, _ = parse_crs(self._crs.text())

@@ -1,4 +1,4 @@
-"""What of the interpretation is drawn on an orthophoto: traces, patches, symbols, and their key."""
+"""Checkboxes for the interpretation that is drawn on an orthophoto."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class InterpretationBox(QWidget):
-    """changed : another choice"""
+    """Select the parts of the interpretation. `changed` is emitted on each change."""
 
     changed = Signal()
 
@@ -47,12 +47,12 @@ class InterpretationBox(QWidget):
 
     @property
     def selected_parts(self) -> tuple[str, ...]:
-        """The chosen parts of PARTS; none where nothing is drawn."""
+        """Selected parts of PARTS, empty if nothing is to be drawn."""
         parts = tuple(part for part in PARTS if self.boxes[part].isChecked())
         return parts if self._has_features and set(parts) - {LEGEND} else ()
 
     def enable_legend(self, has_sheet: bool) -> None:
-        """Only a sheet has a legend."""
+        """Enable the legend, which only a sheet has."""
         self._has_sheet = has_sheet
         self._refresh()
 

@@ -1,4 +1,4 @@
-"""The dialog in which circles, lines, a turning and levels of contours are typed for the net."""
+"""Dialog for circles, lines, a rotation and contour levels of the net."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.view_settings import NetWishes
 
-Item = TypeVar("Made")
+Item = TypeVar("Item")
 
 _FIELDS = (
     (
@@ -70,7 +70,7 @@ _FIELDS = (
 
 
 class NetTypingDialog(QDialog):
-    """What is typed is drawn at once; what cannot be understood is said and changes nothing."""
+    """Draw entered elements at once. Invalid input is reported and changes nothing."""
 
     def __init__(self, parent: QWidget, studio: Studio, requests: NetWishes) -> None:
         super().__init__(parent)
@@ -86,7 +86,7 @@ class NetTypingDialog(QDialog):
             field.setPlaceholderText(tr(hint, plane=example))
             field.setToolTip(tr(hint, plane=example))
             field.textChanged.connect(lambda _: self._apply_texts())
-            # All of what an empty field says is read.
+            # Make the whole placeholder visible.
             hint_width = field.fontMetrics().horizontalAdvance(field.placeholderText())
             field.setMinimumWidth(hint_width + 16)
             form.addRow(tr(title), field)
@@ -107,7 +107,7 @@ class NetTypingDialog(QDialog):
         layout.addLayout(form)
         layout.addWidget(self.message)
         layout.addWidget(buttons)
-        # Enter ends the typing of a field, and nothing else.
+        # Enter in a field must not press a button.
         for button in (self.clear_button, close, self.use_plane_button):
             button.setAutoDefault(False)
         studio.selection_changed.connect(lambda _: self._refresh_plane_button())
@@ -139,7 +139,7 @@ class NetTypingDialog(QDialog):
             self.fields["untilt"].setText(plane)
 
     def _selected_plane_text(self) -> str:
-        """The plane of the current feature, as it is typed."""
+        """Return the plane of the current feature in the notation of the field."""
         current = self._studio.selection.current
         if current is None:
             return ""

@@ -1,4 +1,4 @@
-"""Dialog for an orthophoto along the present view; a worker process makes it."""
+"""Dialog for an orthophoto along the current view."""
 
 from __future__ import annotations
 
@@ -59,12 +59,11 @@ _SUFFIX = ".tif"
 
 
 class OrthoDialog(QDialog):
-    """Accepting it starts the job; the window remains usable."""
+    """Start a job that creates an orthophoto. The window remains usable."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
     ) -> None:
-        """directions : knows from which measurement the view direction was taken"""
         super().__init__(parent)
         explain(self, "conventions.md#orthophotos")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -99,11 +98,11 @@ class OrthoDialog(QDialog):
         folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
-        # The texture's resolution is looked for once the dialog is on the screen.
+        # Read the resolution of the texture once the dialog is shown.
         self._size.setText(tr("Reading the resolution of the model…"))
         QTimer.singleShot(0, self._propose)
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
         self.model = ComboBox()
         for record in self._studio.session.of(Model):
@@ -182,14 +181,14 @@ class OrthoDialog(QDialog):
         sheet.addStretch()
         return sheet
 
-    # --- what it will be ----------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _selected_model(self) -> Model:
         record = self._studio.records[str(self.model.currentData())]
         assert isinstance(record, Model)
         return record
 
     def _view_corners(self) -> np.ndarray:
-        """(8, 3) corners of the model along right, down and depth of the picture."""
+        """Return the model corners (8, 3) along right, down and depth of the picture."""
         model = self._selected_model()
         minimum, maximum = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
@@ -200,7 +199,7 @@ class OrthoDialog(QDialog):
         return view.frame.to_view(corners, np.asarray(self._visible_region.centre))
 
     def _extent(self) -> tuple[float, float]:
-        """Width and height of the area, at most, m."""
+        """Return the maximum width and height of the area in metres."""
         corners = self._view_corners()
         minimum, maximum = corners.min(axis=0), corners.max(axis=0)
         if self.visible_area.isChecked():
@@ -226,7 +225,7 @@ class OrthoDialog(QDialog):
         effect = view_directions.cost_of_direction(self._error_deg, depth, metric=metric)
         self._error_effect.setText(effect.message)
         self._check()
-        # Labels of several lines have their text only now.
+        # The labels with several lines have their text only now.
         make_room_for_text(self)
 
     def _check(self, *_: object) -> None:
@@ -275,7 +274,7 @@ class OrthoDialog(QDialog):
             self.target.setText(name if has_suffix else name + _SUFFIX)
 
     def copy_command(self) -> None:
-        """Put the command that makes the same orthophoto on the clipboard."""
+        """Copy the command that creates the same orthophoto to the clipboard."""
         model_arguments = model_words(self._studio, self._selected_model())
         gsd = parse_number(self.gsd.text())
         if model_arguments is None or gsd is None:
@@ -309,7 +308,7 @@ class OrthoDialog(QDialog):
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
-        """Start the job, after asking before files are replaced."""
+        """Start the job. Ask before existing files are replaced."""
         model, studio = self._selected_model(), self._studio
         path = studio.project.find_model(model)
         if path is None:

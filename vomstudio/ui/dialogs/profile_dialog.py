@@ -1,4 +1,4 @@
-"""The dialog in which the profile is chosen by whose limits planes and lines are judged."""
+"""Dialog for the profile of limits by which planes and lines are judged."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
 _MAX_PREVIEW_FEATURES = 5_000
-"""More features are not judged twice, only to be counted."""
+"""Judging more features for a preview takes too long."""
 
 _LIMITS = (
     ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
@@ -55,7 +55,7 @@ _DESCRIPTIONS = {
 
 
 def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
-    """parent : of the dialog"""
+    """Create the command that opens the dialog."""
 
     def show() -> None:
         dialogs.show(ProfileDialog, lambda: ProfileDialog(parent, studio))
@@ -71,7 +71,7 @@ def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
 
 
 class ProfileDialog(QDialog):
-    """Applying is one edit that judges all features anew and can be undone."""
+    """Edit the verdict profile. Applying it is one edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -122,13 +122,13 @@ class ProfileDialog(QDialog):
         layout.addStretch()
         layout.addWidget(buttons)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
         self._show_project()
 
     def _handle_edit(self, *_: object) -> None:
-        """Another profile is shown; what is typed of one stays while features are worked on."""
+        """Show another profile, but keep entered limits while features are edited."""
         if not self.isVisible():
             return
         if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
@@ -137,7 +137,7 @@ class ProfileDialog(QDialog):
             self._show_effect()
 
     def _show_project(self) -> None:
-        """The profile of the project."""
+        """Show the profile of the project."""
         self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
         stored = self._studio.settings.profiles.values()
         custom = [Thresholds(**limits) for limits in stored]
@@ -173,7 +173,7 @@ class ProfileDialog(QDialog):
         self._show_effect()
 
     def limits(self) -> Thresholds:
-        """As they stand in the boxes, under the name beside them."""
+        """Return the entered limits under the entered name."""
         values: dict[str, Any] = {name: box.value() for name, box in self.boxes.items()}
         limits = replace(self._base, **values)
         if limits == self._base and self.name.text() == _title(self._base.profile):
@@ -181,7 +181,7 @@ class ProfileDialog(QDialog):
         return replace(limits, profile=self.name.text().strip())
 
     def _show_effect(self) -> None:
-        """What the limits would change."""
+        """Count the verdicts now and with the entered limits."""
         limits, records = self.limits(), self._studio.records
         is_unchanged = limits == self._current
         allow(self.apply_button, Finding("edit.no-change") if is_unchanged else None)
@@ -199,7 +199,7 @@ class ProfileDialog(QDialog):
             tr("Now: {counts}. With these limits: {then}.", counts=current_counts, then=new_counts)
         )
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- edit --------------------------------------------------------------------------------
     def _apply(self) -> None:
         limits = self.limits()
         if not self._studio.attempt(edits.judge_by, limits):

@@ -1,4 +1,4 @@
-"""Dialog that imports field measurements: columns, notation, north, and a preview of the result."""
+"""Dialog that imports field measurements: columns, notation, north and a preview."""
 
 from __future__ import annotations
 
@@ -86,8 +86,7 @@ _ROLES = (
 
 @dataclass(frozen=True)
 class Place:
-    """Where the project is: its CRS, None where unknown, and a World position in it, where
-    `has_position`."""
+    """Location of the project: its CRS if known, and a World position if `has_position`."""
 
     crs: str | None = None
     x: float = 0.0
@@ -96,7 +95,7 @@ class Place:
 
 
 class ReadingsDialog(QDialog):
-    """`readings` and `types` hold what is to be added once it is accepted."""
+    """Import readings. `readings` and `types` are the records to add once accepted."""
 
     def __init__(
         self,
@@ -142,7 +141,7 @@ class ReadingsDialog(QDialog):
         layout.addWidget(self._buttons)
         self._read()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_angles(self) -> QHBoxLayout:
         self._notation = ComboBox()
         self._notation.setObjectName("readings_notation")
@@ -231,9 +230,9 @@ class ReadingsDialog(QDialog):
         row.addLayout(right_form, 3)
         return row
 
-    # --- reading the table -----------------------------------------------------------------------
+    # --- table -----------------------------------------------------------------------------------
     def _assign_role(self, column: int) -> None:
-        """A role belongs to one column: the one that was chosen last."""
+        """Assign a role to the column that was chosen last, and to no other."""
         role = self._column_roles[column].currentData()
         for other, combo in enumerate(self._column_roles):
             if role and other != column and combo.currentData() == role:
@@ -241,7 +240,7 @@ class ReadingsDialog(QDialog):
         self._read()
 
     def columns(self) -> dict[str, int]:
-        """The column of each role that has been assigned."""
+        """Return the column of each assigned role."""
         return {
             str(combo.currentData()): column
             for column, combo in enumerate(self._column_roles)
@@ -321,7 +320,7 @@ class ReadingsDialog(QDialog):
                         item.setToolTip(reason)
 
     def _show_convergence(self) -> None:
-        """At the readings' own place where they have one, else at the project's."""
+        """Show the convergence at the readings, or at the project without positions."""
         place = self._place
         self._north_data = North(place.crs)
         if place.crs is None:
@@ -350,7 +349,7 @@ class ReadingsDialog(QDialog):
             )
 
     def north_correction(self) -> NorthCorrection | None:
-        """The correction from the chosen north to grid north; None until it is known."""
+        """Return the correction to grid north, None until it is known."""
         north = self._north.currentData()
         if north is None:
             return None
@@ -401,9 +400,9 @@ class ReadingsDialog(QDialog):
             return ()
         return (Finding("reading.far-from-model", distance_m=min(distances_m)),)
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def accept(self) -> None:
-        """Make `readings` and `types` of the table."""
+        """Create `readings` and `types` from the table, and close."""
         correction = self.north_correction()
         if correction is None:
             return

@@ -1,4 +1,4 @@
-"""The reconstruction settings: quality, registration, and the resources of this computer."""
+"""Dialog of the reconstruction settings: quality, registration and resources."""
 
 from __future__ import annotations
 
@@ -56,8 +56,10 @@ _VISIBLE_ROWS = 8
 
 
 class ReconstructDialog(QDialog):
-    """Every choice takes effect at once, and closing the dialog keeps it. make : the action that
-    starts the reconstruction, whose text is on the button"""
+    """Edit the reconstruction settings. Every choice takes effect at once.
+
+    `make_action` starts the reconstruction, and its text is on the start button.
+    """
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make_action: QAction) -> None:
         super().__init__(parent)
@@ -68,7 +70,7 @@ class ReconstructDialog(QDialog):
         self._survey, self._make_action = survey, make_action
         self._is_filling = False
         self._shown_settings = self._survey.settings
-        """As they were last filled in or chosen here."""
+        """Settings that were last shown or changed here."""
         self._apply_timer = QTimer(self)
         self._apply_timer.setSingleShot(True)
         self._apply_timer.setInterval(_TYPING_DELAY_MS)
@@ -88,10 +90,10 @@ class ReconstructDialog(QDialog):
         self._fill()
         self._survey.changed.connect(self._update_from_survey)
         self._show_forecast()
-        # Marks may have been placed since the photos were opened.
+        # Marks may have changed since the photos were opened.
         self._survey.update_forecast()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_photos(self) -> QFormLayout:
         survey = self._survey
         form = QFormLayout()
@@ -181,7 +183,7 @@ class ReconstructDialog(QDialog):
         fields, labels = self.resources.fields, self.resources.labels
         for field in fields.values():
             if isinstance(field, QSpinBox):
-                # The dialog itself waits for a pause in typing.
+                # The dialog waits for a pause in typing.
                 field.setKeyboardTracking(True)
         self.memory = Label()
         self.memory.setObjectName("make_memory")
@@ -202,7 +204,6 @@ class ReconstructDialog(QDialog):
 
     # --- settings ----------------------------------------------------------------------------
     def _fill(self) -> None:
-        """Show the settings as they are."""
         settings = self._shown_settings = self._survey.settings
         self._is_filling = True
         self.quality.setCurrentIndex(self.quality.findData(settings.quality))
@@ -233,7 +234,7 @@ class ReconstructDialog(QDialog):
             quality=str(self.quality.currentData()),
             control=control,
             marks=marks,
-            # What is asked for beside them makes them asked for.
+            # Other changes confirm control files that were found automatically.
             found=previous.found and is_same_control and crs is None,
             crs=crs,
             threads=resources.threads,
@@ -247,7 +248,7 @@ class ReconstructDialog(QDialog):
 
     def _update_from_survey(self) -> None:
         if self._survey.settings != self._shown_settings and not self._apply_timer.isActive():
-            # By the panel, or by other photos: what is shown here would undo it.
+            # Changed by the panel or by other photos: the old values would undo it.
             self._fill()
         self._show_forecast()
 
@@ -260,7 +261,7 @@ class ReconstructDialog(QDialog):
             self._survey.choose(settings)
         self._show_forecast()
 
-    # --- what it means -----------------------------------------------------------------------
+    # --- forecast ----------------------------------------------------------------------------
     def _show_forecast(self) -> None:
         survey = self._survey
         has_control = self.control_button.isChecked()
@@ -323,7 +324,7 @@ class ReconstructDialog(QDialog):
             return ""
         return tr("If empty: the UTM zone of the GPS positions")
 
-    # --- choosing files ----------------------------------------------------------------------
+    # --- file choice -------------------------------------------------------------------------
     def _browse_control(self) -> None:
         if name := self._browse(tr("Choose the control points"), self.control):
             self.control.setText(name)
@@ -342,7 +343,7 @@ class ReconstructDialog(QDialog):
         self._apply()
         if self._survey.why_not_make() is None:
             self._make_action.trigger()
-            # The user may have thought better of it when asked for the project's place.
+            # The user may have cancelled the choice of a project folder.
             if self._survey.making is not None:
                 self.close()
 

@@ -1,4 +1,4 @@
-"""A patch as a surface: the map of its deviations, profiles, and what they say."""
+"""Dialog of a patch as a surface: map of its deviations, profiles and figures."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _PICTURE_SIZE = (760, 520)
 
 
 class SurfaceDialog(QDialog):
-    """Of the patch that was selected when it was opened. The work is done in a thread."""
+    """Analyse a patch as a surface. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, patch: Painted) -> None:
         super().__init__(parent)
@@ -79,7 +79,7 @@ class SurfaceDialog(QDialog):
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)
         for button in buttons.buttons():
-            # Return ends the typing of the noise.
+            # Enter in the noise field must not press a button.
             button.setAutoDefault(False)  # type: ignore[attr-defined]
         layout = QVBoxLayout(self)
         layout.addWidget(self.picture, 1)
@@ -92,7 +92,7 @@ class SurfaceDialog(QDialog):
         self.start()
 
     def start(self) -> None:
-        """Look at the patch, with the noise that is typed."""
+        """Analyse the patch with the entered noise."""
         options = self.limits.options()
         if options == self._analysed_options:
             return
@@ -131,7 +131,7 @@ class SurfaceDialog(QDialog):
         is_planar = self.figures is not None and not self.figures.trim
         allow(self.trim_button, Finding("patch.plane-fits") if is_planar else pending)
 
-    # --- what it can do ----------------------------------------------------------------------
+    # --- actions -----------------------------------------------------------------------------
     def show_on_model(self) -> None:
         """Colour the patch on the model by its deviations."""
         figures, opened = self.figures, self._studio.models.get(self._patch.model_id)
@@ -149,7 +149,7 @@ class SurfaceDialog(QDialog):
             self._studio.warn(Finding("model.fields-too-large"))
 
     def trim(self) -> None:
-        """Leave out of the patch what departs from its plane; an edit that can be taken back."""
+        """Remove the parts of the patch that deviate from its plane, in one edit."""
         figures, opened = self.figures, self._studio.models.get(self._patch.model_id)
         patch = get(self._studio.records, self._patch.id, Patch)
         if figures is None or opened is None or patch is None:
@@ -172,7 +172,7 @@ class SurfaceDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the deviations, in World."""
+        """Write the deviations in World coordinates."""
         model = self._studio.records.get(self._patch.model_id)
         if self.figures is None or self._part is None or not isinstance(model, Model):
             return
@@ -187,7 +187,7 @@ class SurfaceDialog(QDialog):
 
 
 def _patch_points(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
-    """Rows of the model's points that the patch has, in ascending order."""
+    """Return the indices of the model points in the patch, in ascending order."""
     ids = runs_to_ids(patch.runs)
     return np.unique(data.faces[ids]) if isinstance(data, Mesh) else ids
 
@@ -195,7 +195,7 @@ def _patch_points(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
 def _analyse_patch(
     data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, options: SurfaceOptions
 ) -> tuple[Mesh | PointCloud, SurfaceFigures, QImage]:
-    """Return the patch alone in World, its figures and their picture. Runs in a worker thread."""
+    """Return the patch in World, its figures and their picture. Runs in a thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

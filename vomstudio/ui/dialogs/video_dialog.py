@@ -1,4 +1,4 @@
-"""Extraction of frames from a video: a worker extracts and judges them; they open as photos."""
+"""Dialog that extracts frames from a video and opens them as photos."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _MAX_SHOWN_GAPS = 6
 
 
 class VideoDialog(QDialog):
-    """It can be closed while the work goes on: the Jobs panel shows it, and a notice its end."""
+    """Extract frames in a job. The dialog can be closed while the job runs."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
@@ -90,7 +90,7 @@ class VideoDialog(QDialog):
         studio.jobs_changed.connect(self._refresh)
         self._refresh()
 
-    # --- choosing ----------------------------------------------------------------------------
+    # --- file choice -------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
             self,
@@ -102,7 +102,7 @@ class VideoDialog(QDialog):
             self.choose_video(Path(name))
 
     def choose_video(self, path: Path) -> None:
-        """Fill in a video, and a folder beside it for the frames."""
+        """Enter a video, and a folder beside it for the frames."""
         self.video.setText(str(path))
         self.folder.setText(str(path.with_name(f"{path.stem} frames")))
 
@@ -171,19 +171,19 @@ class VideoDialog(QDialog):
             self._studio.jobs.cancel(self._job)
 
     def _show_result(self, text: str) -> None:
-        """Show how the job ended, unless the dialog was closed meanwhile."""
+        """Show the result of the job, unless the dialog was closed meanwhile."""
         self._job = None
         try:
             self.result_label.setText(text)
             self._refresh()
             self.adjustSize()
         except RuntimeError:
-            # Closed meanwhile: Qt's side of it is gone.
+            # Qt has deleted the widgets of a closed dialog.
             return
 
 
 def describe_report(result: FrameReport) -> str:
-    """Rich text: how many frames were kept and left out, the gaps, the warnings and the verdict."""
+    """Describe frames, gaps, warnings and verdict of an extraction as rich text."""
     lines = [
         tr_n(
             "<b>{count} frame kept</b> of {width} × {height} pixels, from {seconds:.0f} s",

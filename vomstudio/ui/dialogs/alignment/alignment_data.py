@@ -1,4 +1,4 @@
-"""The data of the Alignment window, read by a worker and by threads."""
+"""Data of the Alignment window, read by a worker process and by threads."""
 
 from __future__ import annotations
 
@@ -52,9 +52,16 @@ Arrays = dict[str, AnyArray]
 
 @dataclass(eq=False)
 class ShownPhoto:
-    """A photo as it is drawn: upright, while positions in it are given in pixels as stored.
+    """Photo drawn upright, with positions in pixels of the stored image.
 
-    width, height, orientation : as stored, and as EXIF says. image : upright, None with a `problem`
+    Attributes
+    ----------
+    image : QImage or None
+        Upright image, None if there is a `problem`.
+    width, height : int
+        Size of the stored image in pixels.
+    orientation : int
+        EXIF orientation.
     """
 
     name: str
@@ -65,17 +72,17 @@ class ShownPhoto:
     problem: str = ""
 
     def upright_points(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Pixels (n, 2) of the upright picture, from pixels (n, 2) as stored."""
+        """Convert pixels (n, 2) of the stored image to pixels of the upright image."""
         return pixels_upright(pixels, self.orientation, self.width, self.height)
 
     def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
-        """Vectors (n, 2) as stored, turned with the picture."""
+        """Rotate vectors (n, 2) of the stored image to the upright image."""
         zero = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
         return self.upright_points(vectors) - zero
 
     @property
     def picture(self) -> Picture:
-        """What a pane draws: the upright image and its size as the upright photo."""
+        """The upright image with its size, as a pane draws it."""
         size = (self.width, self.height)
         if self.orientation in (5, 6, 7, 8):
             size = size[::-1]
@@ -83,7 +90,7 @@ class ShownPhoto:
 
 
 def to_image(pixels: ByteArray) -> QImage:
-    """A picture with its own memory of (h, w, 3) red, green and blue."""
+    """Convert RGB values (h, w, 3) to an image with its own memory."""
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
     image = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
@@ -91,7 +98,7 @@ def to_image(pixels: ByteArray) -> QImage:
 
 
 class AlignmentData(QObject):
-    """What is known of one reconstruction. overview : see `inspection.overview`; set by `read`."""
+    """Read the data of one reconstruction. `read` sets `overview`."""
 
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
@@ -103,14 +110,14 @@ class AlignmentData(QObject):
         self.overview = NOTHING_ALIGNED
 
     def close(self) -> None:
-        """Cancel what is being read; nothing is passed on any more."""
+        """Cancel all requests. No callback is called afterwards."""
         self._is_closed = True
         self._background.stop()
         for _, job in self._requests.values():
             self._studio.jobs.cancel(job)
 
     def read(self, callback: Callable[[], None], error_callback: Callable[[str], None]) -> None:
-        """Read the overview, then call `then`, or `failed` with a sentence."""
+        """Read the overview, then call `callback`, or `error_callback` with a message."""
 
         def handle_result(result: AlignmentOverview, _: Arrays) -> None:
             self.overview = result
@@ -131,8 +138,7 @@ class AlignmentData(QObject):
         callback: Callable[[Arrays], None],
         error_callback: Callable[[str], None],
     ) -> None:
-        """Read the matches of two photos: pass the arrays of `inspection.pair` to `then`, or a
-        sentence to `failed`."""
+        """Read the matches of two photos, and pass their arrays to `callback`."""
 
         def create_request(array_path: Path) -> PairRequest:
             return PairRequest(self.folder, array_path, a, b)
@@ -148,7 +154,7 @@ class AlignmentData(QObject):
     def read_residuals(
         self, name: str, callback: Callable[[Arrays], None], error_callback: Callable[[str], None]
     ) -> None:
-        """Read the residuals of a photo, as `pair` does."""
+        """Read the residuals of a photo, and pass their arrays to `callback`."""
 
         def create_request(array_path: Path) -> PhotoRequest:
             return PhotoRequest(self.folder, array_path, name)
@@ -167,7 +173,7 @@ class AlignmentData(QObject):
         callback: Callable[[DepthFacts, Arrays], None],
         error_callback: Callable[[str], None],
     ) -> None:
-        """Read the depth map of a photo; pictures and depths are turned upright."""
+        """Read the depth map of a photo, rotated upright."""
         photo_path = self._photo_path(name)
 
         def create_request(array_path: Path) -> PhotoRequest:
@@ -189,10 +195,14 @@ class AlignmentData(QObject):
         error_callback: Callable[[str], None],
         prepare: Callable[[Arrays], Arrays] | None,
     ) -> None:
-        """Have a worker read something; of several wishes of one kind only the last is heard.
+        """Submit a job, which replaces an unfinished job of the same task.
 
-        asked : of the file for the arrays; prepare : of the arrays that come, None for a job that
-        answers without arrays
+        Parameters
+        ----------
+        create_request : callable
+            Creates the request from the path of the array file.
+        prepare : callable or None
+            Converts the arrays in a thread. None if the job writes no arrays.
         """
         kind = task.name
         if kind in self._requests:
@@ -245,7 +255,7 @@ class AlignmentData(QObject):
         self._requests[kind] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
-        """Pass to `then` the share of a photo's pixels that have a depth, None without a map."""
+        """Pass the share of pixels with a depth to `callback`, None without a depth map."""
 
         def compute() -> float | None:
             if self._is_closed:
@@ -261,7 +271,7 @@ class AlignmentData(QObject):
         return next(photo for photo in self.overview.photos if photo.name == name)
 
     def _photo_path(self, name: str) -> Path:
-        """Where the photos were, or where they are once the folder was moved along with them."""
+        """Find a photo in its original folder, or where the folder may have been moved."""
         original_folder = Path(self.overview.folder or ".")
         folders = (
             original_folder,
@@ -274,7 +284,7 @@ class AlignmentData(QObject):
         )
 
     def load_photo(self, name: str, callback: Callable[[ShownPhoto], None]) -> None:
-        """Call `then` with a photo; one that cannot be read says why in its place."""
+        """Pass a photo to `callback`. If it cannot be read, it contains the problem."""
         if name in self._cached_photos:
             self._cached_photos.move_to_end(name)
             callback(self._cached_photos[name])
@@ -297,7 +307,7 @@ def _keep_orientation(arrays: Arrays) -> Arrays:
 
 
 def _rotate_arrays(arrays: Arrays, photo: Path) -> Arrays:
-    """As the photo's EXIF says; as stored where the photo is gone."""
+    """Rotate arrays by the EXIF orientation of a photo, if the photo still exists."""
     try:
         orientation = orientation_of(photo)
     except VomError:
@@ -306,7 +316,7 @@ def _rotate_arrays(arrays: Arrays, photo: Path) -> Arrays:
 
 
 def _read_temporary_arrays(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
-    """The arrays of a file that is for this one reader."""
+    """Read and prepare the arrays of a temporary file, and delete the file."""
     try:
         with open_arrays(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})

@@ -1,4 +1,4 @@
-"""The Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
+"""Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.ui.dialogs.alignment.residual_page import ResidualPage
 
 
 class AlignmentDialog(QDialog):
-    """A window beside the main one. folder: of the reconstruction."""
+    """Window with the alignment of the reconstruction in `folder`."""
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
@@ -55,7 +55,7 @@ class AlignmentDialog(QDialog):
         layout.setContentsMargins(6, 6, 6, 6)
         layout.addLayout(self._stack)
         self.tabs.currentChanged.connect(lambda _: self._fill_page())
-        # A new project has nothing to do with these photos.
+        # The photos do not belong to another project.
         studio.project_opened.connect(self.close)
         self._data.read(self._show_pages, self._status.setText)
 
@@ -69,14 +69,14 @@ class AlignmentDialog(QDialog):
         self._fill_page()
 
     def _fill_page(self) -> None:
-        """A page reads what it shows when it is first looked at."""
+        # Each page reads its data when it is first shown.
         index = self.tabs.currentIndex()
         if self._is_ready and index not in self._filled_pages:
             self._filled_pages.add(index)
             self._pages[index].fill()
 
     def done(self, result: int) -> None:
-        """However it is closed."""
+        """Close the window and cancel its requests."""
         try:
             self._data.close()
         finally:

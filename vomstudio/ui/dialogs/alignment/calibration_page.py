@@ -1,4 +1,4 @@
-"""The intrinsics of each camera: values, errors and correlations."""
+"""Page with the intrinsics of each camera: values, errors and correlations."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STRONG_CORRELATION = 0.9
 
 
 class CalibrationPage(QWidget):
-    """Parameters of a camera with their errors, and the matrix of their correlations."""
+    """Parameters of a camera with their errors and correlation matrix."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -236,7 +236,7 @@ class CalibrationPage(QWidget):
 
 
 def _fit_height(table: QTableWidget) -> None:
-    """Make a table as high as its rows."""
+    """Set the height of a table to that of its rows."""
     rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
     table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
 

@@ -25,11 +25,11 @@ from vomstudio.ui.widgets.picture_panes import Picture, PicturePanes
 
 _TABLE_WIDTH_PX = 260
 _BAR_WIDTH_PX = 118.0
-"""Room for the colour bar."""
+"""Width reserved for the colour bar."""
 
 
 class DepthPage(QWidget):
-    """A list of the photos, and one of them beside its depths, confidences or surface normals."""
+    """List of photos, and one of them beside its depths, confidences or surface normals."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ class DepthPage(QWidget):
         return "m" if self._data.overview.scaled else tr("units")
 
     def fill(self) -> None:
-        """Show the photos of the overview, and the first one that has a depth map."""
+        """List the photos, and show the first one with a depth map."""
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in self._data.overview.photos:
             self._has_depths[photo.name] = photo.has_depths
@@ -108,7 +108,7 @@ class DepthPage(QWidget):
         self.table.change(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
-        """Show the photo of this name and its depth map."""
+        """Show a photo and its depth map."""
         self._photo_name, self._arrays = name, None
         self._summary.setText("")
         if not self._has_depths[name]:
@@ -163,7 +163,6 @@ class DepthPage(QWidget):
         self.panes.draw_over([None, legend])
 
     def _image(self, layer: str) -> QImage:
-        """Made when it is first looked at."""
         assert self._arrays is not None
         if layer not in self._images:
             self._images[layer] = to_image(self._arrays[layer])
@@ -223,7 +222,7 @@ def _paint_compass(
     *,
     letters: str,
 ) -> None:
-    """The legend of the hues: the azimuth of the surface normal."""
+    """Paint the legend of the hues, which show the azimuth of the surface normal."""
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
     radius, padding = 30.0, metrics.height() + 4.0

@@ -1,4 +1,4 @@
-"""The page with the matches of two photos."""
+"""Page with the matches of two photos."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MATCH_COLOR = QColor(240, 228, 66, 200)
 
 
 class MatchPage(QWidget):
-    """A matrix and a list of all pairs of photos, and one pair side by side with its matches."""
+    """Matrix and list of all pairs of photos, and the matches of one pair."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -97,9 +97,9 @@ class MatchPage(QWidget):
         rows.addWidget(self._hint)
         side_by_side(self, list_area, pair_area, [440, 820])
 
-    # --- choosing ----------------------------------------------------------------------------
+    # --- selection ---------------------------------------------------------------------------
     def fill(self) -> None:
-        """Show the pairs of the overview, and the one with the most inliers."""
+        """List all pairs, and show the one with the most inliers."""
         overview = self._data.overview
         self._names = [photo.name for photo in overview.photos]
         min_inliers = overview.weak_below
@@ -213,11 +213,11 @@ class MatchPage(QWidget):
 
 
 def _position_colors(positions: Any, photo: ShownPhoto) -> Any:
-    """Colours (n, 3) by where places (n, 2) lie in a photo, so that lines can be followed."""
+    """Return colours (n, 3) by position, so that match lines can be followed."""
     from vomstudio.rendering.view.scalars import map_table
 
     width, height = photo.picture.size
     table = map_table("turbo")
     share = np.clip(0.7 * positions[:, 0] / width + 0.3 * positions[:, 1] / height, 0, 1)
-    # Its ends are dark; few colours are drawn faster.
+    # The ends of the colour map are dark. Few distinct colours are drawn faster.
     return table[np.round(20 + 14 * np.round(15 * share)).astype(np.intp)]

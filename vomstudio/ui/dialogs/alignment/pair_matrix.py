@@ -1,4 +1,4 @@
-"""The number of inliers of each pair of photos as a matrix of colours."""
+"""Matrix with the number of inliers of each pair of photos."""
 
 from __future__ import annotations
 
@@ -28,8 +28,11 @@ _WEAK_COLOR = QColor("#d55e00")
 
 
 class PairMatrix(QWidget):
-    """Rows and columns are numbered photos. Weak pairs have a frame, pairs that were not matched
-    are empty. chosen : rows (i, j) of two photos, i < j."""
+    """Matrix of photos with a colour for the inliers of each pair.
+
+    Weak pairs are framed, and pairs without matches are empty. `pair_selected` emits rows (i, j)
+    of two photos with i < j.
+    """
 
     pair_selected = Signal(int, int)
 
@@ -53,7 +56,10 @@ class PairMatrix(QWidget):
         return QSize(180, self.sizeHint().height())
 
     def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], weak_below: int) -> None:
-        """pairs: (i, j, matches, inliers) with i < j; weak_below: fewer inliers are weak"""
+        """Show pairs (i, j, matches, inliers) with i < j.
+
+        Pairs with fewer inliers than `weak_below` are weak.
+        """
         self._names = list(names)
         self._pairs = {(i, j): (matches, inliers) for i, j, matches, inliers in pairs}
         self._max_inliers = max((inliers for _, inliers in self._pairs.values()), default=1)
@@ -66,7 +72,7 @@ class PairMatrix(QWidget):
         self.update()
 
     def _cell_layout(self) -> tuple[float, float, float]:
-        """Left and top of the first cell, and the side of a cell."""
+        """Return left and top of the first cell, and the size of a cell, in pixels."""
         count = max(len(self._names), 1)
         metrics = QFontMetricsF(system_font())
         label_width = metrics.horizontalAdvance(str(count)) + 8.0

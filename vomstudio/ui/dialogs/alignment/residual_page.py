@@ -1,4 +1,4 @@
-"""The page with the residuals of each photo after the bundle adjustment."""
+"""Page with the residuals of each photo after the bundle adjustment."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from vomstudio.ui.widgets.picture_panes import PicturePanes
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MAX_VECTORS = 2000
-"""More lines than this hide the photo and each other."""
+"""More vectors hide the photo and each other."""
 _COLOR = QColor(240, 228, 66)
 
 
 class ResidualPage(QWidget):
-    """A list of the photos with their errors, and one photo with its residuals as vectors."""
+    """List of photos with their errors, and one photo with its residuals as vectors."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class ResidualPage(QWidget):
         side_by_side(self, list_area, photo_area, [520, 740])
 
     def fill(self) -> None:
-        """Show the photos of the overview, and the one with the largest median error."""
+        """List the photos, and show the one with the largest median error."""
         overview = self._data.overview
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in overview.photos:
@@ -131,7 +131,7 @@ class ResidualPage(QWidget):
         return text
 
     def show_photo(self, name: str) -> None:
-        """Show the photo of this name and its residuals."""
+        """Show a photo and its residuals."""
         self._photo_name, self._photo, self._arrays = name, None, None
         self._message.setText("")
         self.panes.say(tr("Reading…"))

@@ -1,4 +1,4 @@
-"""Exaggeration with which residuals are drawn."""
+"""Exaggeration of residual vectors."""
 
 from __future__ import annotations
 
@@ -9,8 +9,22 @@ import numpy.typing as npt
 
 
 def exaggeration(lengths: npt.ArrayLike, long_side: float) -> int:
-    """By what round factor vectors of these lengths (pixels) are drawn, so that the usual one takes
-    up to a fiftieth of the photo's long side; 1 where there is nothing to be enlarged."""
+    """Return a round factor by which residual vectors are enlarged.
+
+    A vector of median length becomes at most a fiftieth of the long side of the photo.
+
+    Parameters
+    ----------
+    lengths : array_like
+        Lengths of the residuals in pixels.
+    long_side : float
+        Long side of the photo in pixels.
+
+    Returns
+    -------
+    int
+        1 if there are no residuals.
+    """
     lengths_px = np.asarray(lengths, np.float64)
     median_px = float(np.median(lengths_px)) if len(lengths_px) else 0.0
     if not median_px > 0:

@@ -1,4 +1,4 @@
-"""The pages of the documentation: where they lie, in which order they are read, their titles."""
+"""Files, order, titles and anchors of the documentation pages."""
 
 from __future__ import annotations
 
@@ -22,21 +22,37 @@ _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Page:
-    """path : of the Markdown file; title : its first heading"""
+    """Markdown file with its first heading as title."""
 
     path: Path
     title: str
 
 
 def list_pages(folder: Path) -> list[Page]:
-    """All pages of a folder: the first one, those to which it links in the order of its links, then
-    the others by their names. Raises OSError."""
+    """List all pages of a folder in the order in which the first page links to them.
+
+    Raises
+    ------
+    OSError
+        If a page cannot be read.
+    """
     return [page for pages in list_sections(folder).values() for page in pages]
 
 
 def list_sections(folder: Path) -> dict[str, list[Page]]:
-    """The same under the headings of the first page below which they are linked; the first page
-    itself under "", those to which it does not link under "More". Raises OSError."""
+    """List the pages of a folder by heading of the first page.
+
+    Returns
+    -------
+    dict
+        Pages by the heading under which the first page links to them. The first page itself is
+        under "", pages without a link are under "More".
+
+    Raises
+    ------
+    OSError
+        If a page cannot be read.
+    """
     first = folder / FIRST_PAGE
     sections = {"": [Page(first, _title(first))]}
     known_names = {FIRST_PAGE}
@@ -61,16 +77,16 @@ def _title(path: Path) -> str:
 
 
 def heading_of(figure: Figure) -> str:
-    """The heading under which a figure is explained on the page of numbers."""
+    """Return the heading under which the page of numbers explains a figure."""
     return f"{figure.title} ({figure.name})"
 
 
 def address_of(figure: Figure) -> str:
-    """Where a figure is explained: "PAGE.md#HEADING"."""
+    """Return the address "PAGE.md#HEADING" of the explanation of a figure."""
     return f"{_NUMBERS}#{anchor(heading_of(figure))}"
 
 
 def anchor(heading: str) -> str:
-    """What a link to a heading ends with after #, as the site and code hosts make it."""
+    """Return the anchor of a heading, in the form that the site and code hosts generate."""
     text = re.sub(r"[^\w\s-]", "", heading.lower())
     return re.sub(r"[\s-]+", "-", text).strip("-")

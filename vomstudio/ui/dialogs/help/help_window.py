@@ -1,4 +1,4 @@
-"""The documentation in a window of its own, from the files that came with the program."""
+"""Documentation window, with the pages that are installed with the program."""
 
 from __future__ import annotations
 
@@ -36,9 +36,14 @@ _MARGIN_PX = 18
 
 
 class PageView(QTextBrowser):
-    """Pages of Markdown with their pictures, which are never wider than the page.
+    """View of one Markdown page, with pictures scaled to its width.
 
-    shown : another page is; moved : whether there is a page before and one after this one
+    Attributes
+    ----------
+    page_changed : Signal
+        Emits the path of the new page.
+    history_changed : Signal
+        Emits whether there is a previous and a next page in the history.
     """
 
     page_changed = Signal(Path)
@@ -53,9 +58,15 @@ class PageView(QTextBrowser):
         self._past: list[Path] = []
         self._future: list[Path] = []
 
-    # --- from page to page -------------------------------------------------------------------
+    # --- navigation --------------------------------------------------------------------------
     def go_to(self, page: Path) -> None:
-        """Read another page. Raises OSError."""
+        """Show another page.
+
+        Raises
+        ------
+        OSError
+            If the page cannot be read.
+        """
         if page == self.page:
             return
         if self.page is not None:
@@ -74,7 +85,7 @@ class PageView(QTextBrowser):
             self._open(self._future.pop())
 
     def follow(self, url: QUrl) -> None:
-        """A link: a page or heading here; any other address in the user's browser."""
+        """Follow a link to a page or heading, or open another address in the browser."""
         if not url.isRelative():
             QDesktopServices.openUrl(url)
             return
@@ -89,10 +100,10 @@ class PageView(QTextBrowser):
         self.page_changed.emit(page)
         self.history_changed.emit(bool(self._past), bool(self._future))
 
-    # --- how it looks ------------------------------------------------------------------------
+    # --- layout ------------------------------------------------------------------------------
     def _show_document(self) -> None:
         assert self.page is not None
-        # A document that is filled again keeps an empty line of what was in it.
+        # A document that is filled again keeps an empty line of its previous text.
         document = QTextDocument(self)
         document.setDocumentMargin(_MARGIN_PX)
         document.setMarkdown(read_small_text(self.page))
@@ -102,7 +113,7 @@ class PageView(QTextBrowser):
                 form.setBorderCollapse(True)
                 form.setCellPadding(4)
                 frame.setFormat(form)
-        # The one that was shown, being the view's own, goes with this.
+        # This deletes the previous document, which belongs to the view.
         self.setDocument(document)
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:  # noqa: N802 - Qt's name
@@ -134,10 +145,16 @@ class PageView(QTextBrowser):
 
 
 class HelpWindow(QDialog):
-    """Pages on the left, one of them on the right, and a field that looks for words in all."""
+    """List of pages, the selected page, and a field that searches all pages."""
 
     def __init__(self, parent: QWidget, folder: Path) -> None:
-        """folder : of the pages. Raises OSError where they cannot be read."""
+        """Show the pages of a folder.
+
+        Raises
+        ------
+        OSError
+            If they cannot be read.
+        """
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Documentation"))
@@ -158,7 +175,7 @@ class HelpWindow(QDialog):
         self.list.setCurrentRow(0)
 
     def go_to(self, address: str) -> None:
-        """Open a page; address : "PAGE.md", or "PAGE.md#HEADING" for a place in it"""
+        """Open a page by its address "PAGE.md" or "PAGE.md#HEADING"."""
         self.view.follow(QUrl(address))
 
     def _bar(self) -> QHBoxLayout:
@@ -194,7 +211,7 @@ class HelpWindow(QDialog):
             self.list.setCurrentRow(paths.index(page))
 
     def _find(self) -> None:
-        """The next place after the cursor, on this page or on one that follows, round to here."""
+        """Find the next occurrence after the cursor, and continue on the following pages."""
         text = self.search.text().strip()
         if not text or self.view.find(text):
             return

@@ -1,4 +1,4 @@
-"""The fit of one model to another as a command."""
+"""Command line of the fit of one model to another."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _START_SIGMA_M = 10.0
 
 
 class FitCopyButton(CopyCommandButton):
-    """Copies the fit of the dialog that it stands in. there : shows what the model is fitted to"""
+    """Copy the fit of a dialog as a command. `reference_view` shows the reference."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class FitCopyButton(CopyCommandButton):
         self._find_model, self._reference_view = find_model, reference_view
 
     def refresh(self, pending: Finding | None) -> None:
-        """wait : why it cannot be copied now, apart from what is chosen"""
+        """Enable the button, unless the fit is pending or no command makes it."""
         self.allow(
             pending or why_no_command(self._studio, self._reference_view.model, self._stable)
         )
@@ -83,7 +83,7 @@ def copy_fit(
     stable: StablePartBox,
     points: PointPairs,
 ) -> None:
-    """Put the command on the clipboard; where points were clicked, ask for their table first."""
+    """Copy the command to the clipboard. Ask for a table first if points were clicked."""
     from vomstudio.io.control.writing import write_pairs
 
     path = studio.project.find_model(model)
@@ -103,7 +103,7 @@ def copy_fit(
 
     if points.pairs:
         pairs = points.to_pairs()
-        # They are where the fit starts. Beside the surfaces they would pull at it otherwise.
+        # The points only start the fit: a large error keeps their weight below the surfaces.
         pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
         write = partial(write_pairs, pairs=pairs)
         copy_with_file(parent, studio, "pairs.csv", write, build_command)

@@ -1,5 +1,4 @@
-"""One model fitted to another: the same points clicked in two views side by side, then the
-surfaces."""
+"""Dialog that fits one model to another by clicked points and by surfaces."""
 
 from __future__ import annotations
 
@@ -47,11 +46,15 @@ from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, of_project
 
 _MAX_IMMEDIATE_POINTS = 20
-"""So many points are solved in less time than a thread takes to hand over."""
+"""Solving so few points takes less time than starting a thread."""
 
 
 class FitDialog(QDialog):
-    """placed : by the clicked points alone; fitted : by the surfaces too. Register is one edit."""
+    """Fit a model to a reference, with the same points clicked in both views.
+
+    `placement` results from the points alone, `fit_result` from the surfaces too. Registering the
+    model is one edit.
+    """
 
     def __init__(self, parent: QWidget, studio: Studio, model: Model) -> None:
         super().__init__(parent)
@@ -81,7 +84,7 @@ class FitDialog(QDialog):
         self.model_view.show_model(of_project(studio, model))
         self._use_reference()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _arrange(self, model: Model) -> None:
         views = QSplitter()
         self._titles = []
@@ -116,7 +119,7 @@ class FitDialog(QDialog):
             self.close_button,
         )
         for button in buttons:
-            # Enter in a field is no wish to leave.
+            # Enter in a field must not close the dialog.
             button.setAutoDefault(False)
         self.message = Label()
         self.message.setObjectName("fit_said")
@@ -178,10 +181,10 @@ class FitDialog(QDialog):
         studio.edited.connect(self._handle_edit)
         self._forget_jobs = studio.jobs.closed.connect(self.reject)
 
-    # --- what is clicked ---------------------------------------------------------------------
+    # --- points ------------------------------------------------------------------------------
     @property
     def reference(self) -> OtherModel | None:
-        """What the model is fitted to."""
+        """The model to which this one is fitted, None before it is chosen."""
         return self.reference_view.model
 
     def _find_model(self) -> Model | None:
@@ -190,7 +193,7 @@ class FitDialog(QDialog):
 
     def _use_reference(self, *_: object) -> None:
         if self._job is not None:
-            # It was for another one, or for another place of it.
+            # The job fits another reference, or the same one at another position.
             self._studio.jobs.cancel(self._job)
             self._job = None
         reference = self.other.current()
@@ -241,7 +244,7 @@ class FitDialog(QDialog):
         self._show()
 
     def _handle_edit(self, *_: object) -> None:
-        """Another one may have been moved or taken away meanwhile."""
+        """Reset the reference if an edit moved or removed it."""
         model, reference = self._find_model(), self.reference
         if model is None:
             self.reject()
@@ -250,9 +253,9 @@ class FitDialog(QDialog):
             if not isinstance(current, Model) or current.placement != reference.placement:
                 self._use_reference()
 
-    # --- what comes of it --------------------------------------------------------------------
+    # --- results -----------------------------------------------------------------------------
     def _update_placement(self) -> None:
-        """Other points: place the model by them, and what was fitted is no more."""
+        """Compute the placement from the current points, and discard the surface fit."""
         from vomstudio.registration.surface_points import some_points
         from vomstudio.studio.placing.registering import place_by_points
 
@@ -313,12 +316,14 @@ class FitDialog(QDialog):
         self.model_view.show_marks(marks, model_point, expected_model_point)
         if reference is None:
             return
-        from_world = transform.invert(transform.matrix(reference.to_world))
+        reference_matrix = transform.invert(transform.matrix(reference.to_world))
 
         def to_reference(point: FloatArray | None) -> FloatArray | None:
-            return None if point is None else transform.apply(from_world, point[None])[0]
+            return None if point is None else transform.apply(reference_matrix, point[None])[0]
 
-        marks = {p.label: transform.apply(from_world, np.array([p.there]))[0] for p in points.pairs}
+        marks = {
+            p.label: transform.apply(reference_matrix, np.array([p.there]))[0] for p in points.pairs
+        }
         self.reference_view.show_marks(
             marks, to_reference(reference_point), to_reference(expected_reference_point)
         )
@@ -384,7 +389,7 @@ class FitDialog(QDialog):
             return self._problem or Finding("action.busy")
         return self.stable.why_not(self.points.pairs)
 
-    # --- the fit -----------------------------------------------------------------------------
+    # --- surface fit -------------------------------------------------------------------------
     def _fit_or_stop(self) -> None:
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
@@ -428,7 +433,7 @@ class FitDialog(QDialog):
             )
 
     def _create_record(self) -> Registration | None:
-        """What was found, with the error of what the model was fitted to."""
+        """Create the registration, including the error of the reference."""
         from vomstudio.studio.placing.registering import add_reference_error, create_registration
 
         model, reference = self._find_model(), self.reference
@@ -442,7 +447,7 @@ class FitDialog(QDialog):
         )
 
     def accept(self) -> None:
-        """Register the model by what was found."""
+        """Register the model by the surface fit."""
         from vomstudio.studio.placing.registering import (
             rotation_deg,
             set_rotation_finding,
@@ -467,7 +472,7 @@ class FitDialog(QDialog):
         super().accept()
 
     def done(self, result: int) -> None:
-        """However it is closed: what both views hold in the graphics memory is freed at once."""
+        """Close the dialog and free the graphics memory of both views."""
         with ExitStack() as steps:
             steps.callback(super().done, result)
             if self._background.is_stopped:

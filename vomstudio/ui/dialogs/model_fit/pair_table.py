@@ -1,4 +1,4 @@
-"""The pairs of points with what is left over at each, and what they and the surfaces say."""
+"""Table of the point pairs with their residuals, and summaries of the fit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.ui.base import theme
 
 
 class PairTable(QTableWidget):
-    """A row for each pair."""
+    """Table with one row for each pair."""
 
     def __init__(self) -> None:
         super().__init__(0, 3)
@@ -31,7 +31,7 @@ class PairTable(QTableWidget):
         self.setMinimumSize(300, 120)
 
     def selected_row(self) -> int | None:
-        """The row that is selected."""
+        """Return the selected row, None without one."""
         rows = self.selectionModel().selectedRows()
         return rows[0].row() if rows else None
 
@@ -55,7 +55,7 @@ class PairTable(QTableWidget):
 
 
 def placement_summary(placement: Placed) -> str:
-    """What the points alone say."""
+    """Describe the placement by the points alone."""
     from vomstudio.registration.warnings import worst_axis_findings
 
     rms = placement.rms_control_m or 0.0
@@ -67,8 +67,13 @@ def placement_summary(placement: Placed) -> str:
 
 
 def fit_summary(fit: FittedModel, record: Registration | None) -> str:
-    """What points and surfaces together say. record : what they become, with the error of what the
-    model was fitted to where that is known"""
+    """Describe the fit by points and surfaces.
+
+    Parameters
+    ----------
+    record : Registration or None
+        Resulting registration, which includes the error of the reference if that is known.
+    """
     from vomstudio.registration.turn_checks import worst_turn95_deg
     from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings
 

@@ -1,4 +1,4 @@
-"""A view of one model on which points are clicked, with their labels."""
+"""View of one model in which labelled points are clicked."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ _MODEL_ID = "shown"
 
 
 class PickingView(Viewport):
-    """picked : a place (3,) in the model's own frame. Its graphics memory is free once it was
-    closed."""
+    """View of one model. `picked` emits points (3,) in the model's own frame."""
 
     picked = Signal(object)
 
@@ -42,7 +41,7 @@ class PickingView(Viewport):
         self.pointer.connect(self._handle_pointer)
 
     def show_model(self, model: OtherModel | None) -> None:
-        """Look at a model as it stands, from its exposed side; None for nothing."""
+        """Show a model in World from its exposed side, None for no model."""
         self.models.remove(_MODEL_ID)
         self.model = model
         self.show_marks({}, None, None)
@@ -59,8 +58,17 @@ class PickingView(Viewport):
         pending: FloatArray | None,
         expected: FloatArray | None,
     ) -> None:
-        """Points by their labels, the one whose counterpart is still to be clicked, and where the
-        next one should be: (3,) each, in the model's own frame."""
+        """Show labelled points (3,) in the model's own frame.
+
+        Parameters
+        ----------
+        marks : mapping
+            Points of complete pairs by label.
+        pending : ndarray or None
+            Point whose counterpart is not clicked yet.
+        expected : ndarray or None
+            Expected position of the next point.
+        """
         self._marks, self._pending, self._expected = marks, pending, expected
         self.update()
 
@@ -105,7 +113,7 @@ class PickingView(Viewport):
         painter.drawText(label_position, label)
 
     def _to_pixel(self, point: FloatArray) -> QPointF | None:
-        """The pixel of a place of the model; None where it is not in sight."""
+        """Project a point of the model to a pixel, None if it is not visible."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), point[None])
         (x, y), depth = (part[0] for part in self.camera.project(world, self.extent()))

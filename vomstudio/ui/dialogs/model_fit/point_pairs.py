@@ -1,4 +1,4 @@
-"""Points that were clicked on two models, in pairs, with steps that can be taken back."""
+"""Pairs of points clicked on two models, with undo and redo."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _State:
-    """pairs : whole ones; here, there : the clicked point whose counterpart is not, on the model or
-    on the reference; next_number : of the label of the next pair"""
+    """Complete pairs, at most one pending point of each model, and the next label."""
 
     pairs: tuple[HomologousPoint, ...] = ()
     model_point: Point | None = None
@@ -25,8 +24,11 @@ class _State:
 
 
 class PointPairs:
-    """A click on one side waits for one on the other; a second one on the same side corrects it.
-    All in the model's own frame and in World of the reference."""
+    """Collect point pairs from clicks on a model and its reference.
+
+    A second click on the same side replaces the pending point. Model points are in the model's own
+    frame, reference points in World.
+    """
 
     def __init__(self) -> None:
         self._state = _State()
@@ -46,7 +48,7 @@ class PointPairs:
         return self._state.reference_point
 
     def click(self, coordinates: FloatArray, *, is_model: bool) -> None:
-        """A point of the model, or of the reference."""
+        """Add a point of the model, or of the reference."""
         x, y, z = (float(v) for v in coordinates)
         point = (x, y, z)
         state = (
@@ -60,13 +62,13 @@ class PointPairs:
         self._push(state)
 
     def remove(self, label: str) -> None:
-        """Take a pair out."""
+        """Remove a pair."""
         remaining = tuple(pair for pair in self.pairs if pair.label != label)
         if remaining != self.pairs:
             self._push(replace(self._state, pairs=remaining))
 
     def clear(self) -> None:
-        """Forget all, also what could be taken back."""
+        """Remove all points and the history."""
         self._state = _State()
         self._undo_states, self._redo_states = [], []
 
@@ -94,7 +96,7 @@ class PointPairs:
         self._state = state
 
     def to_pairs(self) -> Pairs:
-        """For a registration."""
+        """Convert to the pairs of a registration, with unknown errors."""
         n = len(self.pairs)
         return Pairs(
             tuple(pair.label for pair in self.pairs),

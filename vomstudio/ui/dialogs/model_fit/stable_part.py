@@ -1,4 +1,4 @@
-"""The choice of what has stayed where it was, by which alone one model is fitted to another."""
+"""Choice of the stable part of a model, which alone determines the fit."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """changed : another part was chosen; said : what is being done"""
+    """Choose the stable part. `changed` reports a choice, `message` the progress."""
 
     changed = Signal()
     message = Signal(str)
 
     def __init__(self, studio: Studio, fitted_id: str) -> None:
-        """besides : the id of the model that is fitted"""
+        """Create the choices. `fitted_id` is the id of the fitted model."""
         super().__init__()
         self._studio = studio
         self._polygons: Path | None = None
@@ -79,7 +79,7 @@ class StablePartBox(QWidget):
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
-        """Why the part that was chosen is none; None where it is one."""
+        """Return why the chosen part cannot be used, None if it can."""
         index = self.part_box.currentIndex()
         if index == _NEAR and not pairs:
             return Finding("stable.no-points")
@@ -90,7 +90,7 @@ class StablePartBox(QWidget):
         return None
 
     def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
-        """What was chosen; None for all of the reference."""
+        """Return the chosen part, None for the whole reference."""
         index, box = self.part_box.currentIndex(), self._studio.display.box
         if index == _NEAR:
             return StablePart(self.distance_box.value(), tuple(pair.there for pair in pairs))
@@ -102,7 +102,7 @@ class StablePartBox(QWidget):
         return StablePart(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:
-        """The file of what was chosen; None for all of the reference."""
+        """Return the file of the chosen part, None for the whole reference."""
         mask = self.stable_model.current()
         if self.part_box.currentIndex() == _MODEL and mask is not None:
             return mask.path
@@ -115,5 +115,5 @@ class StablePartBox(QWidget):
         return None
 
     def close_reading(self) -> None:
-        """Nothing is handed over any more."""
+        """Cancel reading. No model is reported afterwards."""
         self.stable_model.close_reading()

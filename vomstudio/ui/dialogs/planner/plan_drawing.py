@@ -1,4 +1,4 @@
-"""The plan of a photo survey as a drawing: front view and plan view."""
+"""Drawing of a survey plan in front view and plan view."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPEN
 
 _MARGIN_PX, _TITLE_PX, _LEGEND_PX = 18.0, 22.0, 26.0
 _ARROW_PX = 13.0
-# More than these would be one grey patch.
+# More arrows or labels overlap.
 _MAX_ARROWS, _MAX_LABELS = 400, 40
 
 
 class PlanDrawing(QWidget):
-    """Front view and plan view of a survey plan. Both have the same scale, and what is at the same
-    place along the outcrop stands above each other."""
+    """Front view and plan view of a survey plan, aligned and at the same scale."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,13 +31,13 @@ class PlanDrawing(QWidget):
         return QSize(560, 520)
 
     def show_plan(self, plan: SurveyPlan | None) -> None:
-        """Draw this plan; None draws nothing."""
+        """Draw a plan, None for an empty drawing."""
         self._plan = plan
         self.update()
 
-    # --- where things are --------------------------------------------------------------------
+    # --- layout ------------------------------------------------------------------------------
     def _extents(self, plan: SurveyPlan) -> tuple[float, float, float, float, float]:
-        """Least and largest along; least and largest up; largest away, m."""
+        """Return the range along the face, the range up, and the largest distance, in m."""
         along_m = [s.along_m for s in plan.positions]
         up_m = [s.up_m for s in plan.positions]
         first = plan.select_kind("perpendicular")[0]
@@ -127,7 +126,7 @@ class PlanDrawing(QWidget):
         scale: float,
         is_terrain: bool,
     ) -> None:
-        """The rock as a band; the camera stands below it, or above flat ground."""
+        """Draw the rock as a band, with the camera below it or above flat ground."""
         max_away_m = max(s.away_m for s in plan.positions)
         rock_y = y0 + max_away_m * scale if is_terrain else y0
         self._draw_rock(

@@ -1,4 +1,4 @@
-"""The survey planner; all figures come from `photogrammetry.survey.planning`."""
+"""Dialog of the survey planner, with figures from `photogrammetry.survey.planning`."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ _MANNERS = dict(
         strict=True,
     )
 )
-# The quantity that is given: its name, key, unit, units in a metre, and a first value.
+# Target quantities: name, key, unit, units per metre, default value.
 _TARGETS = (
     (to_translate("Distance to the rock"), "distance_m", "m", 1.0, "30"),
     (to_translate("Ground sampling distance"), "gsd_m", "mm", 1000.0, "10"),
@@ -96,12 +96,12 @@ _FIELDS = {
     "--receiver": to_translate("Accuracy of the receiver"),
     "--control": to_translate("Accuracy of the control points"),
 }
-"""The fields of the dialog by the options that the errors of the planning name."""
+"""Fields of the dialog by the option that a planning error names."""
 _OPTIONAL = ("focal", "receiver", "control")
 
 
 class PlannerDialog(QDialog):
-    """What is typed is planned at once and kept with the project."""
+    """Plan a survey. Input is planned at once and saved with the project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -139,7 +139,7 @@ class PlannerDialog(QDialog):
         self._fill({**_DEFAULTS, **valid})
         self._compute()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
         self.camera = ComboBox()
         self.camera.setObjectName("plan_camera")
@@ -265,13 +265,13 @@ class PlannerDialog(QDialog):
         self.save_button.clicked.connect(self._save)
         self.print_button.clicked.connect(self._print)
         for button in buttons.buttons():
-            # Enter in a field is no wish to leave.
+            # Enter in a field must not close the dialog.
             if isinstance(button, QPushButton):
                 button.setAutoDefault(False)
         buttons.rejected.connect(self.close)
         return buttons
 
-    # --- what is asked -----------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------
     def _fill(self, values: dict[str, Any]) -> None:
         self.camera.setEditText(str(values["camera"]))
         for field, name in (
@@ -305,7 +305,7 @@ class PlannerDialog(QDialog):
         }
 
     def _convert_target(self) -> None:
-        """Keep the plan, and show the newly chosen quantity of it."""
+        """Show the newly selected target quantity of the same plan."""
         self._show_unit()
         _, key, _, per_metre, default = _TARGETS[self.target.currentIndex()]
         value = None
@@ -336,7 +336,7 @@ class PlannerDialog(QDialog):
     def _schedule_plan(self, *_: object) -> None:
         self._compute_timer.start()
 
-    # --- what comes of it --------------------------------------------------------------------
+    # --- results -----------------------------------------------------------------------------
     def _compute(self) -> None:
         values = self._values()
         self._request_number += 1
@@ -367,7 +367,7 @@ class PlannerDialog(QDialog):
         if self.plan is not None:
             count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
             checks = sum(point.use == "check" for point in self.plan.control_points)
-            # Not what is in the form above.
+            # The form above shows these already.
             rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
             control = tr(
                 "{count}, of these {checks} check points; targets of {size:.2g} cm",
@@ -390,7 +390,7 @@ class PlannerDialog(QDialog):
             self._grid.addWidget(value_label, line, 1)
             self.figures[name] = value_label
 
-    # --- the sheet ---------------------------------------------------------------------------
+    # --- field sheet -------------------------------------------------------------------------
     def _save(self) -> None:
         if self.plan is None:
             return
@@ -401,11 +401,11 @@ class PlannerDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the field sheet to a file, in the format of its ending."""
+        """Write the field sheet to a file, in the format of its suffix."""
         plan, studio = self.plan, self._studio
         if plan is None:
             return
-        # matplotlib takes a second to import.
+        # In a thread, because importing matplotlib takes a second.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
             lambda _: studio.info(Finding("export.written", file=path)),
@@ -422,7 +422,7 @@ class PlannerDialog(QDialog):
             self.print_to(printer)
 
     def print_to(self, printer: Any) -> None:
-        """On one page of a QPrinter."""
+        """Print the field sheet on one page of a QPrinter."""
         from io import BytesIO
 
         from vomstudio.products.report.field_sheet import draw_field_sheet
@@ -457,7 +457,13 @@ def _create_row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
 
 
 def _compute_plan(values: dict[str, Any]) -> SurveyPlan:
-    """Compute the plan. Raises VomError."""
+    """Compute the plan from the texts of the fields.
+
+    Raises
+    ------
+    VomError
+        If an input is missing or invalid.
+    """
     if not values["camera"]:
         raise InputError(Finding("plan.no-camera"))
     target = next(row for row in _TARGETS if row[1] == values["wish"])
