@@ -181,9 +181,9 @@ def test_the_palette_finds_the_planner(window) -> None:
         if not isinstance(palette, CommandPalette):
             QTimer.singleShot(25, type_it)
             return
-        QTest.keyClicks(palette._words, "plan a survey")
+        QTest.keyClicks(palette._search, "plan a survey")
         found.append(palette.selected_command)
-        QTest.keyClick(palette._words, Qt.Key.Key_Return)
+        QTest.keyClick(palette._search, Qt.Key.Key_Return)
 
     QTimer.singleShot(25, type_it)
     QTest.keyClick(window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)

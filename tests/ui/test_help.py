@@ -91,7 +91,7 @@ def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
     assert window.view.textCursor().block().text() == "A long way down"
     window.view.go_back()
     assert window.list.currentRow() == 0
-    window.view.go_on()
+    window.view.go_forward()
     assert window.list.currentRow() == 1
     window.close()
 

@@ -26,12 +26,12 @@ def split_domains(studio: Studio) -> None:
     current = studio.selection.current
     if current is None:
         return
-    crossing = 0
+    crossing_count = 0
 
     def create_edit(records: object) -> Edit:
-        nonlocal crossing
-        edit, crossing = split_by_plane(studio.records, current, studio.measured)
+        nonlocal crossing_count
+        edit, crossing_count = split_by_plane(studio.records, current, studio.measured)
         return edit
 
-    if studio.attempt(create_edit) and crossing:
-        studio.info(Finding("domain.on-both-sides", count=crossing))
+    if studio.attempt(create_edit) and crossing_count:
+        studio.info(Finding("domain.on-both-sides", count=crossing_count))

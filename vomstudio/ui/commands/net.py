@@ -165,14 +165,14 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
     )
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
-    def add() -> None:
+    def add_readings() -> None:
         ids = [reading.id for reading in dialog.readings]
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
             picks = {i: pick for i in ids if (pick := studio.nearest_pick(i)) is not None}
             studio.info(reading_comparison.summary(ids, picks))
 
-    dialog.accepted.connect(add)
+    dialog.accepted.connect(add_readings)
     fit_to_screen(dialog)
     dialog.open()
 

@@ -101,7 +101,7 @@ class _OpenFeature:
             tool.undo()
 
 
-class _Following:
+class _ContactFollowing:
     """Contact following of the active tool, or of the trace tool if it cannot follow."""
 
     def __init__(self, studio: Studio) -> None:
@@ -153,7 +153,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
     """Create the tool commands. `directions` sets the view, `docks` shows the stereonet."""
-    picking, following = _OpenFeature(studio), _Following(studio)
+    picking, following = _OpenFeature(studio), _ContactFollowing(studio)
 
     return [
         Command(

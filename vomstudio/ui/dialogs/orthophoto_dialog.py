@@ -363,7 +363,7 @@ class OrthoDialog(QDialog):
 def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
     extra_files = [file for file in (result.sheet, *result.drawing) if file]
     findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
-    written = Finding(
+    main_finding = Finding(
         "ortho.written",
         file=result.image,
         width=result.width,
@@ -372,7 +372,7 @@ def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
         unit=result.unit,
         coverage_percent=100 * result.coverage,
     )
-    for finding in (written, *findings):
+    for finding in (main_finding, *findings):
         studio.info(finding)
 
 

@@ -57,13 +57,13 @@ _DESCRIPTIONS = {
 def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
     """Create the command that opens the dialog."""
 
-    def show() -> None:
+    def show_dialog() -> None:
         dialogs.show(ProfileDialog, lambda: ProfileDialog(parent, studio))
 
     return Command(
         "verdict_profile",
         tr("Verdict &profile…"),
-        show,
+        show_dialog,
         "scale-balance",
         (),
         tr("Choose the limits by which planes are called good, doubtful or poor."),

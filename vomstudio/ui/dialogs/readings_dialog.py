@@ -45,8 +45,8 @@ from vomstudio.ui.base.controls import ComboBox, Label, allow, rich_label, rich_
 from vomstudio.ui.base.help_links import explain
 
 _PREVIEW_ROWS = 200
-_FAR_M = 10_000.0
-_UNREADABLE = "#d55e00"
+_MAX_DISTANCE_M = 10_000.0
+_UNREADABLE_COLOR = "#d55e00"
 
 _NOTATIONS = (
     (to_translate("Dip direction / dip"), "dipdir/dip"),
@@ -308,7 +308,7 @@ class ReadingsDialog(QDialog):
             )
         )
         reasons = {row.line: row.reason for row in rows}
-        error_color = QColor(_UNREADABLE)
+        error_color = QColor(_UNREADABLE_COLOR)
         text_color = self.palette().color(QPalette.ColorRole.Text)
         with QSignalBlocker(self._preview):
             for i in range(1, self._preview.rowCount()):
@@ -396,7 +396,7 @@ class ReadingsDialog(QDialog):
             for row in self._field_readings.rows
             if (p := row.position) is not None
         ]
-        if not distances_m or min(distances_m) < _FAR_M:
+        if not distances_m or min(distances_m) < _MAX_DISTANCE_M:
             return ()
         return (Finding("reading.far-from-model", distance_m=min(distances_m)),)
 

@@ -143,7 +143,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
-        from vomstudio.ui.commands import in_photos as in_photos_commands
+        from vomstudio.ui.commands import outcrop_photos as outcrop_photo_commands
         from vomstudio.ui.commands import reconstruction_results as result_commands
         from vomstudio.ui.commands import survey as survey_commands
         from vomstudio.ui.panels.photos import photo_commands
@@ -156,7 +156,7 @@ class MainWindow(QMainWindow):
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
             *self.photo_tab.commands(),
-            *in_photos_commands.commands(
+            *outcrop_photo_commands.commands(
                 studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
             ),
         ]

@@ -204,9 +204,9 @@ class AlignmentData(QObject):
         prepare : callable or None
             Converts the arrays in a thread. None if the job writes no arrays.
         """
-        kind = task.name
-        if kind in self._requests:
-            self._studio.jobs.cancel(self._requests[kind][1])
+        task_name = task.name
+        if task_name in self._requests:
+            self._studio.jobs.cancel(self._requests[task_name][1])
         token = object()
         array_path: Path | None = None
         if prepare is not None:
@@ -219,7 +219,7 @@ class AlignmentData(QObject):
             array_path = Path(name)
 
         def is_current() -> bool:
-            return not self._is_closed and self._requests.get(kind, (None,))[0] is token
+            return not self._is_closed and self._requests.get(task_name, (None,))[0] is token
 
         def handle_result(result: Result) -> None:
             if array_path is None or prepare is None:
@@ -233,14 +233,14 @@ class AlignmentData(QObject):
 
         def finish(report: Callable[[], None]) -> None:
             if is_current():
-                del self._requests[kind]
+                del self._requests[task_name]
                 report()
 
         def handle_failure(event: Failed) -> None:
             if array_path is not None:
                 array_path.unlink(missing_ok=True)
             if is_current():
-                del self._requests[kind]
+                del self._requests[task_name]
                 if not event.cancelled:
                     error_callback(event.message)
 
@@ -252,7 +252,7 @@ class AlignmentData(QObject):
             on_failed=handle_failure,
             quiet=True,
         )
-        self._requests[kind] = (token, job)
+        self._requests[task_name] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
         """Pass the share of pixels with a depth to `callback`, None without a depth map."""

@@ -139,8 +139,8 @@ class FitDialog(QDialog):
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
         button_row = QHBoxLayout()
-        for each in (self.fit_button, self.copy_button, self.register_button, self.close_button):
-            button_row.addWidget(each)
+        for widget in (self.fit_button, self.copy_button, self.register_button, self.close_button):
+            button_row.addWidget(widget)
         button_row.insertStretch(2)
         right_column = QVBoxLayout()
         right_column.addLayout(form)
@@ -179,7 +179,7 @@ class FitDialog(QDialog):
         studio = self._studio
         studio.project_opened.connect(self.reject)
         studio.edited.connect(self._handle_edit)
-        self._forget_jobs = studio.jobs.closed.connect(self.reject)
+        self._disconnect_jobs = studio.jobs.closed.connect(self.reject)
 
     # --- points ------------------------------------------------------------------------------
     @property
@@ -270,18 +270,18 @@ class FitDialog(QDialog):
         bounds = None if opened is None else opened.data.bounds
         crs = reference.standing(self._studio.project.cache).crs
 
-        def work() -> Placed:
+        def solve() -> Placed:
             extent = None if opened is None else some_points(opened.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
-            self._solving.at_once(work)
+            self._solving.at_once(solve)
         else:
             self._show()
-            self._solving.ask(work)
+            self._solving.ask(solve)
 
-    def _show_placement(self, placed: Placed) -> None:
-        self.placement, self._problem = placed, None
+    def _show_placement(self, placement: Placed) -> None:
+        self.placement, self._problem = placement, None
         self._show()
 
     def _show_problem(self, error: VomError) -> None:
@@ -289,8 +289,8 @@ class FitDialog(QDialog):
         self._show()
 
     def _show(self) -> None:
-        placed = self.fit_result.placed if self.fit_result is not None else self.placement
-        self.table.show_pairs(self.points.pairs, placed)
+        placement = self.fit_result.placed if self.fit_result is not None else self.placement
+        self.table.show_pairs(self.points.pairs, placement)
         self._show_marks()
         if self._job is None:
             self.message.setText(self._result_text())
@@ -466,9 +466,9 @@ class FitDialog(QDialog):
         turn_deg = rotation_deg(before, after)
         names = {"model": before.name, "other": reference.name}
         studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
-        turned = set_rotations_deg(studio.records, before, after, measured)
-        if (sets := set_rotation_finding(turned)) is not None:
-            studio.info(sets)
+        set_rotations = set_rotations_deg(studio.records, before, after, measured)
+        if (finding := set_rotation_finding(set_rotations)) is not None:
+            studio.info(finding)
         super().accept()
 
     def done(self, result: int) -> None:
@@ -483,5 +483,5 @@ class FitDialog(QDialog):
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            for close in (self._solving.close, self._background.stop, self._forget_jobs):
+            for close in (self._solving.close, self._background.stop, self._disconnect_jobs):
                 steps.callback(close)
