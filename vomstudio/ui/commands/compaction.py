@@ -21,19 +21,15 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             "compact_project",
             tr("&Compact project…"),
             lambda: _compact(studio, parent),
-            None,
-            (),
-            tr("Remove edits and files that can no longer be restored."),
-            lambda: _why_not(studio),
+            tip=tr("Remove edits and files that can no longer be restored."),
+            why_not=lambda: _why_not(studio),
         ),
         Command(
             "take_back_compaction",
             tr("Undo compaction"),
             lambda: _undo_compaction(studio),
-            None,
-            (),
-            tr("Possible until the project is closed."),
-            lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
+            tip=tr("Possible until the project is closed."),
+            why_not=lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
         ),
     ]
 

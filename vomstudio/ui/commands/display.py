@@ -62,10 +62,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             name,
             tr(display.MODES[value]),
             set_mode(value),
-            None,
-            (),
-            "",
-            why_not_mode(value),
+            why_not=why_not_mode(value),
             checked=is_mode(value),
         )
         for name, value in MODE_NAMES.items()
@@ -75,76 +72,62 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_field",
             tr("Scalar field"),
             lambda: choose_field(studio, docks),
-            None,
-            (),
-            tr(
+            tip=tr(
                 "Colour the model by intensity, classification, elevation or another value, "
                 "with a colour bar."
             ),
-            view.why_not,
+            why_not=view.why_not,
             checked=lambda: state.mode == "field",
         ),
         Command(
             "display_lit",
             tr("&Lighting"),
             toggle_lighting,
-            None,
-            (),
-            tr("A light at the viewer shades the surface; without it colours are true."),
-            lambda: display.why_not_lit(models()),
+            tip=tr("A light at the viewer shades the surface; without it colours are true."),
+            why_not=lambda: display.why_not_lit(models()),
             checked=lambda: state.lit[current_mode()],
         ),
         Command(
             "display_eye_dome",
             tr("&Eye-dome lighting"),
             lambda: state.set_eye_dome(not state.eye_dome),
-            None,
-            (),
-            tr("Shades a point cloud by its depth while the view is at rest."),
-            lambda: display.why_not_eye_dome(models()),
+            tip=tr("Shades a point cloud by its depth while the view is at rest."),
+            why_not=lambda: display.why_not_eye_dome(models()),
             checked=lambda: state.eye_dome,
         ),
         Command(
             "display_cameras",
             tr("&Cameras"),
             lambda: state.set_cameras(not state.cameras),
-            "camera-outline",
-            (),
-            tr("Show where the photos of the model were taken."),
-            cameras.why_not,
+            icon="camera-outline",
+            tip=tr("Show where the photos of the model were taken."),
+            why_not=cameras.why_not,
             checked=lambda: state.cameras,
         ),
         Command(
             "display_size_auto",
             tr("Automatic (fill gaps)"),
             set_size(None),
-            None,
-            (),
-            "",
-            view.why_not,
+            why_not=view.why_not,
             checked=is_size(None),
         ),
         Command(
             "clipping_box",
             tr("&Clipping box"),
             lambda: toggle_clip(studio, view, docks),
-            "cube-scan",
-            (),
-            tr(
+            icon="cube-scan",
+            tip=tr(
                 "Show and pick only what is inside a box. Drag its faces or enter their "
                 "coordinates."
             ),
-            view.why_not,
+            why_not=view.why_not,
             checked=lambda: state.clipping,
         ),
         Command(
             "clipping_reset",
             tr("Fit clipping box to models"),
             lambda: fit_clip(studio, view),
-            None,
-            (),
-            "",
-            lambda: None if state.clipping else Finding("action.no-clipping-box"),
+            why_not=lambda: None if state.clipping else Finding("action.no-clipping-box"),
         ),
         Command(
             "display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK_NAME)
@@ -157,10 +140,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 f"display_size_{pixels:g}",
                 text,
                 set_size(pixels),
-                None,
-                (),
-                "",
-                view.why_not,
+                why_not=view.why_not,
                 checked=is_size(pixels),
             )
         )

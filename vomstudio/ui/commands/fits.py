@@ -34,22 +34,20 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             "fit_figure",
             tr("Figure of plane s&hapes…"),
             lambda: _ask_for_figure(studio, parent),
-            "chart-scatter-plot",
-            (),
-            tr("Coplanarity by collinearity of the selected planes, else of all."),
-            why_not,
+            icon="chart-scatter-plot",
+            tip=tr("Coplanarity by collinearity of the selected planes, else of all."),
+            why_not=why_not,
         ),
         Command(
             "copy_fit",
             tr("Copy &fits as command…"),
             lambda: copy_fit(studio, parent),
-            "console",
-            (),
-            tr(
+            icon="console",
+            tip=tr(
                 "Keep the points of the selected traces, else of all, as a table, and copy the "
                 "command that fits their planes."
             ),
-            why_not,
+            why_not=why_not,
         ),
     ]
 

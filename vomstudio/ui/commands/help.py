@@ -52,17 +52,16 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             "documentation",
             tr("&Documentation"),
             show_documentation,
-            "book-open-outline",
-            (),
-            tr("First steps, what the numbers mean, commands and file formats."),
+            icon="book-open-outline",
+            tip=tr("First steps, what the numbers mean, commands and file formats."),
         ),
         Command(
             "explain",
             tr("&Explain this"),
             show_explanation,
-            "help-circle-outline",
-            "F1",
-            tr(
+            icon="help-circle-outline",
+            shortcut="F1",
+            tip=tr(
                 "Opens the documentation at what is under the cursor, or has the focus; over "
                 "the outcrop the list of shortcuts."
             ),
@@ -78,9 +77,8 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             "save_report",
             tr("Save &report…"),
             lambda: save_report(host, parent),
-            "file-alert-outline",
-            (),
-            tr("An error report as text. Read it before you pass it on."),
+            icon="file-alert-outline",
+            tip=tr("An error report as text. Read it before you pass it on."),
         ),
         Command(
             "about",

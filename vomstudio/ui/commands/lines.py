@@ -37,79 +37,72 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             "keep_intersection",
             tr("&Keep intersection"),
             lambda: plane_relations.keep(studio),
-            "vector-intersection",
-            (),
-            tr(
+            icon="vector-intersection",
+            tip=tr(
                 "Keep the intersection line of the two selected planes as a feature, with its "
                 "error."
             ),
-            lambda: plane_relations.why_not_keep(studio),
+            why_not=lambda: plane_relations.why_not_keep(studio),
         ),
         Command(
             "intersection_of_sets",
             tr("&Intersection of sets…"),
             ask_for_sets,
-            "vector-intersection",
-            (),
-            tr(
+            icon="vector-intersection",
+            tip=tr(
                 "Intersection line of the mean planes of two types or sets, such as bedding and "
                 "fault."
             ),
-            why_too_few_groups,
+            why_not=why_too_few_groups,
         ),
         Command(
             "part_by_plane",
             tr("Part into domains by this &plane"),
             lambda: domain_splitting.split_domains(studio),
-            "vector-difference",
-            (),
-            tr(
+            icon="vector-difference",
+            tip=tr(
                 "Features on the two sides of the selected plane become the domains hanging "
                 "wall and footwall."
             ),
-            lambda: domain_splitting.why_not(studio),
+            why_not=lambda: domain_splitting.why_not(studio),
         ),
         Command(
             "import_listed",
             tr("Import &stations, contacts and rocks…"),
             lists.choose,
-            "map-marker-plus",
-            (),
-            tr(
+            icon="map-marker-plus",
+            tip=tr(
                 "Import stations, samples, contact lines and rock areas from layers or a table "
                 "as they are exported."
             ),
-            lambda: why_no_model(studio),
+            why_not=lambda: why_no_model(studio),
         ),
         Command(
             "import_drawing",
             tr("Import lines &drawn on an orthophoto…"),
             drawings.choose,
-            "vector-polyline-plus",
-            (),
-            tr(
+            icon="vector-polyline-plus",
+            tip=tr(
                 "Lines and polygons that were drawn on an orthophoto in a GIS, CAD or Inkscape "
                 "become traces on the model."
             ),
-            drawings.why_not,
+            why_not=drawings.why_not,
         ),
         Command(
             UPDATE_DRAWN,
             tr("&Update edited traces"),
             drawings.update,
-            "vector-polyline-edit",
-            (),
-            tr("Give traces that were edited in the imported drawing their new vertices."),
-            drawings.why_no_update,
+            icon="vector-polyline-edit",
+            tip=tr("Give traces that were edited in the imported drawing their new vertices."),
+            why_not=drawings.why_no_update,
         ),
         Command(
             "along_line",
             tr("Look along the &line"),
             directions.along_line,
-            None,
-            "I",
-            tr("Orthographic view along the selected lineation or intersection."),
-            directions.why_no_line,
+            shortcut="I",
+            tip=tr("Orthographic view along the selected lineation or intersection."),
+            why_not=directions.why_no_line,
             in_viewport=True,
         ),
     ]

@@ -40,24 +40,22 @@ def commands(
             "fit_model",
             tr("Fit to another &model…"),
             fit,
-            "vector-combine",
-            (),
-            tr(
+            icon="vector-combine",
+            tip=tr(
                 "Places the model by another one of the same rock: points that are clicked in "
                 "both, then the surfaces, with the error in degrees."
             ),
-            why_no_model,
+            why_not=why_no_model,
         ),
         Command(
             "compare_models",
             tr("Compare with a &benchmark…"),
             compare,
-            "compare-horizontal",
-            (),
-            tr(
+            icon="compare-horizontal",
+            tip=tr(
                 "Signed distances from a better model or cloud of the same rock, and what of "
                 "them is more than chance."
             ),
-            why_no_model,
+            why_not=why_no_model,
         ),
     ]

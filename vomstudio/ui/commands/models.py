@@ -68,66 +68,64 @@ def commands(
             "declare_frame",
             tr("&Declare frame…"),
             files.declare_frame,
-            "axis-arrow",
-            (),
-            tr(
+            icon="axis-arrow",
+            tip=tr(
                 "Up axis, unit, and CRS or local frame. Orientations are geographic only in "
                 "a declared frame."
             ),
-            why_no_model,
+            why_not=why_no_model,
         ),
         Command(
             "register_model",
             tr("&Register by points"),
             register,
-            "vector-point-select",
-            (),
-            tr(
+            icon="vector-point-select",
+            tip=tr(
                 "Places the model by points that are clicked on it or come in a table, and "
                 "their coordinates, with residuals and the error in degrees."
             ),
-            why_no_model,
+            why_not=why_no_model,
         ),
         Command(
             CONVERT,
             tr("Convert to &metric CRS"),
             studio.workspace.models.convert,
-            "map-marker-path",
-            (),
-            tr("Opens the refused model as a copy in a CRS whose metres are true."),
-            why_not_convert,
+            icon="map-marker-path",
+            tip=tr("Opens the refused model as a copy in a CRS whose metres are true."),
+            why_not=why_not_convert,
         ),
         Command(
             "locate",
             tr("&Locate file…"),
             files.locate_model,
-            "file-search-outline",
-            (),
-            tr("Choose the file of a model that has been moved or renamed."),
-            why_not_locate,
+            icon="file-search-outline",
+            tip=tr("Choose the file of a model that has been moved or renamed."),
+            why_not=why_not_locate,
         ),
         Command(
             "copy_model",
             tr("&Copy into project"),
             copy,
-            "content-copy",
-            (),
-            tr(
+            icon="content-copy",
+            tip=tr(
                 "Copies the model with its materials, textures and cameras, and its photos if "
                 "wanted, so that the project folder can be moved or zipped."
             ),
-            why_not_copy,
+            why_not=why_not_copy,
         ),
         Command(
             "export_model",
             tr("&Export model as…"),
             files.export_model,
-            "export",
-            (),
-            tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
-            why_not_export,
+            icon="export",
+            tip=tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+            why_not=why_not_export,
         ),
         Command(
-            "remove_model", tr("&Remove model"), files.remove_model, "close", (), "", why_no_model
+            "remove_model",
+            tr("&Remove model"),
+            files.remove_model,
+            icon="close",
+            why_not=why_no_model,
         ),
     ]

@@ -80,35 +80,32 @@ def commands(
             "type_on_net",
             tr("Draw and turn on the net…"),
             draw_on_net,
-            "pencil-ruler",
-            (),
-            tr("Type great and small circles, lines on planes, a turning, levels."),
-            why_not_loaded,
+            icon="pencil-ruler",
+            tip=tr("Type great and small circles, lines on planes, a turning, levels."),
+            why_not=why_not_loaded,
         ),
         Command(
             "figure_style",
             tr("Style of figures…"),
             choose_style,
-            "palette-outline",
-            (),
-            tr("Size, letters, symbols and colours of figures of nets and roses."),
-            why_not_loaded,
+            icon="palette-outline",
+            tip=tr("Size, letters, symbols and colours of figures of nets and roses."),
+            why_not=why_not_loaded,
         ),
         Command(
             "net_in_middle",
             tr("Stereonet in the middle"),
             lambda: fill_middle("stereonet"),
-            "fit-to-page-outline",
-            "Shift+F9",
-            tr("Give the stereonet the place of the outcrop, or put it back."),
+            icon="fit-to-page-outline",
+            shortcut="Shift+F9",
+            tip=tr("Give the stereonet the place of the outcrop, or put it back."),
         ),
         Command(
             "import_readings",
             tr("Import &field measurements…"),
             lambda: choose_readings(parent, studio),
-            "compass-outline",
-            (),
-            tr(
+            icon="compass-outline",
+            tip=tr(
                 "Import compass readings from a table and compare them "
                 "with the planes picked on the model."
             ),
@@ -117,22 +114,20 @@ def commands(
             "export_net",
             tr("Export stereo&net…"),
             export,
-            "export-variant",
-            (),
-            tr("The stereonet as a figure: SVG, PDF or PNG."),
-            why_no_net,
+            icon="export-variant",
+            tip=tr("The stereonet as a figure: SVG, PDF or PNG."),
+            why_not=why_no_net,
         ),
         Command(
             "copy_net",
             tr("&Copy stereonet as a figure"),
             copy,
-            "content-copy",
-            (),
-            tr(
+            icon="content-copy",
+            tip=tr(
                 "The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
                 "others as a picture."
             ),
-            why_no_net,
+            why_not=why_no_net,
         ),
     ]
 

@@ -30,9 +30,9 @@ def commands(
             "orthophoto",
             tr("&Orthophoto along this view…"),
             open_dialog,
-            "camera-metering-matrix",
-            "Ctrl+P",
-            tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
-            view.why_not,
+            icon="camera-metering-matrix",
+            shortcut="Ctrl+P",
+            tip=tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
+            why_not=view.why_not,
         ),
     ]

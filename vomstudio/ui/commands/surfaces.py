@@ -71,24 +71,22 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             "patch_surface",
             tr("Patch as a &surface…"),
             show_surface,
-            "waves",
-            (),
-            tr(
+            icon="waves",
+            tip=tr(
                 "Deviations of the selected patch from its plane, where the plane ceases to "
                 "hold, its roughness and smoothest direction."
             ),
-            why_no_patch,
+            why_not=why_no_patch,
         ),
         Command(
             "extend_plane",
             tr("E&xtend through the model…"),
             show_extension,
-            "arrow-expand-horizontal",
-            (),
-            tr(
+            icon="arrow-expand-horizontal",
+            tip=tr(
                 "Carry the selected plane on through its model, with the band of its error, "
                 "also repeated at the thickness of the beds."
             ),
-            why_no_plane,
+            why_not=why_no_plane,
         ),
     ]

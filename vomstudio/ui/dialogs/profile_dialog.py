@@ -64,9 +64,8 @@ def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
         "verdict_profile",
         tr("Verdict &profile…"),
         show_dialog,
-        "scale-balance",
-        (),
-        tr("Choose the limits by which planes are called good, doubtful or poor."),
+        icon="scale-balance",
+        tip=tr("Choose the limits by which planes are called good, doubtful or poor."),
     )
 
 

@@ -125,10 +125,10 @@ class AlignmentData(QObject):
 
         self._submit(
             INSPECT_ALIGNMENT,
-            lambda _: AlignmentRequest(self.folder),
-            handle_result,
-            error_callback,
-            None,
+            create_request=lambda _: AlignmentRequest(self.folder),
+            callback=handle_result,
+            error_callback=error_callback,
+            prepare=None,
         )
 
     def read_pair(
@@ -145,10 +145,10 @@ class AlignmentData(QObject):
 
         self._submit(
             INSPECT_PAIR,
-            create_request,
-            lambda _, arrays: callback(arrays),
-            error_callback,
-            _keep_orientation,
+            create_request=create_request,
+            callback=lambda _, arrays: callback(arrays),
+            error_callback=error_callback,
+            prepare=_keep_orientation,
         )
 
     def read_residuals(
@@ -161,10 +161,10 @@ class AlignmentData(QObject):
 
         self._submit(
             INSPECT_RESIDUALS,
-            create_request,
-            lambda _, arrays: callback(arrays),
-            error_callback,
-            _keep_orientation,
+            create_request=create_request,
+            callback=lambda _, arrays: callback(arrays),
+            error_callback=error_callback,
+            prepare=_keep_orientation,
         )
 
     def read_depths(
@@ -181,10 +181,10 @@ class AlignmentData(QObject):
 
         self._submit(
             INSPECT_DEPTHS,
-            create_request,
-            callback,
-            error_callback,
-            lambda arrays: _rotate_arrays(arrays, photo_path),
+            create_request=create_request,
+            callback=callback,
+            error_callback=error_callback,
+            prepare=lambda arrays: _rotate_arrays(arrays, photo_path),
         )
 
     def _submit(
@@ -331,14 +331,22 @@ def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
     try:
         pixels, size, orientation = read_stored(path, MAX_SIDE_PX)
     except VomError as error:
-        return ShownPhoto(name, None, width, height, 1, str(error))
+        return ShownPhoto(
+            name=name, image=None, width=width, height=height, orientation=1, problem=str(error)
+        )
     if size != (width, height):
         problem = tr(
             "{path} has another size than the photo that was aligned. Put the original photo "
             "there.",
             path=path,
         )
-        return ShownPhoto(name, None, width, height, 1, problem)
+        return ShownPhoto(
+            name=name, image=None, width=width, height=height, orientation=1, problem=problem
+        )
     return ShownPhoto(
-        name, to_image(rotate_upright(pixels, orientation)), width, height, orientation
+        name=name,
+        image=to_image(rotate_upright(pixels, orientation)),
+        width=width,
+        height=height,
+        orientation=orientation,
     )

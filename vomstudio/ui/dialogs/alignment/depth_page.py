@@ -171,15 +171,17 @@ class DepthPage(QWidget):
     def _scale(self, layer: str) -> Scale:
         table = map_table("viridis")
         if layer == "confidence":
-            return Scale(tr("Confidence"), "", "sequential", 0.0, 1.0, table)
+            return Scale(
+                title=tr("Confidence"), unit="", kind="sequential", low=0.0, high=1.0, table=table
+            )
         facts = self._facts
         return Scale(
-            tr("Depth"),
-            self.unit,
-            "sequential",
-            facts.low,
-            facts.high,
-            table,
+            title=tr("Depth"),
+            unit=self.unit,
+            kind="sequential",
+            low=facts.low,
+            high=facts.high,
+            table=table,
             below=True,
             above=True,
             missing=facts.coverage < 1.0,

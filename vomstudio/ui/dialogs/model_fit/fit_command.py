@@ -60,7 +60,14 @@ class FitCopyButton(CopyCommandButton):
     def _copy(self) -> None:
         model, reference = self._find_model(), self._reference_view.model
         if model is not None and reference is not None:
-            copy_fit(self, self._studio, model, reference, self._stable, self._points)
+            copy_fit(
+                self,
+                self._studio,
+                model=model,
+                reference=reference,
+                stable=self._stable,
+                points=self._points,
+            )
 
 
 def why_no_command(

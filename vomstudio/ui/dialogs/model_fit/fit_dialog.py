@@ -108,7 +108,11 @@ class FitDialog(QDialog):
         self.register_button = QPushButton(theme.icon("check"), tr("Register"))
         self.close_button = QPushButton(tr("Close"))
         self.copy_button = FitCopyButton(
-            self._studio, self.stable, self.points, self._find_model, self.reference_view
+            studio=self._studio,
+            stable=self.stable,
+            points=self.points,
+            find_model=self._find_model,
+            reference_view=self.reference_view,
         )
         buttons = (
             self.undo_button,
@@ -403,11 +407,11 @@ class FitDialog(QDialog):
         self.fit_result = None
         self.message.setText(tr("Fitting the surfaces…"))
         request = FitRequest(
-            fitted_model.standing(cache),
-            reference.standing(cache),
-            not model.frame.has_metres,
-            self.points.pairs,
-            self.stable.part(self.points.pairs),
+            model=fitted_model.standing(cache),
+            reference=reference.standing(cache),
+            scale=not model.frame.has_metres,
+            pairs=self.points.pairs,
+            stable=self.stable.part(self.points.pairs),
         )
 
         def handle_end(result: FittedModel | Failed) -> None:

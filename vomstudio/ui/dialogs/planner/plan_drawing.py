@@ -80,8 +80,10 @@ class PlanDrawing(QWidget):
         )
         painter.drawText(QPointF(_MARGIN_PX, _TITLE_PX - 6), titles[0])
         painter.drawText(QPointF(_MARGIN_PX, second_y - 8), titles[1])
-        self._draw_first_view(painter, plan, x0, first_y, scale)
-        self._draw_second_view(painter, plan, x0, second_y, scale, is_terrain)
+        self._draw_first_view(painter, plan, x0=x0, y0=first_y, scale=scale)
+        self._draw_second_view(
+            painter, plan, x0=x0, y0=second_y, scale=scale, is_terrain=is_terrain
+        )
         self._draw_legend(painter, plan, scale, text_color)
 
     def _draw_first_view(
@@ -108,7 +110,7 @@ class PlanDrawing(QWidget):
             position = QPointF(x0 + station.along_m * scale, y0 - station.up_m * scale)
             dx = station.target_along_m - station.along_m
             dy = -(station.target_up_m - station.up_m)
-            self._draw_station(painter, plan, station, position, dx, dy)
+            self._draw_station(painter, plan, station=station, position=position, dx=dx, dy=dy)
         painter.setPen(QPen(QColor(CONTROL), 1.5))
         for point in plan.control_points:
             position = QPointF(x0 + point.along_m * scale, y0 - point.up_m * scale)
@@ -136,7 +138,9 @@ class PlanDrawing(QWidget):
         for station in plan.positions:
             position = QPointF(x0 + station.along_m * scale, rock_y + sign * station.away_m * scale)
             dx = station.target_along_m - station.along_m
-            self._draw_station(painter, plan, station, position, dx, -sign * station.away_m)
+            self._draw_station(
+                painter, plan, station=station, position=position, dx=dx, dy=-sign * station.away_m
+            )
 
     def _draw_rock(self, painter: QPainter, box: QRectF) -> None:
         painter.setPen(QPen(self.palette().text().color(), 1.0))
@@ -184,16 +188,16 @@ class PlanDrawing(QWidget):
             painter.setPen(QPen(QColor(color), 1.2))
             painter.setBrush(QColor(color))
             _draw_mark(painter, QPointF(x, y), kind == "oblique")
-            x = self._draw_legend_text(painter, text_color, name, x, y)
+            x = self._draw_legend_text(painter, color=text_color, label=name, x=x, y=y)
         painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
-        x = self._draw_legend_text(painter, text_color, tr("footprint"), x + 4, y)
+        x = self._draw_legend_text(painter, color=text_color, label=tr("footprint"), x=x + 4, y=y)
         for is_filled, name in ((True, tr("control point")), (False, tr("check point"))):
             painter.setPen(QPen(QColor(CONTROL), 1.5))
             painter.setBrush(QColor(CONTROL if is_filled else "#ffffff"))
             painter.drawRect(QRectF(x - 3.5, y - 3.5, 7, 7))
-            x = self._draw_legend_text(painter, text_color, name, x, y)
+            x = self._draw_legend_text(painter, color=text_color, label=name, x=x, y=y)
 
     def _draw_legend_text(
         self, painter: QPainter, color: QColor, label: str, x: float, y: float
