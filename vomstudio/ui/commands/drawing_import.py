@@ -164,7 +164,7 @@ class DrawingImport(QObject):
         self._edited_traces = ()
 
     def why_no_update(self) -> Finding | None:
-        """Return why there are no edited traces to update, None if there are."""
+        """Return why no traces can be updated, None if the last drawing changed some."""
         return None if self._edited_traces else Finding("action.no-edited-traces")
 
     def update(self) -> None:

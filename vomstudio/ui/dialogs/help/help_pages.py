@@ -82,7 +82,7 @@ def heading_of(figure: Figure) -> str:
 
 
 def address_of(figure: Figure) -> str:
-    """Return the address "PAGE.md#HEADING" of the explanation of a figure."""
+    """Return the address, as PAGE.md#HEADING, at which a figure is explained."""
     return f"{_NUMBERS}#{anchor(heading_of(figure))}"
 
 
