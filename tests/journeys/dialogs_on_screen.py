@@ -263,7 +263,7 @@ class Walk:
             dialog = AlignmentDialog(self.window, self.window.studio, self.reconstruction)
             fit_to_screen(dialog)
             dialog.show()
-            driver.wait(lambda: dialog.ready, "the alignment", 60.0)
+            driver.wait(lambda: dialog.is_ready, "the alignment", 60.0)
 
 
 def main(folder: Path, reconstruction: Path) -> None:

@@ -112,7 +112,7 @@ def test_what_fails_on_closing_is_said_and_the_rest_is_closed(
     wait(lambda: set(threading.enumerate()) <= before, "the end of the threads", 20.0)
 
 
-@pytest.mark.parametrize("part", ["files.ask_to_keep", "photo_opening.may_close"])
+@pytest.mark.parametrize("part", ["files.ask_to_save", "photo_opening.may_close"])
 def test_a_window_that_cannot_ask_does_not_close_without_a_word(
     own_folders, qtbot, known, outcrop, picks, monkeypatch, part
 ):

@@ -54,7 +54,7 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     dialog._north.setFocus()
     for _ in range(3):
         QTest.keyClick(dialog._north, Qt.Key.Key_Down)
-    assert dialog.turn().north == "grid"
+    assert dialog.north_correction().north == "grid"
     button = dialog._buttons.button(QDialogButtonBox.StandardButton.Ok)
     QTest.mouseClick(button, driver.LEFT, driver.NONE, button.rect().center())
     readings = studio.session.of(Reading)

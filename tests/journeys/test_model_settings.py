@@ -76,22 +76,22 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert shown_values(findings(window), "control.registers")["crs"] == "EPSG:32633"
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
-    assert dialog.by_control.isChecked()
+    assert dialog.control_button.isChecked()
     assert dialog.control.text() == str(sample.parent / "control.csv")
     assert dialog.points.rowCount() == 8
-    crs, _, reason = dialog._crs_words.text().partition(" ")
+    crs, _, reason = dialog._crs_message.text().partition(" ")
     assert crs == "EPSG:32633"
     assert reason == Finding("control.crs-stated", file="control.csv").message
     assert "check point" in dialog.verdict.text()
-    assert dialog.start.isEnabled()
+    assert dialog.start_button.isEnabled()
     assert "GB of free memory" in dialog.memory.text()
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
-    tick(dialog.by_gps)
+    tick(dialog.gps_button)
     settled(window)
     assert window.survey.settings.control is None
     assert "ground control" not in findings(window)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
     dialog.close()
@@ -112,20 +112,20 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     assert "control.too-few" in shown_codes(findings(window))
     assert window.survey.why_not_make() is None
     dialog = open_dialog(window)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     assert "control.no-file" in shown_codes(dialog.verdict.text())
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     retype(dialog.control, str(sample.parent / "control.csv"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "control.too-few" in shown_codes(dialog.verdict.text().replace("</b><br>", " "))
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     driver.keep_picture(dialog, "model-settings-missing")
     retype(dialog.control, str(sample.parent / "gone.csv"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "gone.csv" in dialog.verdict.text()
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     dialog.close()
 
 
@@ -134,20 +134,20 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     looked_at(window)
     dialog = open_dialog(window)
     retype(dialog.crs, "EPSG:4326")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    assert "frame.not-projected" in shown_codes(dialog._crs_words.text())
-    assert not dialog.start.isEnabled()
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    assert "frame.not-projected" in shown_codes(dialog._crs_message.text())
+    assert not dialog.start_button.isEnabled()
     retype(dialog.crs, "32612")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     said = shown_values(dialog.verdict.text(), "frame.other-crs")
     assert said["stated"] == "EPSG:32633"
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     retype(dialog.crs, "")
-    dialog.machine.fields["threads"].setFocus()
-    dialog.machine.fields["threads"].selectAll()
-    QTest.keyClicks(dialog.machine.fields["threads"], "1")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    dialog.resources.fields["threads"].setFocus()
+    dialog.resources.fields["threads"].selectAll()
+    QTest.keyClicks(dialog.resources.fields["threads"], "1")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "Depth maps and point cloud need up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
@@ -179,18 +179,18 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     dialog = open_dialog(window)
     dialog.quality.setFocus()
     QTest.keyClick(dialog.quality, Qt.Key.Key_Home)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     retype(dialog.control, str(folder / "Ground-Pts3D.xml"))
     retype(dialog.marks, str(tmp_path / "marks.xml"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert figures(dialog.verdict.text())[:2] == [6, 0]
-    assert dialog.start.isEnabled()
+    assert dialog.start_button.isEnabled()
     driver.keep_picture(dialog, "model-settings-micmac")
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
     assert window.survey.making is None, "the user did not want it there after all"
     assert dialog.isVisible()
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
     driver.wait(lambda: window.survey.making is not None, "the work")
     assert window.survey.out().is_relative_to(tmp_path / "first.vom")
     # The project is saved elsewhere while the work goes on.
@@ -263,11 +263,11 @@ def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     looked_at(window)
     settled(window)
     dialog = open_dialog(window)
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     window.survey.choose_quality("preview")
     assert dialog.quality.currentData() == "preview"
-    dialog.machine.fields["seed"].setValue(7)
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    dialog.resources.fields["seed"].setValue(7)
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     assert window.survey.settings.seed == 7
     assert window.survey.settings.quality == "preview"
     assert window.survey.settings.control == sample.parent / "control.csv"

@@ -150,11 +150,11 @@ def test_a_command_is_found_by_its_words_and_run_by_return(window, studio, qtbot
     palette = CommandPalette(window, window.actions_table)
     qtbot.addWidget(palette)
     palette.show()
-    QTest.keyClicks(palette._words, "strike")
-    assert palette.chosen == "notation_strike"
-    QTest.keyClick(palette._words, Qt.Key.Key_Return)
+    QTest.keyClicks(palette._search, "strike")
+    assert palette.selected_command == "notation_strike"
+    QTest.keyClick(palette._search, Qt.Key.Key_Return)
     assert palette.result() == 1
-    window.actions_table.run(palette.chosen)
+    window.actions_table.run(palette.selected_command)
     assert studio.settings.notation == "strike/dip"
 
 
@@ -162,20 +162,20 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     palette = CommandPalette(window, window.actions_table)
     qtbot.addWidget(palette)
     palette.show()
-    QTest.keyClicks(palette._words, "redo")
+    QTest.keyClicks(palette._search, "redo")
     assert "edit.nothing-to-redo" in shown_codes(words_of(palette)[0])
-    assert palette.chosen is None
-    palette._words.clear()
+    assert palette.selected_command is None
+    palette._search.clear()
     runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
     for _ in range(palette._list.count()):
-        assert palette.chosen in runnable
-        QTest.keyClick(palette._words, Qt.Key.Key_Down)
-    palette._words.setText("view north")
+        assert palette.selected_command in runnable
+        QTest.keyClick(palette._search, Qt.Key.Key_Down)
+    palette._search.setText("view north")
     assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking north"]
-    palette._words.setText("no such thing at all")
+    palette._search.setText("no such thing at all")
     assert words_of(palette) == []
-    QTest.keyClick(palette._words, Qt.Key.Key_Return)
-    assert palette.chosen is None
+    QTest.keyClick(palette._search, Qt.Key.Key_Return)
+    assert palette.selected_command is None
 
 
 # --- view direction --------------------------------------------------------------------------

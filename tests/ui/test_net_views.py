@@ -223,21 +223,21 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
     assert "Cone 40/20/30" in words(net)
     driver.keep_picture(window, "net-typed")
     type_in(dialog.fields["cones"], "40/20/300")
-    said = shown_values(dialog.said.text(), "angle.out-of-range")
+    said = shown_values(dialog.message.text(), "angle.out-of-range")
     assert said == {"value": "300", "minimum": "0", "maximum": "90"}
     assert len(net.wishes.circles) == 4
-    QTest.mouseClick(dialog.clear, LEFT)
+    QTest.mouseClick(dialog.clear_button, LEFT)
     assert net.wishes.circles == ()
-    assert dialog.said.text() == ""
+    assert dialog.message.text() == ""
     dialog.close()
 
 
 def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> None:
     dialog = typed(window)
-    assert not dialog.take.isEnabled()
-    assert shown_codes(dialog.take.toolTip()) == {"selection.no-plane"}
+    assert not dialog.use_plane_button.isEnabled()
+    assert shown_codes(dialog.use_plane_button.toolTip()) == {"selection.no-plane"}
     studio.selection.set(["J0"])
-    QTest.mouseClick(dialog.take, LEFT)
+    QTest.mouseClick(dialog.use_plane_button, LEFT)
     drawn(window)
     joints = next(s for s in net.artists.contents.sets if "Joint" in s.name)
     assert joints.angle_deg[joints.ids.index("J0")] < 0.1
@@ -266,7 +266,7 @@ def test_levels_that_are_typed_are_contoured_at(net, window, studio) -> None:
     assert net.artists.contents.contouring.levels == (3.0, 7.0)
     assert studio.settings.contour_levels == [3.0, 7.0]
     type_in(dialog.fields["levels"], "3, x")
-    assert "levels" in dialog.said.text()
+    assert "levels" in dialog.message.text()
     dialog.close()
 
 
@@ -302,7 +302,7 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     box.selectAll()
     QTest.keyClicks(box, "90")
     QTest.keyClick(box, Qt.Key.Key_Return)
-    QTest.mouseClick(dialog.grey, LEFT, pos=QPoint(8, dialog.grey.height() // 2))
+    QTest.mouseClick(dialog.grey_box, LEFT, pos=QPoint(8, dialog.grey_box.height() // 2))
     dialog.recolor(next(iter(dialog.colors)), "#102030")
     driver.wait(lambda: dialog.preview.pixmap().toImage() != before, "another preview")
     driver.keep_picture(dialog, "figure-style")
@@ -311,7 +311,7 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     export_net(studio, net, tmp_path / "net.svg")
     root = ElementTree.parse(tmp_path / "net.svg").getroot()
     assert float(root.attrib["width"].removesuffix("pt")) == pytest.approx(90 / 25.4 * 72)
-    QTest.mouseClick(dialog.usual, LEFT)
+    QTest.mouseClick(dialog.reset_button, LEFT)
     assert studio.settings.figure_style == {}
     dialog.close()
 

@@ -143,7 +143,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
-        from vomstudio.ui.commands import in_photos as in_photos_commands
+        from vomstudio.ui.commands import outcrop_photos as outcrop_photo_commands
         from vomstudio.ui.commands import reconstruction_results as result_commands
         from vomstudio.ui.commands import survey as survey_commands
         from vomstudio.ui.panels.photos import photo_commands
@@ -152,11 +152,11 @@ class MainWindow(QMainWindow):
         actions, opened = self.actions_table.all, self._open_photos
         asked = survey_commands.SurveyDialogs(self, studio, survey, dialogs, actions, opened)
         return [
-            *survey_commands.commands(studio, survey, asked, opened, self.files.place_for),
+            *survey_commands.commands(studio, survey, asked, opened, self.files.choose_place),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
             *self.photo_tab.commands(),
-            *in_photos_commands.commands(
+            *outcrop_photo_commands.commands(
                 studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
             ),
         ]
@@ -435,7 +435,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
+        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
