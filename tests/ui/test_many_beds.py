@@ -60,7 +60,7 @@ def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
 @pytest.mark.parametrize("many", [3, 100], ids=["in_the_thread", "at_once"])
 def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
     """Beds that all strike north to south have a horizontal axis to the north."""
-    monkeypatch.setattr(stereonet_panel, "_MANY", many)
+    monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", many)
     window._add_stereonet()
     add_cliff(studio)
     for k, dip in enumerate((-0.8, -0.4, 0.1, 0.4, 0.9)):

@@ -31,7 +31,7 @@ from vomstudio.products.net.style import PRINT
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.figure_export import NetDock, style_of, write_shown
+from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 
 _USUAL = {
     "width_mm": SIZE_MM[0],
@@ -109,7 +109,7 @@ class FigureStyleDialog(QDialog):
         # Enter ends the typing of a number, and nothing else.
         for button in (self.usual, close, *self.colors.values()):
             button.setAutoDefault(False)
-        self._show(style_of(studio))
+        self._show(load_figure_style(studio))
         self._timer.start()
 
     def _color_buttons(self) -> QWidget:
@@ -135,7 +135,7 @@ class FigureStyleDialog(QDialog):
         return row
 
     def _choose_color(self, color: str) -> None:
-        style = style_of(self._studio)
+        style = load_figure_style(self._studio)
         now = QColor(style.colors.get(color, color))
         chosen = QColorDialog.getColor(now, self, tr("Colour in figures"))
         if chosen.isValid():
@@ -143,7 +143,7 @@ class FigureStyleDialog(QDialog):
 
     def recolor(self, color: str, other: str) -> None:
         """Draw what has this colour in another one."""
-        style = style_of(self._studio)
+        style = load_figure_style(self._studio)
         kept = {k: v for k, v in style.colors.items() if k != color}
         if other.casefold() != color.casefold():
             kept[color] = other
@@ -156,7 +156,7 @@ class FigureStyleDialog(QDialog):
         }
         self._keep(
             replace(
-                style_of(self._studio),
+                load_figure_style(self._studio),
                 **values,  # type: ignore[arg-type]
                 font=str(self.font_box.currentData()),
                 grey=self.grey.isChecked(),
@@ -187,13 +187,13 @@ class FigureStyleDialog(QDialog):
 
     def _draw(self) -> None:
         """The figure as it is now."""
-        shown = self._panel.for_print()
+        shown = self._panel.print_contents()
         if isinstance(shown, NetContents) and sum(map(len, shown.sets)) > _MOST_SHOWN:
             self.preview.setText(Finding("net.no-preview", maximum=_MOST_SHOWN).message)
             return
         data = io.BytesIO()
         try:
-            write_shown(data, shown, style_of(self._studio), "png", dpi=100.0)
+            write_net_figure(data, shown, load_figure_style(self._studio), "png", dpi=100.0)
         except VomError as error:
             self.preview.setText(error.message)
             return

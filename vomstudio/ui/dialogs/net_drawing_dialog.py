@@ -31,7 +31,7 @@ from vomstudio.products.net.net_options import (
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 Made = TypeVar("Made")
 
@@ -72,16 +72,16 @@ _FIELDS = (
 class NetTypingDialog(QDialog):
     """What is typed is drawn at once; what cannot be understood is said and changes nothing."""
 
-    def __init__(self, parent: QWidget, studio: Studio, wishes: NetWishes) -> None:
+    def __init__(self, parent: QWidget, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
-        self._studio, self._wishes = studio, wishes
+        self._studio, self._view_settings = studio, view_settings
         self.setWindowTitle(tr("Draw and turn on the net"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
         example = format_plane(parse_net_plane("120/60", ""), studio.settings.notation)
         for name, title, about in _FIELDS:
-            field = QLineEdit(wishes.texts.get(name, ""))
+            field = QLineEdit(view_settings.texts.get(name, ""))
             field.setObjectName(f"net_{name}")
             field.setPlaceholderText(tr(about, plane=example))
             field.setToolTip(tr(about, plane=example))
@@ -91,7 +91,7 @@ class NetTypingDialog(QDialog):
             field.setMinimumWidth(words + 16)
             form.addRow(tr(title), field)
             self.fields[name] = field
-        self.fields["levels"].setText(", ".join(f"{v:g}" for v in wishes.levels))
+        self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
         self.take = QPushButton(tr("Untilt by the selected plane"))
         self.take.clicked.connect(self._take)
         form.addRow("", self.take)
@@ -129,9 +129,9 @@ class NetTypingDialog(QDialog):
         self.said.setText("")
         circles = (*planes, *cones, *(circle for circle, _ in slips))
         marks = tuple(mark for _, mark in slips)
-        if levels != self._wishes.levels:
-            self._wishes.contour_at(levels)
-        self._wishes.draw(texts, circles, marks, Turning(plane, *turn))
+        if levels != self._view_settings.levels:
+            self._view_settings.set_levels(levels)
+        self._view_settings.set_drawings(texts, circles, marks, Turning(plane, *turn))
 
     def _take(self) -> None:
         plane = self._selected()

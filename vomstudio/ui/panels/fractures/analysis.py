@@ -52,11 +52,14 @@ class GridCells:
 
     name: str
     corners: FloatArray
-    any: FloatArray
+    example_cell: FloatArray
 
     @property
     def plane(self) -> Plane:
-        right, up = self.any[1] - self.any[0], self.any[3] - self.any[0]
+        right, up = (
+            self.example_cell[1] - self.example_cell[0],
+            self.example_cell[3] - self.example_cell[0],
+        )
         normal = np.cross(right, up)
         return Plane.from_normal(normal / np.linalg.norm(normal))
 
@@ -69,8 +72,8 @@ class FractureQuestion:
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
-    counted_in: str
-    place: tuple[float, ...]
+    region_kind: str
+    region_numbers: tuple[float, ...]
     options: FractureOptions
     metric: bool
     north_known: bool
@@ -87,14 +90,14 @@ class FractureAnswer:
     face: Curtain
     plane: TracePlane
     lines: list[FloatArray]
-    counted: SamplingRegion
+    region: SamplingRegion
     drawing: Drawing
     mark: Mark | None
     mapped: MappedNetwork | None
     why: Finding | None = None
 
 
-def numbers_of(text: str) -> tuple[float, ...] | None:
+def parse_numbers(text: str) -> tuple[float, ...] | None:
     """Numbers between commas, semicolons or blanks; None for what is none."""
     words = text.replace(";", ",").replace(",", " ").split()
     values = [parse_number(word) for word in words]
@@ -103,32 +106,36 @@ def numbers_of(text: str) -> tuple[float, ...] | None:
     return tuple(float(v) for v in values if v is not None)
 
 
-def wanted_of(counted_in: str, place: tuple[float, ...]) -> Finding | None:
+def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:
     """Why these numbers are no place of this kind; None where they are one, or none are given."""
-    n, text = len(place), ", ".join(f"{value:g}" for value in place)
-    if counted_in in (EVERYTHING, GRID) or not n:
+    n, text = len(numbers), ", ".join(f"{value:g}" for value in numbers)
+    if region_kind in (EVERYTHING, GRID) or not n:
         return None
-    if counted_in == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
+    if region_kind == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
         return Finding("fractures.not-a-window", text=text)
-    if counted_in == CIRCLE and not (n == 3 and place[2] > 0):
+    if region_kind == CIRCLE and not (n == 3 and numbers[2] > 0):
         return Finding("fractures.not-a-circle", text=text)
-    if counted_in == SCANLINE and (n < 4 or n % 2):
+    if region_kind == SCANLINE and (n < 4 or n % 2):
         return Finding("fractures.not-a-scanline", text=text)
     return None
 
 
-def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
+def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
     """How it looks on the map."""
-    if counted_in == EVERYTHING or not place or wanted_of(counted_in, place) is not None:
+    if (
+        region_kind == EVERYTHING
+        or not numbers
+        or check_region_numbers(region_kind, numbers) is not None
+    ):
         return None
-    if counted_in == CIRCLE:
-        x, y, radius = place
+    if region_kind == CIRCLE:
+        x, y, radius = numbers
         return Mark(np.array([[x, y], [x + radius, y]]), circle=True)
-    points = np.array(place).reshape(-1, 2)
-    if counted_in == WINDOW and len(points) == 2:
+    points = np.array(numbers).reshape(-1, 2)
+    if region_kind == WINDOW and len(points) == 2:
         (x0, y0), (x1, y1) = points.tolist()
         points = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    return Mark(points, closed=counted_in == WINDOW)
+    return Mark(points, closed=region_kind == WINDOW)
 
 
 def answer(question: FractureQuestion) -> FractureAnswer:
@@ -143,48 +150,48 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     face = face_of([trace.points for trace in q.traces], plane)
     lines = map_to_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
-    placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
-    cells = _on_face(q.cells, face)
+    trace_plane = TracePlane.through(face.plane, [trace.points for trace in q.traces])
+    cells = _project_cells(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
-    place = q.place
-    if q.counted_in == WINDOW and not place:
-        place = _place_around(np.concatenate(lines), q.options.snap_m)
-    mark = mark_of(q.counted_in, place)
-    counted = SamplingRegion()
-    why = wanted_of(q.counted_in, place)
-    if q.counted_in in (CIRCLE, SCANLINE) and not place:
+    numbers = q.region_numbers
+    if q.region_kind == WINDOW and not numbers:
+        numbers = _window_around(np.concatenate(lines), q.options.snap_m)
+    mark = region_mark(q.region_kind, numbers)
+    region = SamplingRegion()
+    why = check_region_numbers(q.region_kind, numbers)
+    if q.region_kind in (CIRCLE, SCANLINE) and not numbers:
         why = Finding("fractures.no-mark")
     if q.cells is not None and not len(cells):
         why = Finding("fractures.no-cells", grid=q.cells.name)
     if why is None:
-        counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
+        region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
             mapped = map_fractures(
                 FractureOrder(None, replace(q.options, plane=exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
-                counted=counted,
+                counted=region,
                 sets=[trace.set for trace in q.traces],
             )
             if not q.north_known:
                 mapped = replace(mapped, y_axis="y")
-            return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
+            return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, mapped)
         except VomError as error:
             why = cause_of(error)
-    return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
+    return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, None, why)
 
 
-def _place_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
+def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
     """Return the corners of a window around points (n, 2) on the face.
 
     It is larger than they are, so that no trace ends on its edge, where ends count as cut off.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float((high - low).max()) + 2.0 * snap_m
-    return (*(low - margin).tolist(), *(high + margin).tolist())
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((upper - lower).max()) + 2.0 * snap_m
+    return (*(lower - margin).tolist(), *(upper + margin).tolist())
 
 
-def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
+def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
     """(n, 4, 2) corners as they lie on the face."""
     from vomstudio.products.section.trace_map import map_to_face
 
@@ -194,7 +201,7 @@ def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
     return flat.reshape(-1, 4, 2)
 
 
-def _of_cells(cells: FloatArray) -> SamplingRegion:
+def _merge_cells(cells: FloatArray) -> SamplingRegion:
     """Cells side by side are one area."""
     import shapely
 
@@ -205,7 +212,9 @@ def _of_cells(cells: FloatArray) -> SamplingRegion:
     return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
 
-def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> SamplingRegion:
+def _build_region(
+    region_kind: str, numbers: tuple[float, ...], mark: Mark | None
+) -> SamplingRegion:
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion
@@ -214,21 +223,21 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Sa
 
     if mark is None:
         return SamplingRegion()
-    if counted_in == CIRCLE:
-        x, y, radius = place
+    if region_kind == CIRCLE:
+        x, y, radius = numbers
         return SamplingRegion(circle_area(x, y, radius), circle=(x, y, radius))
-    if counted_in == WINDOW:
-        area, said = resolve_crossings(shapely.Polygon(mark.points))
-        return SamplingRegion(area, warnings=tuple(said))
+    if region_kind == WINDOW:
+        area, warnings = resolve_crossings(shapely.Polygon(mark.points))
+        return SamplingRegion(area, warnings=tuple(warnings))
     return SamplingRegion(scanlines=_shapes([mark.points]))
 
 
 def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
     import shapely
 
-    made = np.empty(len(lines), object)
-    made[:] = [shapely.LineString(line) for line in lines]
-    return made
+    shapes = np.empty(len(lines), object)
+    shapes[:] = [shapely.LineString(line) for line in lines]
+    return shapes
 
 
 def _drawing(
@@ -237,8 +246,8 @@ def _drawing(
     from vomstudio.products.ortho.vector_drawing import Drawing, Shape
     from vomstudio.products.section.writing import end_names
 
-    every = np.concatenate([*lines, cells.reshape(-1, 2)])
-    low, high = every.min(axis=0), every.max(axis=0)
+    points = np.concatenate([*lines, cells.reshape(-1, 2)])
+    low, high = points.min(axis=0), points.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)

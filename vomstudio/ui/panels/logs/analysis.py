@@ -51,37 +51,37 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     """The table that the command reads, in place of what is there. Raises TargetError."""
     file = io.StringIO()
     file.write(WORLD_COMMENT)
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(["name", "x", "y", "z", "lithology", "notes"])
-    words = result.question.words
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["name", "x", "y", "z", "lithology", "notes"])
+    descriptions = result.question.words
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
-        said = words.get(boundary.key, RockWords())
-        place = numbers_text(boundary.place).split(",")
-        out.writerow(
+        description = descriptions.get(boundary.key, RockWords())
+        coordinates = numbers_text(boundary.place).split(",")
+        writer.writerow(
             [
                 escape_formula(name),
-                *place,
-                escape_formula(said.lithology),
-                escape_formula(said.notes),
+                *coordinates,
+                escape_formula(description.lithology),
+                escape_formula(description.notes),
             ]
         )
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def words_of(result: LogAnswer, table: Path) -> Words:
+def log_command(result: LogAnswer, table: Path) -> Words:
     """The command that says the same of this table of boundaries, and draws it."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,
         bed_error_deg=result.bed95_deg or None,
         overturned=result.question.options.overturned,
     )
-    beside = table.with_name(f"{table.stem}_result")
+    result_stem = table.with_name(f"{table.stem}_result")
     return [
         "log",
         table,
         ("--bed", exact_plane(result.bed)),
         *option_words(options),
-        ("-o", beside.with_suffix(".csv")),
-        ("--plot", beside.with_suffix(".svg")),
+        ("-o", result_stem.with_suffix(".csv")),
+        ("--plot", result_stem.with_suffix(".svg")),
     ]

@@ -24,15 +24,15 @@ from vomstudio.ui.base.controls import ComboBox
 Index = QModelIndex | QPersistentModelIndex
 
 THICKNESS, LITHOLOGY, NOTES = 3, 4, 5
-_LEAST_HEIGHT = 110
-_LEAST_WORDS = 110
-_ROW = 24
+_MIN_TABLE_HEIGHT_PX = 110
+_MIN_EDITOR_WIDTH_PX = 110
+_ROW_HEIGHT_PX = 24
 
 
 class BedLogTable(QTableWidget):
     """said : something was typed of the bed with this key"""
 
-    said = Signal(str, object)
+    description_edited = Signal(str, object)
 
     def __init__(self) -> None:
         heads = (
@@ -51,7 +51,7 @@ class BedLogTable(QTableWidget):
             item.setToolTip(tip)
             self.setHorizontalHeaderItem(column, item)
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT_PX)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setTabKeyNavigation(False)
@@ -64,11 +64,11 @@ class BedLogTable(QTableWidget):
         header.sectionResized.connect(
             lambda column, *_: self._widen_notes() if column != NOTES else None
         )
-        self._rocks = _LithologyEditor(self)
-        self.setItemDelegateForColumn(LITHOLOGY, self._rocks)
-        self.setMinimumHeight(_LEAST_HEIGHT)
+        self._lithology_editor = _LithologyEditor(self)
+        self.setItemDelegateForColumn(LITHOLOGY, self._lithology_editor)
+        self.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         self._keys: list[str] = []
-        self.itemChanged.connect(self._typed)
+        self.itemChanged.connect(self._emit_description)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
@@ -77,9 +77,9 @@ class BedLogTable(QTableWidget):
     def _widen_notes(self) -> None:
         """What the others leave, and never less than the word at the top."""
         header = self.horizontalHeader()
-        others = sum(header.sectionSize(column) for column in range(NOTES))
-        least = header.sectionSizeHint(NOTES)
-        header.resizeSection(NOTES, max(self.viewport().width() - others, least))
+        used_width = sum(header.sectionSize(column) for column in range(NOTES))
+        min_width = header.sectionSizeHint(NOTES)
+        header.resizeSection(NOTES, max(self.viewport().width() - used_width, min_width))
 
     def show_unit(self, unit: str) -> None:
         """Of the thicknesses."""
@@ -95,15 +95,15 @@ class BedLogTable(QTableWidget):
         blocked = self.blockSignals(True)
         self.setRowCount(len(beds))
         self._keys = keys[::-1]
-        for row, each in enumerate(reversed(beds)):
-            thick = each.thickness_m
+        for row, bed in enumerate(reversed(beds)):
+            thickness = bed.thickness_m
             texts = (
-                str(each.number),
-                each.base,
-                each.top,
-                format_with_error(thick.value, thick.error95),
-                each.lithology,
-                each.notes,
+                str(bed.number),
+                bed.base,
+                bed.top,
+                format_with_error(thickness.value, thickness.error95),
+                bed.lithology,
+                bed.notes,
             )
             for column, text in enumerate(texts):
                 self._put(row, column, text)
@@ -124,14 +124,14 @@ class BedLogTable(QTableWidget):
         if column in (LITHOLOGY, NOTES):
             item.setToolTip(text or tr("Double click to type."))
 
-    def _typed(self, item: QTableWidgetItem) -> None:
+    def _emit_description(self, item: QTableWidgetItem) -> None:
         row = item.row()
         if item.column() in (LITHOLOGY, NOTES) and row < len(self._keys):
             rock, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
             assert rock is not None
             assert notes is not None
-            words = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
-            self.said.emit(self._keys[row], words)
+            description = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
+            self.description_edited.emit(self._keys[row], description)
 
 
 class _LithologyEditor(QStyledItemDelegate):
@@ -140,17 +140,17 @@ class _LithologyEditor(QStyledItemDelegate):
     def createEditor(  # noqa: N802
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
     ) -> QWidget:
-        box = _Rocks()
+        box = _LithologyBox()
         box.setParent(parent)
-        box.setMinimumWidth(_LEAST_WORDS)
+        box.setMinimumWidth(_MIN_EDITOR_WIDTH_PX)
         box.addItem("")
         box.addItems(lithologies.lithology_choices())
-        box.activated.connect(lambda _: self._chosen(box))
+        box.activated.connect(lambda _: self._commit_choice(box))
         return box
 
-    def _chosen(self, box: _Rocks) -> None:
+    def _commit_choice(self, box: _LithologyBox) -> None:
         """From the list; what is typed is taken over with Enter, as in every cell."""
-        if box.from_list:
+        if box.is_list_choice:
             self.commitData.emit(box)
             self.closeEditor.emit(box)
 
@@ -165,21 +165,21 @@ class _LithologyEditor(QStyledItemDelegate):
         model.setData(index, editor.currentText())
 
 
-class _Rocks(ComboBox):
+class _LithologyBox(ComboBox):
     """from_list : the list was opened, and nothing typed since"""
 
     def __init__(self) -> None:
         super().__init__()
-        self.from_list = False
+        self.is_list_choice = False
         self.setEditable(True)
         self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        typed = self.lineEdit()
-        assert typed is not None
-        typed.textEdited.connect(lambda _: self._take_note())
+        line_edit = self.lineEdit()
+        assert line_edit is not None
+        line_edit.textEdited.connect(lambda _: self._reset_choice())
 
-    def _take_note(self) -> None:
-        self.from_list = False
+    def _reset_choice(self) -> None:
+        self.is_list_choice = False
 
     def showPopup(self) -> None:  # noqa: N802
-        self.from_list = True
+        self.is_list_choice = True
         super().showPopup()

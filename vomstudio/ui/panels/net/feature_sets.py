@@ -20,34 +20,34 @@ from vomstudio.project.repeated_features import is_repeat
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name of a proposed set and the ids of its planes, set by set; those in none have the name ""."""
 
-_IN_NONE = "#8c8c8c"
+_UNASSIGNED_COLOR = "#8c8c8c"
 
 
-def alike(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
+def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
     """Features by how their kinds stand on the net, in the order of the kinds."""
-    of_class: dict[type[Typed], list[Typed]] = {}
+    features_by_class: dict[type[Typed], list[Typed]] = {}
     for feature in features:
-        of_class.setdefault(type(feature), []).append(feature)
+        features_by_class.setdefault(type(feature), []).append(feature)
     result: dict[NetAppearance, list[Typed]] = {}
     for kind in KINDS:
-        if kind.net is not None and kind.record in of_class:
-            result.setdefault(kind.net, []).extend(of_class[kind.record])
+        if kind.net is not None and kind.record in features_by_class:
+            result.setdefault(kind.net, []).extend(features_by_class[kind.record])
     return list(result.items())
 
 
-def on_the_net(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
+def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
     """The features of kinds that stand on a net; and those that do not since they repeat others."""
-    typed = records.of(Typed)
-    classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
-    shown: list[Typed] = []
+    features = records.of(Typed)
+    has_net = {type(f): kind_of(f).net is not None for f in {type(f): f for f in features}.values()}
+    originals: list[Typed] = []
     repeats: list[Typed] = []
-    for feature in typed:
-        if classes[type(feature)]:
-            (repeats if is_repeat(feature, records) else shown).append(feature)
-    return shown, repeats
+    for feature in features:
+        if has_net[type(feature)]:
+            (repeats if is_repeat(feature, records) else originals).append(feature)
+    return originals, repeats
 
 
-def sets_of(
+def build_sets(
     kind: FeatureType,
     name: str,
     features: Sequence[Typed],
@@ -60,27 +60,29 @@ def sets_of(
     out."""
     planes, lines = [], []
     for feature in features:
-        figures = measured[feature.id]
-        if (plane := figures.plane) is not None:
+        measurement = measured[feature.id]
+        if (plane := measurement.plane) is not None:
             planes.append((feature.id, plane))
-        elif (line := figures.line) is not None:
+        elif (line := measurement.line) is not None:
             lines.append((feature.id, line))
     result = []
-    rows, turned = turns
+    rows, model_turns = turns
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)
         ids = tuple(id_ for id_, _ in planes)
-        own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, own))
+        set_turns = model_turns.of([rows[id_] for id_ in ids])
+        result.append(
+            NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, set_turns)
+        )
     if lines:
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        own = turned.of([rows[id_] for id_ in ids])
+        set_turns = model_turns.of([rows[id_] for id_ in ids])
         slips = _slips([measured[id_] for id_ in ids])
         result.append(
-            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own, slips)
+            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, set_turns, slips)
         )
     return result
 
@@ -96,43 +98,43 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
     """The planes among the sets of a net that are in one of the groups, each group a set in a
     colour and symbol of its own, what is in none in grey."""
-    place = {
+    place_by_id = {
         id_: (k, row)
         for k, s in enumerate(sets)
         if s.kind == "plane"
         for row, id_ in enumerate(s.ids)
     }
-    found = []
+    result = []
     for number, (name, ids) in enumerate(groups):
-        shown = [id_ for id_ in ids if id_ in place]
-        if not shown:
+        members = [id_ for id_ in ids if id_ in place_by_id]
+        if not members:
             continue
-        where = [place[id_] for id_ in shown]
+        places = [place_by_id[id_] for id_ in members]
         title = tr("{set} (proposed)", set=name) if name else tr("in no set")
-        found.append(
+        result.append(
             NetSet(
                 title,
                 "plane",
-                np.array([sets[k].azimuth_deg[row] for k, row in where]),
-                np.array([sets[k].angle_deg[row] for k, row in where]),
-                tuple(shown),
-                color_of(number) if name else _IN_NONE,
+                np.array([sets[k].azimuth_deg[row] for k, row in places]),
+                np.array([sets[k].angle_deg[row] for k, row in places]),
+                tuple(members),
+                set_color(number) if name else _UNASSIGNED_COLOR,
                 MARKERS[number % len(MARKERS)] if name else "o",
-                turns=_turns(sets, where),
+                turns=_turns(sets, places),
             )
         )
-    return found
+    return result
 
 
-def color_of(number: int, named: bool = True) -> str:
+def set_color(number: int, has_name: bool = True) -> str:
     """#rrggbb of a proposed set, from 0; grey for what is in none."""
-    return OKABE_ITO[number % len(OKABE_ITO)] if named else _IN_NONE
+    return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
 
 
-def _turns(sets: Sequence[NetSet], where: Sequence[tuple[int, int]]) -> Turns | None:
+def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:
     """The sets of one net count their registrations alike."""
     group, rotations = [], None
-    for k, row in where:
+    for k, row in places:
         turns = sets[k].turns
         if turns is None:
             return None

@@ -35,12 +35,12 @@ from vomstudio.ui.base.number_formatting import natural
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
     Groups,
-    alike,
-    on_the_net,
+    build_sets,
+    group_by_appearance,
+    net_features,
     proposed_sets,
-    sets_of,
 )
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
@@ -54,7 +54,7 @@ _MARKERS = {
     "star": "*",
 }
 MIN_FOLD_PLANES = 3
-MOST_ERRORS = 500
+MAX_ERROR_ELLIPSES = 500
 """Ellipses of more features would be one blot."""
 
 
@@ -63,8 +63,8 @@ class NetSource:
     names : of the sets that were looked for last, hidden or not
     """
 
-    def __init__(self, studio: Studio, wishes: NetWishes) -> None:
-        self._studio, self._wishes = studio, wishes
+    def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
+        self._studio, self._view_settings = studio, view_settings
         self.groups: Groups | None = None
         self.names: list[str] = []
 
@@ -72,39 +72,47 @@ class NetSource:
         """All sets of visible features, as measured: one group for each feature type and set, and
         within it for planes, lines and compass readings."""
         studio = self._studio
-        shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
+        visible_types = {
+            kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)
+        }
         features = [
             f
-            for f in studio.session.records.cached(on_the_net)[0]
-            if shown.get(f.type_id, True) and studio.visible(f.id)
+            for f in studio.session.records.cached(net_features)[0]
+            if visible_types.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
-        turned = turns_of(models_of(studio.records, features))
-        turns = {f.id: row for row, f in enumerate(features)}, turned
+        model_turns = turns_of(models_of(studio.records, features))
+        turns = {f.id: row for row, f in enumerate(features)}, model_turns
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
-            own = groups.get(kind.id, {})
+            type_sets = groups.get(kind.id, {})
             # The same symbol for a set, whether picked or read on a compass.
-            for variant, name in enumerate(sorted(own, key=natural)):
+            for variant, name in enumerate(sorted(type_sets, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
-                for look, own_look in alike(own[name]):
-                    marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    sets += sets_of(
-                        kind, f"{title}{look.suffix}", own_look, measured, marker, turns, variant
+                for appearance, members in group_by_appearance(type_sets[name]):
+                    marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
+                    sets += build_sets(
+                        kind,
+                        f"{title}{appearance.suffix}",
+                        members,
+                        measured,
+                        marker,
+                        turns,
+                        variant,
                     )
         if self.groups is not None:
             sets = proposed_sets(sets, self.groups)
         self.names = [s.name for s in sets]
         return sets
 
-    def shown_sets(self) -> list[NetSet]:
+    def visible_sets(self) -> list[NetSet]:
         """Those of `sets` that are not hidden, turned as is wished."""
-        turning, hidden = self._wishes.turning, self._wishes.hidden
-        kept = [s for s in self.sets() if s.name not in hidden]
-        return [turning.rotate_set(s) for s in kept] if turning.turns else kept
+        turning, hidden = self._view_settings.turning, self._view_settings.hidden
+        visible = [s for s in self.sets() if s.name not in hidden]
+        return [turning.rotate_set(s) for s in visible] if turning.turns else visible
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """The planes of the fold axis, turned as is wished; None while no bedding is shown."""
@@ -113,84 +121,84 @@ class NetSource:
         records = self._studio.records
         if not any(is_bed(records.get(id_)) for s in sets for id_ in s.ids):
             return None
-        planes, turning = self._studio.fold.planes(), self._wishes.turning
+        planes, turning = self._studio.fold.planes(), self._view_settings.turning
         if not turning.turns:
             return planes
         normals = planes_to_normals(planes.azimuth_deg, planes.dip_deg)
         azimuth, dip, _ = normals_to_planes(turning.vectors(normals))
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
-    def left_out(self) -> tuple[str, ...]:
+    def repeat_notes(self) -> tuple[str, ...]:
         """How many visible features are not shown since they repeat others; nothing for none."""
         studio = self._studio
-        again = studio.session.records.cached(on_the_net)[1]
-        left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
-        return repeats_note(left)
+        repeats = studio.session.records.cached(net_features)[1]
+        count = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in repeats)
+        return repeats_note(count)
 
-    def colors_of(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
+    def type_colors(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
         """#rrggbb of these features' types in figures, by what a table calls the type."""
-        found = {}
+        types = {}
         records = self._studio.records
         for id_ in ids:
             feature = get_feature(records, id_)
             kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
             if isinstance(kind, FeatureType):
-                found[kind.id] = kind
+                types[kind.id] = kind
         # Tables write the names of types small.
         return {
             kind.name.casefold(): style.colors.get(kind.color, kind.color)
-            for kind in found.values()
+            for kind in types.values()
         }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
         """Of the sets, as is wished."""
-        wishes, weights = self._wishes, None
-        if wishes.by_length:
+        view_settings, weights = self._view_settings, None
+        if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
             measured = self._studio.measured(ids)
             weights = {id_: _length(measured[id_]) for id_ in ids}
-        found = roses_of_sets(
+        contents = roses_of_sets(
             sets,
-            wishes.view,
-            bin_deg=wishes.bin_deg,
+            view_settings.view,
+            bin_deg=view_settings.bin_deg,
             weights=weights,
             weight=tr("length") if weights is not None else None,
-            by_area=wishes.by_area,
+            by_area=view_settings.is_area_scaled,
         )
-        kind = "line" if wishes.view in LINE_ANGLES else "plane"
-        left = sum(len(s) for s in sets if s.kind == kind) - sum(
-            rose.n for rose in found.roses.values()
+        kind = "line" if view_settings.view in LINE_ANGLES else "plane"
+        skipped = sum(len(s) for s in sets if s.kind == kind) - sum(
+            rose.n for rose in contents.roses.values()
         )
-        again = self.left_out()
-        if not left:
-            return replace(found, notes=again)
-        said = (
-            tr("{count:,} without such an angle or a length are left out", count=left)
-            if wishes.by_length
-            else tr("{count:,} without such an angle are left out", count=left)
+        notes = self.repeat_notes()
+        if not skipped:
+            return replace(contents, notes=notes)
+        note = (
+            tr("{count:,} without such an angle or a length are left out", count=skipped)
+            if view_settings.is_length_weighted
+            else tr("{count:,} without such an angle are left out", count=skipped)
         )
-        return replace(found, notes=(*again, said))
+        return replace(contents, notes=(*notes, note))
 
     # --- errors ------------------------------------------------------------------------------
-    def errors(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
+    def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
         """The 95 % ellipses of all features of these sets, where they are known."""
         ids = [id_ for s in sets for id_ in s.ids]
-        if len(ids) > MOST_ERRORS:
+        if len(ids) > MAX_ERROR_ELLIPSES:
             return ()
         measured = self._studio.measured(ids)
-        found = (ellipse_of(measured[id_]) for id_ in ids)
-        return self._turned(e for e in found if e is not None)
+        ellipses = (error_ellipse(measured[id_]) for id_ in ids)
+        return self._rotate(e for e in ellipses if e is not None)
 
-    def of_current(self) -> tuple[AnyEllipse, ...]:
+    def current_ellipses(self) -> tuple[AnyEllipse, ...]:
         """The ellipse of the current plane or line, where its error is known."""
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return ()
-        found = ellipse_of(self._studio.measured([current])[current])
-        return () if found is None else self._turned([found])
+        ellipse = error_ellipse(self._studio.measured([current])[current])
+        return () if ellipse is None else self._rotate([ellipse])
 
-    def _turned(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
-        turning = self._wishes.turning
+    def _rotate(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
+        turning = self._view_settings.turning
         return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
 
     # --- what is being picked ----------------------------------------------------------------
@@ -201,30 +209,30 @@ class NetSource:
             return None
         if measured.plane is None and measured.line is None:
             return None
-        found = NetLive(measured.plane, measured.line, ellipse_of(measured))
-        turning = self._wishes.turning
-        return _turned_live(found, turning) if turning.turns else found
+        feature = NetLive(measured.plane, measured.line, error_ellipse(measured))
+        turning = self._view_settings.turning
+        return _rotate_live(feature, turning) if turning.turns else feature
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
         """The planes on which the rakes of the lines in these sets were counted, each once."""
-        turning = self._wishes.turning
-        found: dict[tuple[float, float], NetCircle] = {}
+        turning = self._view_settings.turning
+        circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
             if s.kind != "line":
                 continue
             measured = self._studio.measured(s.ids)
             for id_ in s.ids:
                 plane = measured[id_].on_plane
-                if plane is None or len(found) >= MAX_PLANES:
+                if plane is None or len(circles) >= MAX_PLANES:
                     continue
                 pole = Line.from_vector(turning.vectors(plane.normal()))
                 key = round(pole.trend_deg, 6), round(pole.plunge_deg, 6)
-                found.setdefault(key, NetCircle(pole, 90.0, "", s.color))
-        return tuple(found.values())
+                circles.setdefault(key, NetCircle(pole, 90.0, "", s.color))
+        return tuple(circles.values())
 
 
-def ellipse_of(measured: Measurement) -> AnyEllipse | None:
+def error_ellipse(measured: Measurement) -> AnyEllipse | None:
     """The 95 % ellipse of a plane's pole or of a line, where its error is known; of a straight
     trace the band of poles that it allows."""
     if measured.line is not None:
@@ -235,8 +243,8 @@ def ellipse_of(measured: Measurement) -> AnyEllipse | None:
     if fit is None or total is None or fit.error_rake_deg is None:
         return None
     plane = Plane.from_normal(fit.normal)
-    own, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
-    return NetEllipse.enlarge_to_total(plane, own, smallest, fit.error_rake_deg, total)
+    largest, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
+    return NetEllipse.enlarge_to_total(plane, largest, smallest, fit.error_rake_deg, total)
 
 
 def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
@@ -257,7 +265,7 @@ def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
     return NetLineEllipse(line, largest, smallest, axis)
 
 
-def _turned_live(live: NetLive, turning: Turning) -> NetLive:
+def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
     plane, line = live.plane, live.line
     if plane is not None:
         direction, dip, _ = normals_to_planes(turning.vectors(plane.normal()))
@@ -275,7 +283,7 @@ def _length(measured: Measurement) -> float | None:
     return None if measured.fit is None else measured.fit.extent
 
 
-def with_fold(net: NetContents, planes: FoldPlanes | None) -> NetContents:
+def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
     """The net with the fold axis of these planes; in any thread, since thousands take long."""
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net

@@ -12,13 +12,13 @@ from vomstudio.products.net.figure_options import MAX_LEVELS
 from vomstudio.products.net.net_options import Turning
 from vomstudio.ui.base.studio import Studio
 
-ASKED = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
+OVERLAYS = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
 """What can be switched on; kept in the settings."""
 BINS = (5.0, 10.0, 15.0, 30.0)
 """Offered for roses and histograms, in degrees."""
 
 
-class NetWishes(QObject):
+class NetViewSettings(QObject):
     """circles, marks : as they were typed, turning : what is done to all orientations, hidden : the
     names of sets that are not shown; these last until another project is opened.
     texts : what was typed, by the names of the fields"""
@@ -28,17 +28,17 @@ class NetWishes(QObject):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self._forget()
-        studio.project_opened.connect(self._forget)
+        self._reset()
+        studio.project_opened.connect(self._reset)
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self.texts: dict[str, str] = {}
         self.circles: tuple[NetCircle, ...] = ()
         self.marks: tuple[NetMark, ...] = ()
         self.turning = Turning()
         self.hidden: frozenset[str] = frozenset()
 
-    def typed(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
+    def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
         """The circles and marks as they are drawn: turned with all else."""
         turning = self.turning
         if not turning.turns:
@@ -48,7 +48,7 @@ class NetWishes(QObject):
         return circles, tuple(map(turning.rotate_mark, self.marks))
 
     # --- what is typed -----------------------------------------------------------------------
-    def draw(
+    def set_drawings(
         self,
         texts: dict[str, str],
         circles: tuple[NetCircle, ...],
@@ -59,8 +59,8 @@ class NetWishes(QObject):
         self.texts, self.circles, self.marks, self.turning = texts, circles, marks, turning
         self.changed.emit()
 
-    def show_set(self, name: str, shown: bool) -> None:
-        self.hidden = self.hidden - {name} if shown else self.hidden | {name}
+    def show_set(self, name: str, is_visible: bool) -> None:
+        self.hidden = self.hidden - {name} if is_visible else self.hidden | {name}
         self.changed.emit()
 
     def show_all(self) -> None:
@@ -69,12 +69,12 @@ class NetWishes(QObject):
 
     # --- what is kept ------------------------------------------------------------------------
     @property
-    def asked(self) -> frozenset[str]:
-        return frozenset(self._studio.settings.net_asked) & frozenset(ASKED)
+    def overlays(self) -> frozenset[str]:
+        return frozenset(self._studio.settings.net_asked) & frozenset(OVERLAYS)
 
-    def ask(self, name: str, on: bool) -> None:
-        wanted = self.asked | {name} if on else self.asked - {name}
-        self._studio.settings.net_asked = [each for each in ASKED if each in wanted]
+    def show_overlay(self, name: str, is_visible: bool) -> None:
+        overlays = self.overlays | {name} if is_visible else self.overlays - {name}
+        self._studio.settings.net_asked = [each for each in OVERLAYS if each in overlays]
         self._studio.keep_settings()
 
     @property
@@ -92,32 +92,38 @@ class NetWishes(QObject):
 
     @property
     def bin_deg(self) -> float:
-        wanted = self._studio.settings.rose_bin
-        return wanted if wanted in BINS else 10.0
+        bin_deg = self._studio.settings.rose_bin
+        return bin_deg if bin_deg in BINS else 10.0
 
-    def count_by(
-        self, bin_deg: float, *, by_length: bool | None = None, by_area: bool | None = None
+    def set_bins(
+        self,
+        bin_deg: float,
+        *,
+        is_length_weighted: bool | None = None,
+        is_area_scaled: bool | None = None,
     ) -> None:
         settings = self._studio.settings
         settings.rose_bin = bin_deg
-        settings.rose_by_length = settings.rose_by_length if by_length is None else by_length
-        settings.rose_by_area = settings.rose_by_area if by_area is None else by_area
+        settings.rose_by_length = (
+            settings.rose_by_length if is_length_weighted is None else is_length_weighted
+        )
+        settings.rose_by_area = settings.rose_by_area if is_area_scaled is None else is_area_scaled
         self._studio.keep_settings()
 
     @property
-    def by_length(self) -> bool:
+    def is_length_weighted(self) -> bool:
         return self._studio.settings.rose_by_length
 
     @property
-    def by_area(self) -> bool:
+    def is_area_scaled(self) -> bool:
         return self._studio.settings.rose_by_area
 
     @property
     def levels(self) -> tuple[float, ...]:
         """Of contours, ascending; empty for round ones."""
-        found = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
-        return tuple(sorted({float(v) for v in found if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
+        levels = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
+        return tuple(sorted({float(v) for v in levels if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 
-    def contour_at(self, levels: tuple[float, ...]) -> None:
+    def set_levels(self, levels: tuple[float, ...]) -> None:
         self._studio.settings.contour_levels = list(levels)
         self._studio.keep_settings()

@@ -46,7 +46,7 @@ class SectionQuestion:
 class SectionAnswer:
     question: SectionQuestion
     cut: Cut
-    flats: tuple[ProjectedItem, ...]
+    projected_items: tuple[ProjectedItem, ...]
     figures: SectionFigures
     drawing: Drawing
     warnings: tuple[Finding, ...] = ()
@@ -67,21 +67,25 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         isinstance(record, Feature) for record in q.records.values()
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
-    parted = q.features.along == DOMAINS and bool(items)
-    directions = assign_domain_axes(items, "domains") if parted else Directions(q.along)
-    grazing = directions.check(q.curtain)
-    flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
-    figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
+    has_domains = q.features.along == DOMAINS and bool(items)
+    directions = assign_domain_axes(items, "domains") if has_domains else Directions(q.along)
+    direction_warnings = directions.check(q.curtain)
+    projected_items, left_out = writing.project_items(
+        items, q.curtain, directions, q.features.within_m
+    )
+    figures = writing.figures_of(cut, q.curtain, projected_items, left_out, directions)
     drawing = writing.section_drawing(
         cut,
         q.curtain,
-        flats,
+        projected_items,
         metric=q.metric,
         north_known=q.north_known,
         model=str(q.path),
         figures=figures,
     )
-    return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
+    return SectionAnswer(
+        q, cut, projected_items, figures, drawing, direction_warnings if projected_items else ()
+    )
 
 
 def write(result: SectionAnswer, path: Path) -> None:
@@ -94,7 +98,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         result.cut,
         q.curtain,
         result.figures,
-        result.flats,
+        result.projected_items,
         crs=q.crs,
         model=str(q.path),
         metric=q.metric,
@@ -103,7 +107,7 @@ def write(result: SectionAnswer, path: Path) -> None:
     )
 
 
-def curtain_of(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
+def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
     """By a plane through a point (3,), or along a line (n, 2 or more)."""
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane

@@ -57,13 +57,13 @@ class ElevationPanel(QWidget):
         self._studio = studio
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
-        self.made: WrittenElevation | None = None
+        self.result: WrittenElevation | None = None
         self.model = ModelBox(studio)
         self.model.setObjectName("elevation_model")
         self.plane = PlaneField(studio, "elevation_plane", tr("horizontal"), view)
         self.plane.changed.connect(self._check)
         self.grid = OptionFields(DemOptions, "elevation")
-        self.also = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
+        self.file_options = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
         follow_axes(studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
         self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
@@ -71,22 +71,22 @@ class ElevationPanel(QWidget):
         self.copy = CopyCommandButton(
             self.copy_command, tr("the command that makes the same elevation model")
         )
-        self.said = hint_label()
-        self.said.setObjectName("elevation_said")
+        self.message = hint_label()
+        self.message.setObjectName("elevation_said")
         self.figures = hint_label()
         self.figures.setObjectName("elevation_figures")
-        self.pointed = hint_label()
+        self.cursor_label = hint_label()
         self.picture = ElevationView()
-        self.picture.pointed.connect(self.pointed.setText)
+        self.picture.cursor_text_changed.connect(self.cursor_label.setText)
         self._arrange()
-        self.model.currentIndexChanged.connect(self._model_chosen)
-        for fields in (self.grid, self.also):
+        self.model.currentIndexChanged.connect(self._follow_model)
+        for fields in (self.grid, self.file_options):
             fields.changed.connect(self._check)
         self.target.textChanged.connect(self._check)
         for signal in (studio.project_opened, studio.edited, studio.model_loaded):
             signal.connect(self.refresh)
-        studio.project_opened.connect(self._forget)
-        studio.jobs_changed.connect(self._progress)
+        studio.project_opened.connect(self._reset)
+        studio.jobs_changed.connect(self._show_progress)
         studio.jobs.closed.connect(self._background.stop)
         # A model may be open already.
         self.refresh()
@@ -96,12 +96,14 @@ class ElevationPanel(QWidget):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.plane)
         self.grid.add_rows(form)
-        self.also.add_rows(form)
-        boxes = button_row(*(self.also.fields[name] for name in ("hillshade", "slope", "aspect")))
+        self.file_options.add_rows(form)
+        boxes = button_row(
+            *(self.file_options.fields[name] for name in ("hillshade", "slope", "aspect"))
+        )
         form.addRow(tr("Also"), boxes)
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)
-        lines = (self.said, self.figures, self.pointed)
+        lines = (self.message, self.figures, self.cursor_label)
         FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
 
     # --- what is asked -----------------------------------------------------------------------
@@ -109,9 +111,9 @@ class ElevationPanel(QWidget):
         """The models that there are."""
         if self._studio.has_project:
             self.model.list_models()
-        self._model_chosen()
+        self._follow_model()
 
-    def _model_chosen(self, *_: object) -> None:
+    def _follow_model(self, *_: object) -> None:
         model = self.model.chosen_model()
         cloud = model is not None and self._is_cloud(model)
         allow(self.grid.fields["limit_m"], None if cloud else Finding("action.clouds-only"))
@@ -128,7 +130,7 @@ class ElevationPanel(QWidget):
         return isinstance(self._studio.models[model.id].data, PointCloud)
 
     def _show_axes(self, axes: Axes) -> None:
-        for fields in (self.grid, self.also):
+        for fields in (self.grid, self.file_options):
             fields.show_unit(unit_of(axes))
 
     def why_not(self) -> Finding | None:
@@ -152,8 +154,8 @@ class ElevationPanel(QWidget):
         self.start.setText(tr("Stop") if busy else tr("Make"))
         allow(self.start, None if busy else why)
         self.copy.allow(why)
-        if not busy and self.made is None:
-            self.said.setText("" if why is None else tr("Not now: {reason}", reason=why))
+        if not busy and self.result is None:
+            self.message.setText("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
@@ -165,7 +167,7 @@ class ElevationPanel(QWidget):
             self.target.setText(name)
             self.target.setModified(True)
 
-    def order(self) -> ElevationRequest | None:
+    def build_request(self) -> ElevationRequest | None:
         """None where it cannot be made."""
         model = self.model.chosen_model()
         if model is None or self.why_not() is not None:
@@ -173,9 +175,9 @@ class ElevationPanel(QWidget):
         path = self._studio.project.find_model(model)
         assert path is not None
         plane = self.plane.plane()
-        others: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
+        overrides: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
         if not self.grid.fields["limit_m"].isEnabled():
-            others["limit_m"] = None
+            overrides["limit_m"] = None
         frame = model.frame
         return ElevationRequest(
             path,
@@ -184,8 +186,8 @@ class ElevationPanel(QWidget):
             world_crs(frame.crs, frame.unit_m),
             frame.has_metres,
             frame.has_north,
-            self.grid.options(**others),
-            self.also.options(),
+            self.grid.options(**overrides),
+            self.file_options.options(),
             Path(self.target.text()).expanduser(),
         )
 
@@ -194,56 +196,58 @@ class ElevationPanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        asked, model = self.order(), self.model.chosen_model()
-        if asked is None or model is None:
+        request, model = self.build_request(), self.model.chosen_model()
+        if request is None or model is None:
             return
         from vomstudio.products.elevation.writing import elevation_outputs
 
-        there = [p.name for p in elevation_outputs(asked.out, asked.files).values() if p.exists()]
-        if there and not may_replace(self, there):
+        existing = [
+            p.name for p in elevation_outputs(request.out, request.files).values() if p.exists()
+        ]
+        if existing and not may_replace(self, existing):
             return
-        self.made = None
+        self.result = None
         self.figures.setText("")
         self._job = self._studio.jobs.submit(
             ELEVATION,
-            asked,
-            title=tr("Elevation model {file}", file=asked.out.name),
-            on_done=self._background.guard(partial(self._came, model.frame.has_metres)),
-            on_failed=self._background.guard(self._failed),
+            request,
+            title=tr("Elevation model {file}", file=request.out.name),
+            on_done=self._background.guard(partial(self._show_result, model.frame.has_metres)),
+            on_failed=self._background.guard(self._show_failure),
         )
         self._check()
 
-    def _progress(self) -> None:
+    def _show_progress(self) -> None:
         if self._job is not None and not self._job.outcome:
-            self.said.setText(self._job.status())
+            self.message.setText(self._job.status())
 
-    def _came(self, metric: bool, made: WrittenElevation) -> None:
-        self._job, self.made = None, made
+    def _show_result(self, metric: bool, result: WrittenElevation) -> None:
+        self._job, self.result = None, result
         unit = "m" if metric else tr("units")
-        self.figures.setText(result_text(made, self._studio.settings.notation, unit))
-        written = Finding("export.written", file=made.raster)
-        self.said.setText("\n".join(map(str, (written, *made.warnings))))
+        self.figures.setText(result_text(result, self._studio.settings.notation, unit))
+        written = Finding("export.written", file=result.raster)
+        self.message.setText("\n".join(map(str, (written, *result.warnings))))
         self._studio.info(written)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
-            lambda: read_picture(Path(made.raster)),
+            lambda: read_picture(Path(result.raster)),
             lambda picture: self.picture.show_picture(picture, metric=metric),
-            lambda error: self.said.setText(error.message),
+            lambda error: self.message.setText(error.message),
         )
         self._check()
 
-    def _failed(self, event: Failed) -> None:
+    def _show_failure(self, event: Failed) -> None:
         self._job = None
         self._check()
-        self.said.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
+        self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         """Another project."""
-        self.made = None
+        self.result = None
         self.figures.setText("")
         self.picture.show_picture(None)
-        for fields in (self.grid, self.also):
+        for fields in (self.grid, self.file_options):
             fields.reset()
         self.target.clear()
         self.target.setModified(False)
@@ -252,17 +256,17 @@ class ElevationPanel(QWidget):
     # --- the command -------------------------------------------------------------------------
     def copy_command(self) -> None:
         """Put the command that makes the same on the clipboard."""
-        words = self.words()
-        if words is not None:
-            copy_command(self._studio, words)
+        command = self.command()
+        if command is not None:
+            copy_command(self._studio, command)
 
-    def words(self) -> Words | None:
-        asked, model = self.order(), self.model.chosen_model()
+    def command(self) -> Words | None:
+        request, model = self.build_request(), self.model.chosen_model()
         place = None if model is None else model_words(self._studio, model)
-        if asked is None or place is None:
+        if request is None or place is None:
             return None
-        options = [*option_words(asked.options), *option_words(asked.files)]
-        return ["dem", *place, ("-o", asked.out), *options, "--force"]
+        options = [*option_words(request.options), *option_words(request.files)]
+        return ["dem", *place, ("-o", request.out), *options, "--force"]
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:

@@ -34,7 +34,7 @@ class SlopeAnswer:
 
     question: SlopeQuestion
     table: OrientationRows
-    found: TableSlope
+    analysis: TableSlope
     critical: Mapping[str, tuple[CriticalPlane, ...]]
 
 
@@ -44,8 +44,8 @@ def answer(question: SlopeQuestion) -> SlopeAnswer:
     from vomstudio.project.exports.feature_table import feature_table
 
     table = feature_table(question.records, question.features, question.measured)
-    found = table_slope(table, question.face)
-    return SlopeAnswer(question, table, found, critical_planes(table, question.face, found))
+    analysis = table_slope(table, question.face)
+    return SlopeAnswer(question, table, analysis, critical_planes(table, question.face, analysis))
 
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:
@@ -56,11 +56,11 @@ def write_figure(result: SlopeAnswer, path: Path) -> None:
     format_ = path.suffix.lower().removeprefix(".")
     with atomic_write(path, True) as temporary:
         write_slope_figure(
-            temporary, result.table, result.question.face, result.found, format=format_
+            temporary, result.table, result.question.face, result.analysis, format=format_
         )
 
 
-def words_of(face: SlopeFace, table: Path) -> Words:
+def slope_command(face: SlopeFace, table: Path) -> Words:
     """The command that says the same of this table."""
     plane = face.plane
     return [

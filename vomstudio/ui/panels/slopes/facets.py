@@ -46,7 +46,7 @@ _MODES = (
     ),
 )
 """Name, as the head of a column, and with what is counted."""
-_LEAST_HEIGHT = 110
+_MIN_TABLE_HEIGHT_PX = 110
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class FacetsQuestion:
     records: Mapping[str, Record]
     features: Sequence[Feature]
     measured: Mapping[str, Measurement]
-    found: Proposals
+    proposals: Proposals
     rows: Sequence[int]
     data: Mesh | PointCloud
     to_world: Matrix
@@ -68,7 +68,7 @@ class FacetsQuestion:
 class FacetsAnswer:
     question: FacetsQuestion
     faces: Sequence[FacetFace]
-    found: FacetSlopes
+    analysis: FacetSlopes
 
 
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
@@ -79,16 +79,16 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
 
     q = question
     # The height over the level, by a model's own coordinates; its scale counts for nothing.
-    over = find_overhangs(q.data, q.found.label.astype(int), q.to_world[2][:3])
+    overhangs = find_overhangs(q.data, q.proposals.label.astype(int), q.to_world[2][:3])
     faces = []
     for row in q.rows:
-        measured = q.found.measured[row]
+        measured = q.proposals.measured[row]
         if measured.plane is not None:
-            area = measured.area_m2 or q.found.exposed_area_of(row)
-            faces.append(FacetFace(str(row), measured.plane, area, over.get(str(row))))
+            area = measured.area_m2 or q.proposals.exposed_area_of(row)
+            faces.append(FacetFace(str(row), measured.plane, area, overhangs.get(str(row))))
     table = feature_table(q.records, q.features, q.measured)
-    found = facet_slopes(table, faces, q.options)
-    return FacetsAnswer(q, faces, found)
+    analysis = facet_slopes(table, faces, q.options)
+    return FacetsAnswer(q, faces, analysis)
 
 
 def facets_file(planes: Path) -> Path:
@@ -96,7 +96,7 @@ def facets_file(planes: Path) -> Path:
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_words(result: FacetsAnswer, planes: Path) -> Words:
+def facets_command(result: FacetsAnswer, planes: Path) -> Words:
     """The command that says the same of these tables."""
     q = result.question
     return [
@@ -113,7 +113,7 @@ class FacetSlopesView(QWidget):
     place of the facet in the chosen row, among those that were found"""
 
     painted = Signal(str)
-    pointed_at = Signal(int)
+    facet_selected = Signal(int)
     unpainted = Signal()
 
     def __init__(self) -> None:
@@ -124,10 +124,10 @@ class FacetSlopesView(QWidget):
         for name, _, title in _MODES:
             self.mode.addItem(tr(title), name)
         self.mode.keep_narrow()
-        self.mode.activated.connect(lambda _: self.painted.emit(self.chosen))
-        self.off = QPushButton(theme.icon("image-outline"), "")
-        self.off.setToolTip(tr("The outcrop as it was before."))
-        self.off.clicked.connect(lambda _=False: self.unpainted.emit())
+        self.mode.activated.connect(lambda _: self.painted.emit(self.current_mode))
+        self.reset_button = QPushButton(theme.icon("image-outline"), "")
+        self.reset_button.setToolTip(tr("The outcrop as it was before."))
+        self.reset_button.clicked.connect(lambda _=False: self.unpainted.emit())
         self.table = NumberTable(
             (
                 Column("#", lambda v: f"{v}", tr("1 is the largest facet.")),
@@ -143,11 +143,11 @@ class FacetSlopesView(QWidget):
         )
         self.table.setObjectName("slope_facets")
         self.table.setAccessibleName(tr("Facets as slopes"))
-        self.table.setMinimumHeight(_LEAST_HEIGHT)
-        self.table.selectionModel().selectionChanged.connect(lambda *_: self._row_chosen())
+        self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._emit_selected_facet())
         row = QHBoxLayout()
         row.addWidget(self.mode, 1)
-        row.addWidget(self.off)
+        row.addWidget(self.reset_button)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(3)
@@ -155,39 +155,39 @@ class FacetSlopesView(QWidget):
         column.addWidget(self.table, 1)
 
     @property
-    def chosen(self) -> str:
+    def current_mode(self) -> str:
         """The mode that is painted."""
         return str(self.mode.currentData())
 
-    def _row_chosen(self) -> None:
+    def _emit_selected_facet(self) -> None:
         for index in self.table.selectionModel().selectedRows():
-            self.pointed_at.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
+            self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
     def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
         """look : what the outcrop shows where it is not painted"""
-        self.off.setText(look)
+        self.reset_button.setText(look)
         rows = []
-        for each in () if result is None else result.found.facets:
+        for each in () if result is None else result.analysis.facets:
             plane = Plane(each.face.dip_direction_deg, each.face.dip_deg)
-            said = format_plane(plane, notation, 0, bare=True)
+            attitude = format_plane(plane, notation, 0, bare=True)
             shares = [getattr(each, name).share for name, _, _ in _MODES]
             why = tr("It overhangs, and is taken as a vertical face.") if each.overhangs else ""
-            rows.append(((int(each.id) + 1, said, *shares, each.area_m2), why))
+            rows.append(((int(each.id) + 1, attitude, *shares, each.area_m2), why))
         self.table.fill(rows)
-        for widget in (self.mode, self.off):
+        for widget in (self.mode, self.reset_button):
             allow(widget, None if rows else Finding("action.no-result"))
 
 
-def shares_of(result: FacetsAnswer, mode: str) -> dict[int, float]:
+def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
     """By the place of the facet among those that were found."""
-    shares = [getattr(each, mode).share for each in result.found.facets]
-    ids = [int(each.id) for each in result.found.facets]
+    shares = [getattr(each, mode).share for each in result.analysis.facets]
+    ids = [int(each.id) for each in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 
-def show_facet(studio: Studio, found: Proposals, row: int) -> None:
+def show_facet(studio: Studio, proposals: Proposals, row: int) -> None:
     """It stands out on the outcrop, where its model is open."""
-    model, opened = studio.records.get(found.model_id), studio.models.get(found.model_id)
-    if isinstance(model, Model) and opened is not None:
-        area = patch_area(found.patches[row], model, opened.surface)
+    model, loaded = studio.records.get(proposals.model_id), studio.models.get(proposals.model_id)
+    if isinstance(model, Model) and loaded is not None:
+        area = patch_area(proposals.patches[row], model, loaded.surface)
         studio.preview.emit(Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area))

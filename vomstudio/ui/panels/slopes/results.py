@@ -48,21 +48,21 @@ _HEADS = (
 )
 _LIST_HEIGHT = 90
 _LIST_WIDTH = 145
-_NO_LIMIT = 16_777_215
-_BESIDE_FROM = 440
+_MAX_WIDGET_WIDTH_PX = 16_777_215
+_MIN_SIDE_BY_SIDE_PX = 440
 """Where it is wider, the planes are listed beside the table, else below it."""
 
 
 class SlopeResults(QWidget):
     """chosen : the ids of the planes that were clicked, to be selected"""
 
-    chosen = Signal(object)
+    planes_clicked = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
         self._answer: SlopeAnswer | None = None
         self.table = _mode_table()
-        self.table.itemSelectionChanged.connect(self._list)
+        self.table.itemSelectionChanged.connect(self._list_planes)
         self.heading = Label()
         self.heading.setWordWrap(True)
         self.planes = QListWidget()
@@ -71,7 +71,7 @@ class SlopeResults(QWidget):
         self.planes.setMinimumHeight(_LIST_HEIGHT)
         self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.planes.itemSelectionChanged.connect(self._clicked)
+        self.planes.itemSelectionChanged.connect(self._emit_clicked)
         self._sides = QHBoxLayout()
         self._sides.setSpacing(4)
         self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
@@ -85,10 +85,10 @@ class SlopeResults(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        beside = self.width() >= _BESIDE_FROM
-        ways = QBoxLayout.Direction
-        self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
-        self.planes.setMaximumWidth(_LIST_WIDTH if beside else _NO_LIMIT)
+        is_wide = self.width() >= _MIN_SIDE_BY_SIDE_PX
+        direction = QBoxLayout.Direction
+        self._sides.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
+        self.planes.setMaximumWidth(_LIST_WIDTH if is_wide else _MAX_WIDGET_WIDTH_PX)
 
     @property
     def mode(self) -> str:
@@ -108,28 +108,28 @@ class SlopeResults(QWidget):
                 item = self.table.item(row, column)
                 assert item is not None
                 item.setText(text)
-        self._list()
+        self._list_planes()
 
     def mark(self, ids: tuple[str, ...]) -> None:
         """These are selected elsewhere."""
-        wanted = set(ids)
+        selected_ids = set(ids)
         with QSignalBlocker(self.planes):
             for row in range(self.planes.count()):
                 item = self.planes.item(row)
-                inside = item.data(Qt.ItemDataRole.UserRole) in wanted
-                if inside != item.isSelected():
-                    item.setSelected(inside)
+                is_selected = item.data(Qt.ItemDataRole.UserRole) in selected_ids
+                if is_selected != item.isSelected():
+                    item.setSelected(is_selected)
 
     def _critical(self) -> tuple[CriticalPlane, ...]:
         return () if self._answer is None else self._answer.critical[self.mode]
 
-    def _list(self) -> None:
+    def _list_planes(self) -> None:
         """The critical planes of the chosen mode."""
         critical = self._critical()
         with QSignalBlocker(self.planes):
             self.planes.clear()
             for each in critical:
-                item = QListWidgetItem(self._said(each))
+                item = QListWidgetItem(self._plane_text(each))
                 item.setToolTip(item.text())
                 item.setData(Qt.ItemDataRole.UserRole, each.id)
                 self.planes.addItem(item)
@@ -138,11 +138,11 @@ class SlopeResults(QWidget):
         self.heading.setText(self._heading(len(critical)))
 
     def _heading(self, count: int) -> str:
-        _, title, of_planes = next(each for each in _MODES if each[0] == self.mode)
+        _, title, counts_planes = next(each for each in _MODES if each[0] == self.mode)
         mode = tr(title).removeprefix("– ")
         if not count:
             return tr("{mode}: no plane is critical.", mode=mode)
-        if of_planes:
+        if counts_planes:
             return tr_n(
                 "{mode}: {count:,} critical plane. A click selects it.",
                 "{mode}: {count:,} critical planes. A click selects one.",
@@ -155,16 +155,18 @@ class SlopeResults(QWidget):
             mode=mode,
         )
 
-    def _said(self, critical: CriticalPlane) -> str:
+    def _plane_text(self, critical: CriticalPlane) -> str:
         assert self._answer is not None
         question = self._answer.question
         feature = question.records[critical.id]
         measured = question.measured[critical.id]
-        said = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
-        return said if critical.intersections is None else f"{said}  ({critical.intersections:,})"
+        text = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
+        return text if critical.intersections is None else f"{text}  ({critical.intersections:,})"
 
-    def _clicked(self) -> None:
-        self.chosen.emit([i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()])
+    def _emit_clicked(self) -> None:
+        self.planes_clicked.emit(
+            [i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()]
+        )
 
 
 def _mode_table() -> QTableWidget:
@@ -192,20 +194,20 @@ def _mode_table() -> QTableWidget:
     header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
     table.setCurrentCell(0, 0)
-    high = header.sizeHint().height() + len(_MODES) * row_height + 2 * table.frameWidth()
-    table.setFixedHeight(high)
+    height = header.sizeHint().height() + len(_MODES) * row_height + 2 * table.frameWidth()
+    table.setFixedHeight(height)
     table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     return table
 
 
 def _mode(result: SlopeAnswer, name: str) -> Mode:
-    found = result.found
+    analysis = result.analysis
     modes: Mapping[str, Mode] = {
-        "planar": found.planar,
-        "wedge": found.wedge,
-        "flexural_toppling": found.flexural_toppling,
-        "direct_toppling": found.direct_toppling,
-        "bases": found.direct_toppling.bases,
+        "planar": analysis.planar,
+        "wedge": analysis.wedge,
+        "flexural_toppling": analysis.flexural_toppling,
+        "direct_toppling": analysis.direct_toppling,
+        "bases": analysis.direct_toppling.bases,
     }
     return modes[name]
 
