@@ -1,4 +1,4 @@
-"""The widget that shows the net of the dock."""
+"""Widget that draws the net, and its rendering with Matplotlib."""
 
 from __future__ import annotations
 
@@ -34,8 +34,17 @@ DPI = 100.0
 
 @dataclass(frozen=True, eq=False)
 class NetRequest:
-    """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one;
-    beds : whose fold axis is still to be found, None for none"""
+    """Request to draw a net.
+
+    Attributes
+    ----------
+    size : (int, int)
+        Width and height in logical pixels.
+    ratio : float
+        Device pixels per logical pixel.
+    fold_planes : FoldPlanes or None
+        Planes whose fold axis is computed while drawing; None for no fold axis.
+    """
 
     contents: NetContents
     style: NetStyle
@@ -46,8 +55,10 @@ class NetRequest:
 
 @dataclass(eq=False)
 class DrawnNet:
-    """A net with its pixels, over which the emphasis is drawn, and over that the words: a great
-    circle that stands out would cross out the name of the fold axis."""
+    """Rendered net in three layers: background, emphasis of the selection and labels.
+
+    Labels are drawn last, so that an emphasised great circle does not cover them.
+    """
 
     artists: NetArtists
     ratio: float
@@ -62,7 +73,7 @@ class DrawnNet:
             text.set_animated(True)
         self._canvas.draw()
         self._background = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
-        # Words take most of the time of a net, and stay the same.
+        # Labels take most of the drawing time and do not change with the selection.
         self._canvas.get_renderer().clear()
         for text in labels:
             self.artists.axes.draw_artist(text)
@@ -70,7 +81,7 @@ class DrawnNet:
 
     @classmethod
     def draw(cls, request: NetRequest) -> DrawnNet:
-        """Draw it, without its emphasis: in any thread."""
+        """Draw a net without its emphasis. Runs in any thread."""
         figure, canvas = _empty_figure(request)
         contents = add_fold_axis(request.contents, request.fold_planes)
         return cls(draw_stereonet(figure, contents, request.style), request.ratio, canvas)
@@ -80,7 +91,7 @@ class DrawnNet:
             artist.set_animated(True)
 
     def image(self) -> QImage:
-        """The net with its emphasis."""
+        """Return the image of the net with its emphasis."""
         self._exclude_emphasis()
         self._canvas.restore_region(self._background)
         for artist in self.artists.emphasis:
@@ -94,7 +105,7 @@ class DrawnNet:
 
 @dataclass(eq=False)
 class DrawnRoses:
-    """Roses or histograms with their pixels."""
+    """Rendered roses or histograms."""
 
     artists: RoseArtists
     ratio: float
@@ -102,7 +113,7 @@ class DrawnRoses:
 
     @classmethod
     def draw(cls, contents: RoseContents, request: NetRequest) -> DrawnRoses:
-        """wanted : its style and size"""
+        """Draw roses or histograms in the style and size of a request."""
         figure, canvas = _empty_figure(request)
         artists = draw_roses(figure, contents, request.style)
         canvas.draw()
@@ -123,16 +134,16 @@ def _image_of(canvas: Any, ratio: float) -> QImage:
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]
     view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
-    # A copy: the pixels are drawn over with the next selection.
+    # Copied because the canvas reuses its buffer for the next selection.
     image = view.copy()
     image.setDevicePixelRatio(ratio)
     return image
 
 
 class NetCanvas(QWidget):
-    """Shows the net, and the lasso over it.
+    """Widget that shows the net, the roses or a message, and the lasso.
 
-    Places are those of Matplotlib: device pixels from the bottom left corner.
+    Mouse signals carry Matplotlib positions: device pixels from the bottom left corner.
     """
 
     mouse_pressed = Signal(QMouseEvent, float, float)
@@ -150,12 +161,12 @@ class NetCanvas(QWidget):
         self.setMouseTracking(True)
 
     def show_net(self, net: DrawnNet | DrawnRoses) -> None:
-        """This net from now on, or this one with another emphasis."""
+        """Show a net or roses with the current emphasis."""
         self._image, self._message = net.image(), ""
         self.update()
 
     def show_message(self, text: str) -> None:
-        """Why there is nothing to be seen."""
+        """Show a message in place of the net."""
         self._image, self._message = None, text
         self.update()
 
@@ -179,7 +190,7 @@ class NetCanvas(QWidget):
         self.painted.emit()
 
     def _image_rect(self, image: QImage) -> QRectF:
-        """Of the picture in the widget: until a net of the new size is drawn it keeps its shape."""
+        """Return the rectangle of the image, which keeps its aspect ratio until the next redraw."""
         width, height = image.deviceIndependentSize().toTuple()
         if abs(width - self.width()) < 1.0 and abs(height - self.height()) < 1.0:
             return QRectF(0.0, 0.0, width, height)
@@ -187,7 +198,7 @@ class NetCanvas(QWidget):
         width, height = scale * width, scale * height
         return QRectF((self.width() - width) / 2.0, (self.height() - height) / 2.0, width, height)
 
-    # --- Qt's names --------------------------------------------------------------------------
+    # --- mouse -------------------------------------------------------------------------------
     def _pixel_position(self, event: QMouseEvent) -> tuple[float, float]:
         ratio, position = self.devicePixelRatioF(), event.position()
         return position.x() * ratio, (self.height() - position.y()) * ratio

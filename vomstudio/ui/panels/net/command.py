@@ -1,4 +1,4 @@
-"""What the net shows, as the words of the command that draws it."""
+"""Command line that draws the current net or roses."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ def net_command(
     colors: Mapping[str, str],
     fold: FoldFilter | None = None,
 ) -> Words:
-    """Return the command of the net, or of the roses in its place.
+    """Return the command that draws the net, or the roses if those are shown.
 
     Parameters
     ----------
     table : Path
         File with the shown features.
     notation : str
-        Notation in which planes were typed.
+        Notation of the typed planes.
     style, colors
-        Style of figures, and the colours of kinds by their names.
+        Style of figures, and the colours of feature types by name.
     fold : FoldFilter, optional
         Planes of the fold axis; None if it is not shown.
     """
@@ -82,7 +82,7 @@ def _net_options(
     notation: str,
     fold: FoldFilter | None,
 ) -> StereonetOptions:
-    """Return the options of the net; typed planes by their dip direction."""
+    """Return the options of the net; typed planes are converted to dip direction and dip."""
 
     def texts(name: str) -> tuple[str, ...]:
         parts = view_settings.texts.get(name, "").split(";")

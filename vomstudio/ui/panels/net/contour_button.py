@@ -1,4 +1,4 @@
-"""The button of the net whose menu chooses contours of density."""
+"""Button with the menu of density contours."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _METHODS = {
 
 
 _SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
-"""Offered in the menu: the larger, the smoother."""
+"""Choices of the menu; a larger value smooths more."""
 
 
 class ContourButton(QToolButton):
-    """Keeps what is chosen in the settings, which tell the net."""
+    """Button that selects the contouring method and stores it in the settings."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class ContourButton(QToolButton):
 
     @property
     def method(self) -> str | None:
-        """One of `density.DENSITY_METHODS`; None without contours."""
+        """Return one of `density.DENSITY_METHODS`, or None without contours."""
         name = self._studio.settings.contour
         return name if name in DENSITY_METHODS else None
 
@@ -85,7 +85,7 @@ class ContourButton(QToolButton):
         )
 
     def nextCheckState(self) -> None:  # noqa: N802
-        """Qt's name. The space bar opens the menu as a click does: what is chosen there decides."""
+        """Open the menu; the check state follows the contouring method."""
         self.showMenu()
 
     def _store_method(self, method: str | None) -> None:
@@ -114,5 +114,5 @@ class ContourButton(QToolButton):
         self.smoothness.menuAction().setToolTip(
             "" if is_smoothed else tr("Not now: {reason}", reason=Finding("action.not-smoothed"))
         )
-        # It looks pressed while there are contours.
+        # The button looks pressed while contours are drawn.
         self.setChecked(self.method is not None)

@@ -1,4 +1,4 @@
-"""The features of a project as the sets of a net, and by what belongs together."""
+"""Sets of the net from the features of a project, or from proposed groups."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.repeated_features import is_repeat
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
-"""Name of a proposed set and the ids of its planes, set by set; those in none have the name ""."""
+"""Name and plane ids of each proposed set; planes without a set have the name ""."""
 
 _UNASSIGNED_COLOR = "#8c8c8c"
 
 
 def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
-    """Features by how their kinds stand on the net, in the order of the kinds."""
+    """Group features by the appearance of their kind on the net, in the order of the kinds."""
     features_by_class: dict[type[Typed], list[Typed]] = {}
     for feature in features:
         features_by_class.setdefault(type(feature), []).append(feature)
@@ -36,7 +36,7 @@ def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, 
 
 
 def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
-    """The features of kinds that stand on a net; and those that do not since they repeat others."""
+    """Return the features that the net shows, and the repeated picks that it leaves out."""
     features = records.of(Typed)
     has_net = {type(f): kind_of(f).net is not None for f in {type(f): f for f in features}.values()}
     originals: list[Typed] = []
@@ -56,8 +56,10 @@ def build_sets(
     turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
 ) -> list[NetSet]:
-    """The planes and the lines among features, each as a set; those without orientation are left
-    out."""
+    """Return one set of the planes and one of the lines among features.
+
+    Features without an orientation are left out.
+    """
     planes, lines = [], []
     for feature in features:
         measurement = measured[feature.id]
@@ -88,7 +90,7 @@ def build_sets(
 
 
 def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
-    """(n, 3) movements of the hanging walls along these lines, as far as they are known."""
+    """Return hanging-wall slip vectors (n, 3), NaN if unknown; None if all are unknown."""
     slips = [m.slip_vector() for m in measured]
     if all(slip is None for slip in slips):
         return None
@@ -96,8 +98,10 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
 
 
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
-    """The planes among the sets of a net that are in one of the groups, each group a set in a
-    colour and symbol of its own, what is in none in grey."""
+    """Return one set per proposed group, each with its own colour and symbol.
+
+    Planes without a group are grey.
+    """
     place_by_id = {
         id_: (k, row)
         for k, s in enumerate(sets)
@@ -127,12 +131,12 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
 
 
 def set_color(number: int, has_name: bool = True) -> str:
-    """#rrggbb of a proposed set, from 0; grey for what is in none."""
+    """Return the colour (#rrggbb) of a proposed set by its index; grey for planes without a set."""
     return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
 
 
 def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:
-    """The sets of one net count their registrations alike."""
+    """Return the rotation errors of some planes; all sets of a net share the same rotations."""
     group, rotations = [], None
     for k, row in places:
         turns = sets[k].turns

@@ -1,4 +1,4 @@
-"""What the dock of the net shows, written as a figure in the style that the user has chosen."""
+"""Export of the net or roses as a figure in the user's figure style."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class NetDock(Protocol):
-    """What the dock of the net tells of itself."""
+    """Interface of the net panel for commands and dialogs."""
 
     view_settings: NetViewSettings
 
@@ -24,7 +24,7 @@ class NetDock(Protocol):
 
 
 def load_figure_style(studio: Studio) -> FigureStyle:
-    """Of printed figures, as the user has chosen it."""
+    """Return the style of printed figures from the settings."""
     from vomstudio.products.net.figure_style import FigureStyle
 
     return FigureStyle.restore(studio.settings.figure_style)
@@ -37,8 +37,13 @@ def write_net_figure(
     format_: str,
     dpi: float = 300.0,
 ) -> None:
-    """The net or the roses as a figure in this style. Raises GeometryError where no set has the
-    angle."""
+    """Write the net or the roses as a figure.
+
+    Raises
+    ------
+    GeometryError
+        If no set has the angle of the roses.
+    """
     from vomstudio.products.net.figure import write_stereonet
     from vomstudio.products.net.figure_options import SIZE_MM
     from vomstudio.products.net.rose import write_roses

@@ -1,4 +1,4 @@
-"""The button of the net whose menu holds what else can be drawn, counted and written."""
+"""Button with the menu of overlays, shown sets, bins and figure commands."""
 
 from __future__ import annotations
 
@@ -42,7 +42,17 @@ _OVERLAYS = {
 
 
 class NetMenuButton(QToolButton):
-    """names : of the sets that the net has now, hidden or not. last : at the end of the menu"""
+    """Button with the menu of the net.
+
+    Parameters
+    ----------
+    names : callable
+        Returns the names of all sets, including hidden ones.
+    edit_drawings : callable
+        Opens the dialog of typed circles, lines, rotation and contour levels.
+    final_actions : sequence of QAction
+        Actions at the end of the menu.
+    """
 
     def __init__(
         self,

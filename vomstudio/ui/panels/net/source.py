@@ -1,4 +1,4 @@
-"""What the project has to show on the net: sets, errors, what is selected and what is picked."""
+"""Contents of the net from the project: sets, errors, selection and the feature being picked."""
 
 from __future__ import annotations
 
@@ -55,12 +55,18 @@ _MARKERS = {
 }
 MIN_FOLD_PLANES = 3
 MAX_ERROR_ELLIPSES = 500
-"""Ellipses of more features would be one blot."""
+"""More ellipses would overlap too much to be legible."""
 
 
 class NetSource:
-    """groups : of proposed sets, which are shown instead of the project's own
-    names : of the sets that were looked for last, hidden or not
+    """Collect the contents of the net from the project.
+
+    Attributes
+    ----------
+    groups : Groups or None
+        Proposed sets, which replace the sets of the project on the net.
+    names : list of str
+        Names of the sets of the last call of `sets`, including hidden ones.
     """
 
     def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
@@ -69,8 +75,10 @@ class NetSource:
         self.names: list[str] = []
 
     def sets(self) -> list[NetSet]:
-        """All sets of visible features, as measured: one group for each feature type and set, and
-        within it for planes, lines and compass readings."""
+        """Return the sets of visible features, without rotation.
+
+        Each feature type and set has separate sets of planes, lines and compass readings.
+        """
         studio = self._studio
         visible_types = {
             kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)
@@ -89,7 +97,7 @@ class NetSource:
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             type_sets = groups.get(kind.id, {})
-            # The same symbol for a set, whether picked or read on a compass.
+            # Picked planes and compass readings of a set share one symbol.
             for variant, name in enumerate(sorted(type_sets, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
                 for appearance, members in group_by_appearance(type_sets[name]):
@@ -109,13 +117,13 @@ class NetSource:
         return sets
 
     def visible_sets(self) -> list[NetSet]:
-        """Those of `sets` that are not hidden, turned as is wished."""
+        """Return the sets that are not hidden, rotated by the view settings."""
         turning, hidden = self._view_settings.turning, self._view_settings.hidden
         visible = [s for s in self.sets() if s.name not in hidden]
         return [turning.rotate_set(s) for s in visible] if turning.turns else visible
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
-        """The planes of the fold axis, turned as is wished; None while no bedding is shown."""
+        """Return the rotated planes of the fold axis; None if no bedding is shown."""
         if self.groups is not None:
             return None
         records = self._studio.records
@@ -129,14 +137,14 @@ class NetSource:
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
     def repeat_notes(self) -> tuple[str, ...]:
-        """How many visible features are not shown since they repeat others; nothing for none."""
+        """Return a note on the number of repeated picks that are left out; empty for none."""
         studio = self._studio
         repeats = studio.session.records.cached(net_features)[1]
         count = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in repeats)
         return repeats_note(count)
 
     def type_colors(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
-        """#rrggbb of these features' types in figures, by what a table calls the type."""
+        """Return the figure colours (#rrggbb) of the types of some features, by type name."""
         types = {}
         records = self._studio.records
         for id_ in ids:
@@ -144,14 +152,14 @@ class NetSource:
             kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
             if isinstance(kind, FeatureType):
                 types[kind.id] = kind
-        # Tables write the names of types small.
+        # Tables write type names in lower case.
         return {
             kind.name.casefold(): style.colors.get(kind.color, kind.color)
             for kind in types.values()
         }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
-        """Of the sets, as is wished."""
+        """Return the roses or histograms of sets, as set in the view settings."""
         view_settings, weights = self._view_settings, None
         if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
@@ -181,7 +189,7 @@ class NetSource:
 
     # --- errors ------------------------------------------------------------------------------
     def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
-        """The 95 % ellipses of all features of these sets, where they are known."""
+        """Return the known 95 % ellipses of the features of sets; empty if there are too many."""
         ids = [id_ for s in sets for id_ in s.ids]
         if len(ids) > MAX_ERROR_ELLIPSES:
             return ()
@@ -190,7 +198,7 @@ class NetSource:
         return self._rotate(e for e in ellipses if e is not None)
 
     def current_ellipses(self) -> tuple[AnyEllipse, ...]:
-        """The ellipse of the current plane or line, where its error is known."""
+        """Return the ellipse of the current plane or line; empty if its error is unknown."""
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return ()
@@ -201,9 +209,9 @@ class NetSource:
         turning = self._view_settings.turning
         return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
 
-    # --- what is being picked ----------------------------------------------------------------
+    # --- open feature ------------------------------------------------------------------------
     def live(self) -> NetLive | None:
-        """The open feature of a tool, where it has a plane or a line by now."""
+        """Return the open feature of a tool; None if it has no plane or line yet."""
         measured = getattr(self._studio.open_tool, "measurement", None)
         if not isinstance(measured, Measurement):
             return None
@@ -215,7 +223,7 @@ class NetSource:
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
-        """The planes on which the rakes of the lines in these sets were counted, each once."""
+        """Return the distinct planes on which the rakes of lines were measured."""
         turning = self._view_settings.turning
         circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
@@ -233,8 +241,10 @@ class NetSource:
 
 
 def error_ellipse(measured: Measurement) -> AnyEllipse | None:
-    """The 95 % ellipse of a plane's pole or of a line, where its error is known; of a straight
-    trace the band of poles that it allows."""
+    """Return the 95 % ellipse of a pole or line; None if its error is unknown.
+
+    A straight trace has a band of possible poles instead.
+    """
     if measured.line is not None:
         return _line_ellipse(measured)
     if (band := band_of_measured(measured)) is not None:
@@ -258,7 +268,7 @@ def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
     )
     if line is None or largest is None or smallest is None:
         return None
-    # A cone has no larger axis: any direction across it will do.
+    # A circular cone has no major axis, so any perpendicular direction is valid.
     axis = measured.confidence_axis
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
@@ -277,14 +287,14 @@ def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
 
 
 def _length(measured: Measurement) -> float | None:
-    """Of a plane along its longest direction, or of a line; None where it has none."""
+    """Return the length of a line, or the longest extent of a plane; None if unknown."""
     if measured.line_fit is not None:
         return measured.line_fit.length
     return None if measured.fit is None else measured.fit.extent
 
 
 def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
-    """The net with the fold axis of these planes; in any thread, since thousands take long."""
+    """Return the net with the fold axis of planes. Runs in any thread."""
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net
     try:

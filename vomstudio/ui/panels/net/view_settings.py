@@ -1,4 +1,4 @@
-"""What the user wants to see on the net beside the sets themselves."""
+"""Overlays, typed drawings, rotation and bins of the net panel."""
 
 from __future__ import annotations
 
@@ -13,15 +13,27 @@ from vomstudio.products.net.net_options import Turning
 from vomstudio.ui.base.studio import Studio
 
 OVERLAYS = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
-"""What can be switched on; kept in the settings."""
+"""Names of the overlays, as stored in the settings."""
 BINS = (5.0, 10.0, 15.0, 30.0)
-"""Offered for roses and histograms, in degrees."""
+"""Bin widths of roses and histograms in degrees."""
 
 
 class NetViewSettings(QObject):
-    """circles, marks : as they were typed, turning : what is done to all orientations, hidden : the
-    names of sets that are not shown; these last until another project is opened.
-    texts : what was typed, by the names of the fields"""
+    """View settings of the net panel.
+
+    Attributes
+    ----------
+    texts : dict
+        Typed text by field name.
+    circles, marks
+        Typed circles and marks, before rotation.
+    turning : Turning
+        Rotation of all orientations.
+    hidden : frozenset of str
+        Names of hidden sets.
+
+    These four are reset when another project is opened.
+    """
 
     changed = Signal()
 
@@ -39,7 +51,7 @@ class NetViewSettings(QObject):
         self.hidden: frozenset[str] = frozenset()
 
     def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
-        """The circles and marks as they are drawn: turned with all else."""
+        """Return the typed circles and marks after the rotation of all orientations."""
         turning = self.turning
         if not turning.turns:
             return self.circles, self.marks
@@ -47,7 +59,7 @@ class NetViewSettings(QObject):
         circles = tuple(turning.rotate_circle(circle, notation) for circle in self.circles)
         return circles, tuple(map(turning.rotate_mark, self.marks))
 
-    # --- what is typed -----------------------------------------------------------------------
+    # --- typed drawings ----------------------------------------------------------------------
     def set_drawings(
         self,
         texts: dict[str, str],
@@ -55,7 +67,7 @@ class NetViewSettings(QObject):
         marks: tuple[NetMark, ...],
         turning: Turning,
     ) -> None:
-        """This is typed from now on."""
+        """Store the typed circles, marks and rotation."""
         self.texts, self.circles, self.marks, self.turning = texts, circles, marks, turning
         self.changed.emit()
 
@@ -67,7 +79,7 @@ class NetViewSettings(QObject):
         self.hidden = frozenset()
         self.changed.emit()
 
-    # --- what is kept ------------------------------------------------------------------------
+    # --- stored settings ---------------------------------------------------------------------
     @property
     def overlays(self) -> frozenset[str]:
         return frozenset(self._studio.settings.net_asked) & frozenset(OVERLAYS)
@@ -79,12 +91,12 @@ class NetViewSettings(QObject):
 
     @property
     def view(self) -> str:
-        """ "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
+        """Return "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
         view = self._studio.settings.net_view
         return view if view in (*ROSE_OF, *HISTOGRAM_OF) else "net"
 
     def show_view(self, view: str, projection: str) -> None:
-        """projection : of the net, empty for the one that is chosen"""
+        """Show a net, rose or histogram; an empty projection keeps the current one."""
         self._studio.settings.net_view = view
         if projection:
             self._studio.settings.projection = projection
@@ -120,7 +132,7 @@ class NetViewSettings(QObject):
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Of contours, ascending; empty for round ones."""
+        """Return the typed contour levels, ascending; empty for round levels."""
         levels = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
         return tuple(sorted({float(v) for v in levels if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 
