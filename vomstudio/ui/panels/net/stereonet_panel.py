@@ -1,4 +1,4 @@
-"""The stereonet dock: orientations of the project, linked with table, tree and 3-D view."""
+"""Stereonet panel, linked with the feature table, the tree and the 3-D view."""
 
 from __future__ import annotations
 
@@ -58,20 +58,19 @@ from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
 
 _MENU_ACTIONS = ("propose_sets", "net_in_middle", "figure_style", "export_net")
-# A press that moves further than this draws a lasso.
 _FONT_PX = 12.0
-# A redraw that takes long comes seldom: it must never hold up a row of picks.
+# Slow redraws are delayed more, so that they do not block consecutive picks.
 _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
-"""Of the width, for the name of what is selected."""
+"""Width of the corner label as a share of the canvas."""
 _NET_KEY = "net"
 _STOP_TIMEOUT_S = 5.0
 _MAX_DIRECT_FEATURES = 300
-"""Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
+"""Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 features."""
 
 
 class StereonetPanel(QWidget):
-    """The net with its buttons. A click or a lasso selects features."""
+    """Panel of the stereonet. A click or a lasso selects features."""
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -114,7 +113,7 @@ class StereonetPanel(QWidget):
         self.command = CopyCommandButton(
             self._copy_command, tr("keep what is shown as a table, and copy the command")
         )
-        # In the corner of the picture that neither net nor legend ever reaches.
+        # Neither the net nor the legend covers this corner.
         self._corner_label = ElidedLabel()
         self._corner_label.setParent(self.canvas)
         self._corner_label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -153,7 +152,7 @@ class StereonetPanel(QWidget):
         studio.tool_changed_signal.connect(self._show_live)
         self.view_settings.changed.connect(self._soon)
         studio.fold.changed.connect(self._soon)
-        # Of an empty net, too, which no edit of a feature changes.
+        # An empty net shows the north note too, and no edit of a feature updates it.
         follow_axes(studio, lambda _: self._soon())
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
@@ -172,12 +171,12 @@ class StereonetPanel(QWidget):
         self._corner_label.setGeometry(6, 3, width, self._corner_label.sizeHint().height())
 
     def _soon(self) -> None:
-        """Draw anew, once for all that happens meanwhile."""
+        """Schedule a redraw; changes until then share it."""
         if not self._timer.isActive():
             self._timer.start()
 
     def _show_proposed_sets(self, groups: Groups | None) -> None:
-        """Show these planes by their proposed sets, and nothing else, until there are none."""
+        """Show only the planes of proposed sets; None restores the sets of the project."""
         if groups != self._source.groups:
             self._source.groups = groups
             self._soon()
@@ -188,29 +187,29 @@ class StereonetPanel(QWidget):
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802
         super().changeEvent(event)
-        # The net has the colours of the theme. Qt sends this before all is made, too.
+        # The net has the colours of the theme. Qt sends this event before __init__ ends, too.
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_timer"):
             self._soon()
 
     def close_thread(self) -> None:
-        """The program ends."""
+        """Stop the timers and the worker thread."""
         self._timer.stop()
         self._emphasis.stop()
         self._background.stop(wait_s=_STOP_TIMEOUT_S)
 
     @property
     def artists(self) -> NetArtists | None:
-        """The net that is shown; None before the first, and while roses are."""
+        """Return the artists of the net; None before the first one or while roses are shown."""
         return None if self._net is None else self._net.artists
 
     @property
     def roses(self) -> RoseArtists | None:
-        """The roses or histograms that are shown."""
+        """Return the artists of the roses or histograms; None while a net is shown."""
         return None if self._roses is None else self._roses.artists
 
     @property
     def up_to_date(self) -> bool:
-        """Whether no other net is wanted or being drawn."""
+        """Return whether no redraw is scheduled or running."""
         timed = self._timer.isActive() or self._emphasis.isActive()
         return not timed and not self._background.is_busy
 
@@ -220,11 +219,11 @@ class StereonetPanel(QWidget):
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
-        """What the net shows now."""
+        """Return the contents of the net."""
         return add_fold_axis(*self._contents_without_fold())
 
     def _contents_without_fold(self) -> tuple[NetContents, FoldPlanes | None]:
-        """What the net shows now, and the planes whose fold axis is to be shown too."""
+        """Return the contents of the net, and the planes of its fold axis; None for no axis."""
         source, view_settings, studio = self._source, self.view_settings, self._studio
         sets = source.visible_sets()
         live = source.live()
@@ -263,7 +262,7 @@ class StereonetPanel(QWidget):
         return net, source.fold_planes(sets) if self._beta.isChecked() else None
 
     def rose_contents(self) -> RoseContents:
-        """What roses or histograms show now."""
+        """Return the contents of the roses or histograms."""
         sets = self._source.visible_sets()
         contents = self._source.roses(sets)
         if self._has_north(sets):
@@ -271,8 +270,10 @@ class StereonetPanel(QWidget):
         return replace(contents, notes=(*contents.notes, _local_frame_note()), north=False)
 
     def _has_north(self, sets: Sequence[NetSet]) -> bool:
-        """Nothing that is shown lies on a model without north; compass readings lie on none. An
-        empty net has the axes of the outcrop."""
+        """Return whether all shown features have north; an empty net has that of the outcrop.
+
+        Compass readings have no model and always have north.
+        """
         if axes_of(self._studio).north:
             return True
         records = self._studio.records
@@ -280,12 +281,12 @@ class StereonetPanel(QWidget):
         return bool(models) and all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
-        """Of the planes and lines that are shown, as the net shows them."""
+        """Write the shown features as a table and copy the command that draws them."""
         contours, notation = self.contours, self._studio.settings.notation
         ids = [id_ for s in self._source.visible_sets() for id_ in s.ids]
         style = load_figure_style(self._studio)
         choice = self._studio.fold
-        # A command cannot choose the selected planes of a table.
+        # A command cannot select planes of a table.
         shown = self.contents().fold is not None and not choice.selected
         fold = choice.which if shown else None
         copy_with_table(
@@ -307,7 +308,7 @@ class StereonetPanel(QWidget):
         )
 
     def print_contents(self) -> NetContents | RoseContents:
-        """The contents for a printed figure: with a title, and without selection."""
+        """Return the contents for a printed figure: with a title and without selection."""
         project, frame = self._studio.project, self._studio.frame_name()
         title = "" if project.untitled else project.name
         notes = (frame,) if frame else ()
@@ -320,8 +321,8 @@ class StereonetPanel(QWidget):
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
     def redraw(self) -> None:
-        """Draw the net anew, unless it is hidden; it is then drawn when it is painted next."""
-        # Behind another tab nobody sees it (Qt calls it visible): it is drawn when it is painted.
+        """Redraw the net if it is visible, otherwise when it is next painted."""
+        # Qt reports a panel behind another tab as visible.
         self._stale = self.canvas.visibleRegion().isEmpty()
         if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
@@ -347,14 +348,14 @@ class StereonetPanel(QWidget):
             self._background.cancel(_NET_KEY)
             self._show(DrawnNet.draw(request))
         elapsed_ms = 1000.0 * (perf_counter() - start)
-        # With many features a change of one is on the outcrop before it is on the net.
+        # The outcrop shows a changed feature before a large net does.
         is_slow = elapsed_ms > _MAX_DIRECT_REDRAW_MS or is_large
         self._timer.setInterval(
             min(_MAX_REDRAW_DELAY_MS, int(5 * elapsed_ms)) if is_slow else _REDRAW_DELAY_MS
         )
 
     def _enable_buttons(self) -> None:
-        """What belongs to a net can be chosen while one is shown, and says so else."""
+        """Enable the buttons of the net only while a net is shown, and explain it in their tips."""
         is_net = self.view_settings.view == "net"
         for button in self._net_buttons:
             title = button.accessibleName()
@@ -363,7 +364,6 @@ class StereonetPanel(QWidget):
         self._corner_label.setVisible(is_net)
 
     def _show_drawn_net(self, request: NetRequest, net: DrawnNet) -> None:
-        """The thread has drawn a net."""
         if request.contents.selected != frozenset(self._studio.selection.ids):
             self._emphasise_selection(net)
         net.artists.show_live(self._source.live())
@@ -385,7 +385,7 @@ class StereonetPanel(QWidget):
         self._name_selection()
 
     def _show_live(self) -> None:
-        """The feature that is being picked has changed."""
+        """Update the open feature of the current tool on the net."""
         if self._net is None or not self.up_to_date or self._stale:
             return
         live = self._source.live()
@@ -402,7 +402,7 @@ class StereonetPanel(QWidget):
         if self._studio.fold.selected:
             self._soon()
         if self._net is not None and _is_large(self._net.artists.contents):
-            # The table and the outcrop come first.
+            # The table and the outcrop are updated first.
             self._emphasis.start()
         else:
             self._emphasise()
@@ -413,7 +413,7 @@ class StereonetPanel(QWidget):
             self.canvas.show_net(self._net)
         self._name_selection()
 
-    # --- pointing ----------------------------------------------------------------------------
+    # --- mouse -------------------------------------------------------------------------------
     def _start_path(self, event: QMouseEvent, x: float, y: float) -> None:
         self._path = [(x, y)]
         self.canvas.lasso = [event.position()]
@@ -454,7 +454,7 @@ class StereonetPanel(QWidget):
             return
         if is_lasso:
             inside_ids = self.artists.features_within(path)
-            # In the order of the records, so that the current one does not hang on chance.
+            # Records have a fixed order, sets do not; the last feature becomes the current one.
             lasso_ids = [f.id for f in self._studio.session.features() if f.id in inside_ids]
             selection.set([*selection.ids, *lasso_ids] if is_adding else lasso_ids)
             return
@@ -465,7 +465,7 @@ class StereonetPanel(QWidget):
             selection.set([] if feature_id is None else [feature_id])
 
     def _name_selection(self) -> None:
-        """Name what is selected, in the corner where the direction under the cursor is shown."""
+        """Show the selected feature or the number of selected features in the corner label."""
         ids = self._studio.selection.ids
         contents = self.artists.contents if self.artists else None
         shown_ids = {i for s in contents.sets for i in s.ids} if contents and ids else set()

@@ -1,4 +1,4 @@
-"""The planes among which sets are proposed, and what is proposed of them."""
+"""Candidate planes for proposed sets, and the proposal from them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,25 @@ if TYPE_CHECKING:
 MIN_PLANES = 3
 
 Choice = tuple[str, str]
-"""Which planes: "selection" or "picked" and "", or "type" and its id."""
+"""Group of planes: ("selection", ""), ("picked", "") or ("type", type id)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """n planes that may be put in sets. poles (n, 3), World; places (n, 3) in metres, NaN where
-    unknown; turns : how the poles turn with the registrations of their models; taken : names of
-    sets that stay; replacing : planes that have a set already are among them
+    """Candidate planes for proposed sets.
+
+    Attributes
+    ----------
+    poles : (n, 3) float64
+        Unit normals in World.
+    places : (n, 3) float64
+        Mid-points in World in metres, NaN if unknown.
+    turns : Turns
+        Common rotation errors of the poles from the registrations of their models.
+    reserved_names : frozenset of str
+        Names of sets that other planes have.
+    includes_assigned : bool
+        Whether planes that already have a set are included.
     """
 
     ids: tuple[str, ...]
@@ -47,8 +58,15 @@ class Candidates:
 
 @dataclass(frozen=True, eq=False)
 class ProposalResult:
-    """What was found among candidates. names : of the sets, in their order; cones_deg :
-    half-angles of their means with 95 %, with the registration where its error is known"""
+    """Proposed sets of candidate planes.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Proposed name of each set.
+    cones_deg : tuple of float or None
+        95 % half-angle of the mean of each set, including a known registration error.
+    """
 
     candidates: Candidates
     proposal: SetProposal
@@ -60,8 +78,10 @@ class ProposalResult:
         return self.proposal.sets
 
     def groups(self, names: Sequence[str]) -> Groups:
-        """The ids of each set under these names, in the order of the sets, then those in none.
-        Sets without a name are among the latter."""
+        """Return the plane ids by set name, in the order of the sets, then the unassigned planes.
+
+        Planes of sets without a name count as unassigned.
+        """
         row_by_set = {set_.name: k for k, set_ in enumerate(self.proposal.sets) if names[k].strip()}
         members: list[list[str]] = [[] for _ in range(len(names) + 1)]
         for id_, name in zip(self.candidates.ids, self.proposal.assignment, strict=True):
@@ -70,7 +90,7 @@ class ProposalResult:
         return tuple((t, tuple(ids)) for t, ids in zip(titles, members, strict=True))
 
     def assignment(self, names: Sequence[str]) -> dict[str, str]:
-        """The set of each plane by its id; those in none only where they may lose one."""
+        """Return the new set name by plane id; unassigned planes only if sets are replaced."""
         return {
             id_: name
             for name, ids in self.groups(names)
@@ -80,7 +100,7 @@ class ProposalResult:
 
 
 def assignable_features(studio: Studio, choice: Choice) -> list[Typed]:
-    """The features of a choice that may have a plane and a set."""
+    """Return the features of a group whose kind can have a plane and a set."""
     group, type_id = choice
     if group == "selection":
         records = [studio.records.get(i) for i in studio.selection.ids]
@@ -100,19 +120,19 @@ def _has_set(feature: Typed) -> bool:
 
 
 def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool) -> Candidates:
-    """Return the planes of a choice among which sets can be proposed.
+    """Return the candidate planes of a group.
 
     Parameters
     ----------
     studio : Studio
     choice : Choice
-    replacing : bool
+    include_assigned : bool
         Include planes that already have a set.
 
     Raises
     ------
     GeometryError
-        For fewer than three planes.
+        If there are fewer than three planes.
     """
     features = assignable_features(studio, choice)
     measured = studio.measured(f.id for f in features)
@@ -149,8 +169,10 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
 
 
 def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
-    """(n, 3) the middles of features in World, NaN where there is none in metres, and what there is
-    to say about it."""
+    """Return the mid-points (n, 3) of features in World in metres, and warnings about gaps.
+
+    Points are NaN for features without metric positions.
+    """
     places = np.full((len(features), 3), np.nan)
     frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
@@ -170,7 +192,7 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
 
 
 def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
-    """Propose sets among the candidates; runs in any thread. Raises UsageError."""
+    """Propose sets among candidates. Runs in any thread. Raises UsageError."""
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
     proposal = propose_sets_of_poles(candidates.poles, options, places=candidates.places)

@@ -1,4 +1,4 @@
-"""The sets dock: sets proposed among planes, shown on the net, and taken over where accepted."""
+"""Panel that proposes sets of planes, previews them on the net and assigns them."""
 
 from __future__ import annotations
 
@@ -51,8 +51,15 @@ _MIN_TABLE_HEIGHT_PX = 96
 
 
 class SetsPanel(QWidget):
-    """proposed : what is shown and not yet decided upon, None where there is nothing. Nothing is
-    changed before it is accepted, and that is one edit."""
+    """Panel of proposed sets.
+
+    Accepting a proposal is one edit; until then the project does not change.
+
+    Attributes
+    ----------
+    result : ProposalResult or None
+        Proposal that is neither accepted nor rejected yet.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -152,13 +159,13 @@ class SetsPanel(QWidget):
         column.addWidget(self.message)
         column.addWidget(self.table, 1)
 
-    # --- which planes ------------------------------------------------------------------------
+    # --- candidates --------------------------------------------------------------------------
     def _choice(self) -> Choice:
         data = self.group_box.currentData()
         return _SELECTED if data is None else tuple(data)
 
     def _list_groups(self) -> None:
-        """The groups that there are; the one that was chosen stays, where it is still there."""
+        """List the groups of planes, and keep the current group if it still exists."""
         groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
         if assignable_features(self._studio, ("picked", "")):
             groups.append((tr("All picked planes"), ("picked", "")))
@@ -185,17 +192,17 @@ class SetsPanel(QWidget):
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
         super().hideEvent(event)
-        # A net must not show what nobody can accept or reject.
+        # The net shows a proposal only while it can be accepted or rejected.
         self._studio.sets_proposed.emit(None)
 
     # --- proposing ---------------------------------------------------------------------------
     def _repeat_proposal(self) -> None:
-        """Other planes or another number: propose anew what is being looked at."""
+        """Propose again if a proposal is shown or running."""
         if self.result is not None or self._newest.waiting:
             self.propose()
 
     def propose(self) -> None:
-        """Among the chosen planes, in a thread."""
+        """Propose sets among the planes of the group in a worker thread."""
         self._list_groups()
         try:
             planes = collect_candidates(
@@ -222,7 +229,7 @@ class SetsPanel(QWidget):
         self.drop(cause_of(error))
 
     def drop(self, why: Finding | None = None) -> None:
-        """Forget the proposal: nothing is changed. why : shown in its place"""
+        """Discard the proposal and show the reason, if given."""
         self._newest.drop()
         self.result = None
         with QSignalBlocker(self.table):
@@ -236,7 +243,7 @@ class SetsPanel(QWidget):
             return
         names = self._names()
         assignment = result.assignment(names)
-        # Its own edit is no reason to forget what it was.
+        # Otherwise `_follow_edit` would discard the proposal on its own edit.
         self.result = None
         if not self._studio.attempt(edits.assign_sets, assignment):
             self.result = result
@@ -246,7 +253,7 @@ class SetsPanel(QWidget):
         ]
         self.drop(Finding("sets.accepted", sets=counts))
 
-    # --- what has happened meanwhile -----------------------------------------------------------
+    # --- changes of the project ----------------------------------------------------------------
     def _follow_edit(self, edit: Edit) -> None:
         affected = set(self._studio.affected(edit))
         if self.result is not None and not affected.isdisjoint(self.result.candidates.ids):
@@ -261,9 +268,9 @@ class SetsPanel(QWidget):
         if self.isVisible():
             self._list_groups()
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _names(self) -> list[str]:
-        """As typed, of each set."""
+        """Return the names of the sets as typed."""
         count = 0 if self.result is None else len(self.result.sets)
         items = [self.table.item(row, 0) for row in range(count)]
         return ["" if item is None else item.text() for item in items]
@@ -325,7 +332,7 @@ class SetsPanel(QWidget):
         self.count.setEnabled(not self.seeds.text().strip())
 
     def _preview(self) -> None:
-        """On the net, while this panel is there."""
+        """Show the proposal on the net while this panel is visible."""
         result = self.result
         is_shown = result is not None and self.isVisible()
         names = self._names()
@@ -334,7 +341,7 @@ class SetsPanel(QWidget):
 
 
 def _swatch(row: int, has_name: bool) -> QIcon:
-    """The colour of a set on the net."""
+    """Return an icon with the colour of the set on the net."""
     from vomstudio.ui.panels.net.feature_sets import set_color
 
     picture = QPixmap(12, 12)

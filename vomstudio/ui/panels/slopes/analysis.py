@@ -1,4 +1,4 @@
-"""What the panel of slopes asks, worked out in a thread, and its command."""
+"""Kinematic analysis of one slope face, its figure and its command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SlopeQuestion:
-    """features : those with a plane; measured : of each, by id"""
+    """Input of the analysis: features with a plane, and their measurements by id."""
 
     records: Mapping[str, Record]
     features: Sequence[Feature]
@@ -30,7 +30,7 @@ class SlopeQuestion:
 
 @dataclass(frozen=True, eq=False)
 class SlopeAnswer:
-    """critical : as `critical_planes` has it"""
+    """Result of the analysis; `critical` is that of `critical_planes`."""
 
     question: SlopeQuestion
     table: OrientationRows
@@ -39,7 +39,7 @@ class SlopeAnswer:
 
 
 def answer(question: SlopeQuestion) -> SlopeAnswer:
-    """In a thread: what `vomstudio slope` says of these planes."""
+    """Run the analysis of `vomstudio slope` in a worker thread."""
     from vomstudio.geology.table_slopes import critical_planes, table_slope
     from vomstudio.project.exports.feature_table import feature_table
 
@@ -49,7 +49,7 @@ def answer(question: SlopeQuestion) -> SlopeAnswer:
 
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:
-    """In a thread: the nets, as svg, pdf or png."""
+    """Write the nets as SVG, PDF or PNG in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
 
@@ -61,7 +61,7 @@ def write_figure(result: SlopeAnswer, path: Path) -> None:
 
 
 def slope_command(face: SlopeFace, table: Path) -> Words:
-    """The command that says the same of this table."""
+    """Return the command that gives the same result from a table of planes."""
     plane = face.plane
     return [
         "slope",

@@ -1,5 +1,4 @@
-"""The facets of a model as slopes: the question, worked out in a thread, its command, and what is
-shown: a table, and the outcrop in the colours of a share."""
+"""Kinematic analysis of each facet of a model, its command line and its table."""
 
 from __future__ import annotations
 
@@ -45,14 +44,23 @@ _MODES = (
         to_translate("Direct toppling, % of intersections"),
     ),
 )
-"""Name, as the head of a column, and with what is counted."""
+"""Name, column title, and description with the counted quantity."""
 _MIN_TABLE_HEIGHT_PX = 110
 
 
 @dataclass(frozen=True, eq=False)
 class FacetsQuestion:
-    """features : those with a plane; measured : of each, by id; rows : of the facets among those
-    that were found; data, to_world : of their model"""
+    """Input of the analysis by facet.
+
+    Attributes
+    ----------
+    features, measured
+        Features with a plane, and their measurements by id.
+    rows : sequence of int
+        Indices of the facets in `proposals`.
+    data, to_world
+        Model of the facets and its transform to World.
+    """
 
     records: Mapping[str, Record]
     features: Sequence[Feature]
@@ -72,13 +80,13 @@ class FacetsAnswer:
 
 
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
-    """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
+    """Run the analysis of `vomstudio slope --facets` in a worker thread."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.products.surface.slope_facets import find_overhangs
     from vomstudio.project.exports.feature_table import feature_table
 
     q = question
-    # The height over the level, by a model's own coordinates; its scale counts for nothing.
+    # Only the direction of World's z axis in model coordinates matters here, not the scale.
     overhangs = find_overhangs(q.data, q.proposals.label.astype(int), q.to_world[2][:3])
     faces = []
     for row in q.rows:
@@ -92,12 +100,12 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
 
 
 def facets_file(planes: Path) -> Path:
-    """Of the facets, beside the table of planes."""
+    """Return the path of the table of facets next to the table of planes."""
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
 def facets_command(result: FacetsAnswer, planes: Path) -> Words:
-    """The command that says the same of these tables."""
+    """Return the command that gives the same result from both tables."""
     q = result.question
     return [
         "slope",
@@ -109,8 +117,11 @@ def facets_command(result: FacetsAnswer, planes: Path) -> Words:
 
 
 class FacetSlopesView(QWidget):
-    """painted : another mode is to be seen on the outcrop; unpainted : none is; pointed_at : the
-    place of the facet in the chosen row, among those that were found"""
+    """Table of the facets as slopes, with the mode that colours the outcrop.
+
+    `painted` emits the selected mode, `unpainted` requests the previous colours, and
+    `facet_selected` emits the index of the facet in the selected row.
+    """
 
     painted = Signal(str)
     facet_selected = Signal(int)
@@ -156,7 +167,7 @@ class FacetSlopesView(QWidget):
 
     @property
     def current_mode(self) -> str:
-        """The mode that is painted."""
+        """Return the name of the mode that colours the outcrop."""
         return str(self.mode.currentData())
 
     def _emit_selected_facet(self) -> None:
@@ -164,7 +175,7 @@ class FacetSlopesView(QWidget):
             self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
     def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
-        """look : what the outcrop shows where it is not painted"""
+        """Fill the table; `look` names the colours of the outcrop without a mode."""
         self.reset_button.setText(look)
         rows = []
         for each in () if result is None else result.analysis.facets:
@@ -179,14 +190,14 @@ class FacetSlopesView(QWidget):
 
 
 def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
-    """By the place of the facet among those that were found."""
+    """Return the critical share of a mode by facet index."""
     shares = [getattr(each, mode).share for each in result.analysis.facets]
     ids = [int(each.id) for each in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 
 def show_facet(studio: Studio, proposals: Proposals, row: int) -> None:
-    """It stands out on the outcrop, where its model is open."""
+    """Highlight a facet on the outcrop if its model is open."""
     model, loaded = studio.records.get(proposals.model_id), studio.models.get(proposals.model_id)
     if isinstance(model, Model) and loaded is not None:
         area = patch_area(proposals.patches[row], model, loaded.surface)

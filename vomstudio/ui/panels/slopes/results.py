@@ -1,4 +1,4 @@
-"""The ways in which a slope can fail as a table, and the planes critical in one of them."""
+"""Table of the failure modes of a slope, and list of the critical planes of one mode."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MODES = (
     ("direct_toppling", to_translate("Direct toppling"), False),
     ("bases", to_translate("– its bases"), True),
 )
-"""Name, title, and whether planes are counted: else intersections."""
+"""Name, title, and whether planes (True) or intersections (False) are counted."""
 _HEADS = (
     (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
@@ -50,11 +50,11 @@ _LIST_HEIGHT = 90
 _LIST_WIDTH = 145
 _MAX_WIDGET_WIDTH_PX = 16_777_215
 _MIN_SIDE_BY_SIDE_PX = 440
-"""Where it is wider, the planes are listed beside the table, else below it."""
+"""Minimum width at which the planes are listed beside the table instead of below it."""
 
 
 class SlopeResults(QWidget):
-    """chosen : the ids of the planes that were clicked, to be selected"""
+    """Failure modes and critical planes; `planes_clicked` emits the ids of clicked planes."""
 
     planes_clicked = Signal(object)
 
@@ -92,15 +92,15 @@ class SlopeResults(QWidget):
 
     @property
     def mode(self) -> str:
-        """The name of the one whose planes are listed."""
+        """Return the name of the mode whose planes are listed."""
         return _MODES[max(self.table.currentRow(), 0)][0]
 
     def critical_ids(self) -> list[str]:
-        """Of the planes that are listed."""
+        """Return the ids of the listed planes."""
         return [each.id for each in self._critical()]
 
     def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
-        """None where there is nothing to say."""
+        """Show a result; None clears the table."""
         self._answer, self._notation = result, notation
         for row, (name, _, _) in enumerate(_MODES):
             cells = [""] * 4 if result is None else _cells(_mode(result, name))
@@ -111,7 +111,7 @@ class SlopeResults(QWidget):
         self._list_planes()
 
     def mark(self, ids: tuple[str, ...]) -> None:
-        """These are selected elsewhere."""
+        """Select the listed planes with these ids without emitting a signal."""
         selected_ids = set(ids)
         with QSignalBlocker(self.planes):
             for row in range(self.planes.count()):
@@ -124,7 +124,7 @@ class SlopeResults(QWidget):
         return () if self._answer is None else self._answer.critical[self.mode]
 
     def _list_planes(self) -> None:
-        """The critical planes of the chosen mode."""
+        """List the critical planes of the selected mode."""
         critical = self._critical()
         with QSignalBlocker(self.planes):
             self.planes.clear()

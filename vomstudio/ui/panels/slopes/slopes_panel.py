@@ -1,4 +1,4 @@
-"""The dock of slopes: which planes and intersections let a face fail."""
+"""Panel of the kinematic analysis of slopes."""
 
 from __future__ import annotations
 
@@ -140,15 +140,15 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         column.addWidget(self.results, 1)
         column.addWidget(self.facets, 1)
 
-    # --- when to look again ------------------------------------------------------------------
+    # --- changes -----------------------------------------------------------------------------
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self._clicked_ids = None
         self.face.clear()
         self._soon()
 
     def _convert_face(self) -> None:
-        """What was typed stays the plane that it was."""
+        """Rewrite the typed face in the current notation."""
         previous, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = format_plane(Plane(135.0, 70.0), notation)
@@ -171,7 +171,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._refresh_take()
         ids = self._studio.selection.ids
         self.results.mark(ids)
-        # What was clicked here is still one of those that were looked at.
+        # A click in the list selects some of the analysed planes, which is not a new input.
         if ids != self._clicked_ids and self.group_box.choice() == SELECTED:
             self._clicked_ids = None
             self._soon()
@@ -201,9 +201,9 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return bool(self.slope_kind.currentData() == "facets")
 
     def _planes(self) -> tuple[list[Typed], dict[str, Measurement]]:
-        """Return the planes of the choice with their measurements.
+        """Return the planes of the group with their measurements.
 
-        Raises InputError if the choice has none.
+        Raises InputError if the group has none.
         """
         studio = self._studio
         if self._clicked_ids is None:
@@ -259,12 +259,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._soon()
 
     def _show_facet(self, row: int) -> None:
-        """The facet of the chosen row stands out on the outcrop."""
+        """Highlight the facet of the selected row on the outcrop."""
         if self.facets_result is not None:
             show_facet(self._studio, self.facets_result.question.proposals, row)
 
     def _paint(self) -> None:
-        """The outcrop by the chosen mode."""
+        """Colour the outcrop by the share of the selected mode."""
         if self.facets_result is not None:
             mode = self.facets.current_mode
             self._studio.facets.paint_shares(mode, facet_shares(self.facets_result, mode))
@@ -288,7 +288,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._paint()
 
     def _select(self, ids: list[str]) -> None:
-        # One may be deleted that is still listed.
+        # The list may still contain a deleted plane.
         self._clicked_ids = tuple(id_ for id_ in ids if id_ in self._studio.records)
         self._studio.selection.set(self._clicked_ids)
 
@@ -313,7 +313,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         if plane is not None:
             self.face.setText(format_plane(plane, self._notation, 1))
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _refresh(self) -> None:
         why = None
         if self._requests.waiting:
@@ -348,7 +348,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         )
 
     def _copy_facets(self, result: FacetsAnswer) -> None:
-        """The table of the facets comes beside that of the planes."""
+        """Write the tables of planes and facets, and copy the command."""
         from vomstudio.products.surface.slope_facets import write_faces
 
         def words(path: Path) -> Words:
@@ -364,7 +364,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self.write_figure(path)
 
     def write_figure(self, path: Path) -> None:
-        """The four nets to a file, in a thread."""
+        """Write the four nets to a file in a worker thread."""
         if self.face_result is None:
             return
         self._is_writing = True
@@ -391,7 +391,7 @@ def _count_text(result: SlopeAnswer) -> str:
 
 
 def _facet_count_text(result: FacetsAnswer) -> str:
-    """How many, and how much of their area has a share of what is painted."""
+    """Return the numbers of facets and planes."""
     return tr(
         "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
         facets=len(result.analysis.facets),
@@ -407,7 +407,7 @@ def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:
 
 
 def _button(icon: str, text: str, callback: Callable[[], None]) -> QToolButton:
-    """Its tooltip says what it does."""
+    """Return a tool button; its tooltip is set by `_refresh`."""
     button = QToolButton()
     button.setIcon(theme.icon(icon))
     button.setText(text)
