@@ -1,4 +1,4 @@
-"""The dock of fault displacement: cut-off traces on both sides of a fault, and its slip."""
+"""Panel of fault displacement from cut-off traces on both sides of a fault."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ _MIN_TABLE_HEIGHT_PX = 96
 
 @dataclass(frozen=True, eq=False)
 class DisplacementResult:
-    """What the command is asked, and what it says. names, cuts : of each pair"""
+    """Input and result of the analysis; `names` and `cuts` have one item per pair."""
 
     names: tuple[str, ...]
     cuts: tuple[Cutoffs, ...]
@@ -123,7 +123,7 @@ class DisplacementPanel(LazyPanel):
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.jobs.closed.connect(self._timer.stop)
-        # Until the first result is looked for there is nothing to copy either.
+        # Before the first result there is nothing to copy.
         self._refresh()
 
     def _arrange(self) -> None:
@@ -140,7 +140,7 @@ class DisplacementPanel(LazyPanel):
         column.addWidget(self.message)
         self._column = column
 
-    # --- what is chosen ----------------------------------------------------------------------
+    # --- pairs -------------------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
         fault = self.fault.id
@@ -188,7 +188,7 @@ class DisplacementPanel(LazyPanel):
         self._show(why)
 
     def _answer(self) -> DisplacementResult | None:
-        """None without pairs. Raises VomError, which says what is missing."""
+        """Compute the displacements. Raises VomError, which states what is missing."""
         from vomstudio.geology.beds.common_attitude import fit_common_bed
         from vomstudio.geology.faults.displacement_pairs import displacements
 
@@ -237,7 +237,7 @@ class DisplacementPanel(LazyPanel):
         return DisplacementResult(names, cuts, fault, bed, rake, options, result)
 
     def _names(self) -> list[str]:
-        """Of the pairs, each another one."""
+        """Return a unique name for each pair."""
         records = self._studio.records
 
         def name(id_: str) -> str:
@@ -246,7 +246,7 @@ class DisplacementPanel(LazyPanel):
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
     def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
-        """Its rake, and the line where that was typed."""
+        """Return the rake of the slip, and its line if that was typed."""
         from vomstudio.geology.orientation import rake_of
 
         text = self.slip.line.text().strip()
@@ -278,8 +278,7 @@ class DisplacementPanel(LazyPanel):
                     item.setTextAlignment(right)
                 self.table.setItem(row, column, item)
         self.message.setText(why if result is None else self._result_text(result))
-        # In a low window what stands below the table has to be scrolled to: what is missing stands
-        # above it, what is added to its figures below.
+        # In a low window the user has to scroll to text below the table, so errors are above it.
         self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
         self._column.insertWidget(place if result is None else place + 1, self.message)
@@ -359,7 +358,7 @@ class DisplacementPanel(LazyPanel):
 
 
 def displacement_command(result: DisplacementResult, points: Path) -> Words:
-    """The command that says the same of these points."""
+    """Return the command that gives the same result from a table of points."""
     return ["displacement", points, *option_words(result.options)]
 
 
@@ -381,7 +380,7 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 def _find_cutoffs(
     name: str, first: FloatArray, second: FloatArray, fault: Plane, through: FloatArray
 ) -> Cutoffs:
-    """Raises InputError that names the pair."""
+    """Find the cut-offs of a pair. Raises InputError with the name of the pair."""
     from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:
@@ -412,7 +411,7 @@ def _cells(pair: Pair | None) -> list[str]:
 
 
 def _with_error(measured: Measured) -> str:
-    # Without the sign of a zero.
+    # Adding zero removes the sign of a negative zero.
     value = round(measured.value, 3) + 0.0
     if measured.error95 is None:
         return f"{value:.3f}"

@@ -1,5 +1,4 @@
-"""The dock of repeats: picks are offered a second time, and their spread stands beside the errors
-that they state."""
+"""Panel that offers picks again and compares their spread with their stated errors."""
 
 from __future__ import annotations
 
@@ -97,7 +96,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     # --- a round -----------------------------------------------------------------------------
     def _begin(self) -> None:
-        # A clicked button has the keyboard, which the tool needs.
+        # The clicked button has the keyboard focus, which the tool needs.
         self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
         if self._view.viewport is not None:
             self._view.viewport.setFocus()
@@ -112,7 +111,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         studio.attempt(set_interpreter, ids, interpreter)
 
     def _offer(self) -> None:
-        """Say what is to be picked, and show where."""
+        """Show which feature is to be picked again, and its place."""
         records, id_ = self._studio.records, self._round.current
         feature = get(records, id_, Repeatable)
         if feature is None:
@@ -136,7 +135,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._refresh()
 
     def _show_place(self) -> None:
-        """Before the face around the place, so that the attitude is not given away."""
+        """Look at the face around the place, not at the plane, whose attitude stays hidden."""
         id_, viewport = self._round.current, self._view.viewport
         if id_ is None or viewport is None:
             return
@@ -161,7 +160,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._mark((middle - 0.5 * radius * toward, radius * ring))
 
     def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Draw the ring, or none. Nobody can select it."""
+        """Draw the ring, or remove it. It cannot be selected."""
         viewport = self._view.viewport
         if viewport is None:
             return
@@ -213,14 +212,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._refresh_name()
 
     def _refresh_name(self) -> None:
-        # The picks that could be offered do not change with what is selected.
+        # The picks that can be offered do not depend on the selection.
         if not self._studio.has_project:
             return
         allow(self.name, why_none_chosen(self._studio))
 
 
 def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:
-    """names : of features, by id"""
+    """Return the repeatability as HTML; `names` are those of features by id."""
     lines = []
     if repeats.spread is not None:
         spread = repeats.spread

@@ -1,4 +1,4 @@
-"""The dock of the three-point problem: the plane through points that are clicked, typed or read."""
+"""Panel of the three-point problem: the plane through picked, typed or imported points."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class ThreePointsPanel(LazyPanel):
         ):
             row.setSpacing(3)
             for part in parts:
-                # Or the dock would take its width from the outcrop.
+                # Otherwise the dock would become wider at the cost of the outcrop.
                 part.setMinimumWidth(_MIN_WIDTH_PX)
                 row.addWidget(part)
             row.addStretch()
@@ -169,7 +169,7 @@ class ThreePointsPanel(LazyPanel):
 
     # --- the points --------------------------------------------------------------------------
     def _pick(self) -> None:
-        """The trace tool picks them; they are kept as what they are: a trace."""
+        """Pick the points with the trace tool, which stores them as a trace."""
         self._studio.activate("trace")
         self._is_picking = True
         self.message.setText(tr("Click three points or more on one surface, then press Enter."))
@@ -186,7 +186,7 @@ class ThreePointsPanel(LazyPanel):
         super()._edited(edit)
 
     def _take(self, feature: Feature | None) -> None:
-        """Its points, with the error that they likely have."""
+        """Take the points of a feature and their estimated error."""
         if feature is None:
             self.trace_id = ""
             self._soon()
@@ -196,7 +196,7 @@ class ThreePointsPanel(LazyPanel):
         self.trace_id = feature.id
         scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
         if len(measured.points) > _MIN_POINTS and misfit and misfit >= scatter:
-            # A misfit is known only as well as so few points tell it: not typed as if it were sure.
+            # The misfit of few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
         self.sigma.setText(f"{scatter:.3g}" if scatter else "")
         self._soon()
@@ -217,7 +217,7 @@ class ThreePointsPanel(LazyPanel):
             self._studio.warn(warning)
 
     def _fill(self, rows: list[list[str]]) -> None:
-        """Rows that a person can write into follow, as long as there are fewer than three."""
+        """Fill the table, with empty rows up to the minimum number of points."""
         self.trace_id = ""
         rows = rows + [["", "", ""]] * (_MIN_POINTS - len(rows))
         blocked = self.table.blockSignals(True)
@@ -229,7 +229,7 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     def _follow_typing(self, _: QTableWidgetItem) -> None:
-        """They are not those of the trace any more."""
+        """Forget the trace, because typed points are no longer its points."""
         self.trace_id = ""
         self._soon()
 
@@ -248,7 +248,7 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self._is_picking = False
         self.sigma.clear()
         self._fill([])
@@ -270,7 +270,7 @@ class ThreePointsPanel(LazyPanel):
         self._refresh()
 
     def _numbers(self) -> FloatArray:
-        """(n, 3) World, of the rows that are full. Raises InputError if some are missing."""
+        """Return the points (n, 3) of the rows in World. Raises InputError for invalid rows."""
         rows = []
         for i in range(self.table.rowCount()):
             cells = [self.table.item(i, j) for j in range(3)]
@@ -321,9 +321,9 @@ class ThreePointsPanel(LazyPanel):
             why = Finding("action.points-of-trace")
         allow(self.add, why)
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:
-        """As a measured plane at the middle of the points; its error is told in its notes."""
+        """Add the plane as a reading at the centre of the points, with its error in the notes."""
         result, points = self.plane, self._points
         if result is None or points is None:
             return
@@ -367,7 +367,7 @@ class ThreePointsPanel(LazyPanel):
 
 
 def _warnings_text(result: ThreePoints) -> str:
-    """What makes the plane doubtful, after a space."""
+    """Return the warnings, each after a space."""
     return "".join(f" {warning}" for warning in result.warnings)
 
 

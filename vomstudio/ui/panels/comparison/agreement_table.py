@@ -1,4 +1,4 @@
-"""The planes that were measured on both models: the angle between them beside their errors."""
+"""Table of the planes that were measured on both models, with angles and errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MIN_TABLE_HEIGHT_PX = 130
 
 
 class AgreementTable(QWidget):
-    """Hidden where not both models are of the project and were interpreted."""
+    """Table of matching planes; hidden unless both models of the project have planes."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -50,12 +50,14 @@ class AgreementTable(QWidget):
         self.hide()
 
     def invalidate(self) -> None:
-        """Features or models have changed."""
+        """Discard the shown result after a change of features or models."""
         self._model_ids = None
 
     def show_models(self, model_id: str, other_id: str) -> None:
-        """Ids of the models; an empty one is none of the project. The same again is not worked out
-        anew unless `forget` was called."""
+        """Show the agreement of two models by id; an empty id is a model outside the project.
+
+        The same pair is recomputed only after `invalidate`.
+        """
         if self._model_ids == (model_id, other_id):
             return
         self._model_ids = (model_id, other_id)

@@ -1,5 +1,4 @@
-"""The panel in which a model is held against a benchmark: signed distances, and what of them is
-more than chance."""
+"""Panel that compares a model with a benchmark by signed distances."""
 
 from __future__ import annotations
 
@@ -64,7 +63,7 @@ _COLORED_PERCENT = 98.0
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """What was compared, and the figures of the command `compare`. fields : the file with them"""
+    """Compared models, figures of the command `compare`, and the file of distance fields."""
 
     model: PlacedModel
     benchmark: PlacedModel
@@ -73,7 +72,13 @@ class ModelComparison:
 
 
 class ComparePanel(QWidget):
-    """held : the last comparison, None while there is none"""
+    """Panel of the comparison of a model with a benchmark.
+
+    Attributes
+    ----------
+    comparison : ModelComparison or None
+        The last comparison.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -136,9 +141,9 @@ class ComparePanel(QWidget):
         column.addWidget(self.agreement)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- models ------------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Follow the current model, where somebody sees it."""
+        """Show the current model if the panel is visible."""
         if not self.isVisible():
             return
         model = current_model(self._studio) if self._studio.has_project else None
@@ -164,11 +169,11 @@ class ComparePanel(QWidget):
         self.refresh()
 
     def _load_stored(self) -> None:
-        """What was kept of the model, once."""
+        """Load the stored comparison of the current model, once per model and project folder."""
         model, studio = self._model, self._studio
         if model is None or self._job is not None or model.id not in studio.models:
             return
-        # A project that was saved elsewhere has its files there.
+        # "Save as" moves the files of a project to the new folder.
         model_place = (studio.project.folder, model.id)
         if self._searched_place == model_place or (
             self.comparison is not None and self._compared_id == model.id
@@ -210,14 +215,14 @@ class ComparePanel(QWidget):
         )
 
     def _show_stored(self, model_id: str, comparison: ModelComparison, content: object) -> None:
-        """Unless another model was chosen meanwhile, or it is being compared again."""
+        """Show a stored comparison unless the model has changed or a comparison is running."""
         if content is None or self._model is None or self._model.id != model_id or self._job:
             self.message.setText("")
             return
         self._show_comparison(model_id, comparison, content)
 
     def _reset(self, *_: object) -> None:
-        """Another project."""
+        """Clear the comparison for another project."""
         self.comparison, self._searched_place = None, None
         self.agreement.invalidate()
         self.message.setText("")
@@ -242,7 +247,7 @@ class ComparePanel(QWidget):
         )
 
     def _has_moved(self) -> bool:
-        """Whether the distances are those of another place of the model."""
+        """Return whether the model has moved since the comparison."""
         model = self._studio.records.get(self._compared_id)
         return (
             self.comparison is not None
@@ -325,7 +330,7 @@ class ComparePanel(QWidget):
         def read() -> tuple[dict[str, Any], float, Any]:
             if record is not None:
                 store_comparison(record)
-            # Seconds, of many millions of points.
+            # Takes seconds for many millions of points.
             return _read(result.out)
 
         self._background.run(read, lambda read: self._show_comparison(model_id, comparison, read))
@@ -371,7 +376,7 @@ class ComparePanel(QWidget):
         if self.comparison is None:
             return
         comparison, studio = self.comparison, self._studio
-        # A project that was saved elsewhere since has taken its files along.
+        # "Save as" since then has moved the file to the new folder.
         fields = distances_file(studio.project.folder, comparison.fields.stem)
 
         def done(result: ExportedModel) -> None:
@@ -415,7 +420,7 @@ def _comparison_record(
 
 
 def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
-    """In a thread; None for a file that cannot be read."""
+    """Read a stored comparison in a worker thread; None if the file is damaged."""
     try:
         return _read(path)
     except (OSError, ValueError, TypeError, KeyError):
@@ -423,7 +428,7 @@ def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
-    """In a thread: the fields, how far from zero the colours reach (m), and the histogram."""
+    """Return fields, limit of the colour range (m) and histogram. Runs in a worker thread."""
     with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
@@ -437,7 +442,7 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
 
 
 def result_text(comparison: ModelComparison) -> str:
-    """Accuracy, precision, and what is more than chance, in lines."""
+    """Return accuracy, precision and significance as lines of text."""
     figures = comparison.figures
 
     def metres(name: str) -> str:

@@ -1,4 +1,4 @@
-"""A histogram of signed distances, in the colours in which the model shows them."""
+"""Histogram of signed distances in the colours of the model."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ _MARGIN = 8.0
 
 
 def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
-    """Of distances (n,) in m, NaN where there is none, from -reach to reach; what lies beyond is
-    counted with the last ones."""
+    """Count distances (n,) in bins from -limit_m to limit_m.
+
+    NaN is ignored. Larger distances count in the outermost bins.
+    """
     clipped = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
     return np.histogram(clipped, bins=_BINS, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):
-    """From -reach to reach, with lines at zero (thin) and at the median (dashed)."""
+    """Histogram with lines at zero (thin) and at the median (dashed)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,14 +39,14 @@ class Histogram(QWidget):
 
     @cached_property
     def _colors(self) -> ByteArray:
-        """Of the map, which matplotlib is loaded for: not before there is something to show."""
+        """Return the colour table, which loads matplotlib on first use."""
         return map_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)
 
     def show_counts(self, counts: IndexArray, limit_m: float, median_m: float) -> None:
-        """What `counts_of` gives; reach, median : m"""
+        """Show the counts of `count_distances`."""
         self.counts, self._limit_m, self._median_m = counts, limit_m, median_m
         self.update()
 
@@ -66,7 +68,7 @@ class Histogram(QWidget):
                 plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
             )
             painter.fillRect(bar, QColor(int(red), int(green), int(blue)))
-        # Pale bars have an edge too.
+        # A base line, because pale bars are hardly visible.
         painter.setPen(QPen(text, 1.0))
         painter.drawLine(plot.bottomLeft(), plot.bottomRight())
         self._line(painter, plot, 0.0, QPen(text, 1.0))

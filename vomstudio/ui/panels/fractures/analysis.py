@@ -1,4 +1,4 @@
-"""What the panel of fractures asks, worked out in a thread, as the command does."""
+"""Analysis of fracture traces on a face, as in the command `fractures`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _MARGIN = 0.01
-"""Of the longer side of the traces, around them."""
+"""Margin around the traces as a share of their longer side."""
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
 GRID = "grid"
 _CELL_COLOR = "#9a9a9a"
@@ -36,7 +36,7 @@ _CELL_COLOR = "#9a9a9a"
 
 @dataclass(frozen=True, eq=False)
 class MappedTrace:
-    """points : (n, 3) World; color : of its type"""
+    """Trace of a fracture: points (n, 3) in World and the colour of its type."""
 
     id: str
     name: str
@@ -47,8 +47,15 @@ class MappedTrace:
 
 @dataclass(frozen=True, eq=False)
 class GridCells:
-    """corners : (n, 4, 3) World of the cells of a grid that were looked at and could be measured;
-    any : (4, 3) of one of its cells, by which its plane is known"""
+    """Cells of a grid on the face.
+
+    Attributes
+    ----------
+    corners : (n, 4, 3) float64
+        Corners in World of the inspected cells, done or empty.
+    example_cell : (4, 3) float64
+        Corners in World of any cell, which define the plane of the grid.
+    """
 
     name: str
     corners: FloatArray
@@ -66,9 +73,23 @@ class GridCells:
 
 @dataclass(frozen=True, eq=False)
 class FractureQuestion:
-    """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
-    place : one of the words above with its numbers on the face; options : snap and cap;
-    cells : of the grid in which is counted; crs : of World, None for a local frame"""
+    """Input of the fracture analysis.
+
+    Attributes
+    ----------
+    plane : Plane or None
+        Plane of the face; None for the plane of the grid, or else the best-fit plane.
+    region_kind : str
+        One of `EVERYTHING`, `WINDOW`, `CIRCLE`, `SCANLINE` and `GRID`.
+    region_numbers : tuple of float
+        Coordinates (and radius) of the sampling region on the face.
+    options : FractureOptions
+        Only snapping distance and Terzaghi cap.
+    cells : GridCells or None
+        Cells that form the sampling region.
+    crs : str or None
+        CRS of World; None for a local frame.
+    """
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
@@ -83,8 +104,17 @@ class FractureQuestion:
 
 @dataclass(frozen=True, eq=False)
 class FractureAnswer:
-    """lines : (n, 2) each, on the face; plane : of the face; mapped : None with the reason `why`
-    if nothing can be counted, and the map can be drawn on"""
+    """Result of the fracture analysis.
+
+    Attributes
+    ----------
+    lines : list of (n, 2) float64
+        Traces on the face.
+    plane : TracePlane
+        Plane of the face.
+    mapped : MappedNetwork or None
+        None if nothing can be counted, for the reason `why`; the map is drawn anyway.
+    """
 
     question: FractureQuestion
     face: Curtain
@@ -98,7 +128,7 @@ class FractureAnswer:
 
 
 def parse_numbers(text: str) -> tuple[float, ...] | None:
-    """Numbers between commas, semicolons or blanks; None for what is none."""
+    """Return numbers between commas, semicolons or blanks; None if one is invalid."""
     words = text.replace(";", ",").replace(",", " ").split()
     values = [parse_number(word) for word in words]
     if any(v is None or not np.isfinite(v) for v in values):
@@ -107,7 +137,7 @@ def parse_numbers(text: str) -> tuple[float, ...] | None:
 
 
 def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:
-    """Why these numbers are no place of this kind; None where they are one, or none are given."""
+    """Return why numbers do not define a region of this kind; None if valid or empty."""
     n, text = len(numbers), ", ".join(f"{value:g}" for value in numbers)
     if region_kind in (EVERYTHING, GRID) or not n:
         return None
@@ -121,7 +151,7 @@ def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Findin
 
 
 def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
-    """How it looks on the map."""
+    """Return the outline of a sampling region on the map; None if it has none."""
     if (
         region_kind == EVERYTHING
         or not numbers
@@ -139,7 +169,7 @@ def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
 
 
 def answer(question: FractureQuestion) -> FractureAnswer:
-    """In a thread: what `vomstudio fractures` says of these traces on their face."""
+    """Run the analysis of `vomstudio fractures` in a worker thread."""
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -184,7 +214,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
 def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
     """Return the corners of a window around points (n, 2) on the face.
 
-    It is larger than they are, so that no trace ends on its edge, where ends count as cut off.
+    The margin keeps trace ends off the edge, where they would count as censored.
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
     margin = _MARGIN * float((upper - lower).max()) + 2.0 * snap_m
@@ -192,7 +222,7 @@ def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
 
 
 def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
-    """(n, 4, 2) corners as they lie on the face."""
+    """Return the corners (n, 4, 2) of cells in face coordinates."""
     from vomstudio.products.section.trace_map import map_to_face
 
     if cells is None or not len(cells.corners):
@@ -202,12 +232,12 @@ def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
 
 
 def _merge_cells(cells: FloatArray) -> SamplingRegion:
-    """Cells side by side are one area."""
+    """Merge cells into one sampling area."""
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion
 
-    # Corners that are the same but for the rounding would leave slits between cells.
+    # Rounding of shared corners would otherwise leave gaps between cells.
     size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
     return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
@@ -265,7 +295,7 @@ def _drawing(
 
 
 def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
-    """In a thread: the figure as PNG."""
+    """Draw the figure as PNG in a worker thread."""
     from vomstudio.products.fractures.figure import write_fractures
 
     file = io.BytesIO()
@@ -274,7 +304,7 @@ def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
 
 
 def write_figure(mapped: MappedNetwork, path: Path) -> None:
-    """In a thread: the figure, as svg, pdf or png."""
+    """Write the figure as SVG, PDF or PNG in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 

@@ -1,4 +1,4 @@
-"""The dock of fractures: traces on their face counted along a line, in a circle or in a window."""
+"""Panel of fracture traces, counted along a line, in a circle, in a window or in cells."""
 
 from __future__ import annotations
 
@@ -162,11 +162,11 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self._follow_region()
 
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self.region_field.clear()
         self._soon()
 
-    # --- where is counted --------------------------------------------------------------------
+    # --- sampling region ---------------------------------------------------------------------
     def _region_kind(self) -> str:
         return self.region_box.kind()
 
@@ -209,7 +209,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.region_field.setText(", ".join(f"{v:g}" for v in self._region_numbers(ends)))
 
     def _selected_line(self) -> FloatArray | None:
-        """(n, 3) World."""
+        """Return the points (n, 3) of the selected line in World; None without one."""
         line = current_line(self._studio, Picked)
         return None if line is None else self._studio.measured([line.id])[line.id].points
 
@@ -325,7 +325,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 *(
                     str(each)
                     for each in result.mapped.found.warnings
-                    # The first line names the plane.
+                    # The first line already states the plane.
                     if each.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
@@ -352,7 +352,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.copy.allow(why)
 
     def _draw_figure(self) -> None:
-        """Where somebody looks at it."""
+        """Draw the figure if its tab is open."""
         result = self.result
         if self.tabs.currentWidget() is not self.picture or result is self._drawn_result:
             return
@@ -367,7 +367,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         if result is self._drawn_result:
             self.picture.show_image(QImage.fromData(png))
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the fractures"), "fractures")
         if path is not None:
@@ -419,8 +419,10 @@ def _cells_text(result: FractureAnswer) -> list[str]:
 
 
 def fractures_command(result: FractureAnswer, traces: Path) -> Words:
-    """The command that says the same. traces : their GeoPackage, with what they are counted in
-    beside it"""
+    """Return the command that gives the same result from a GeoPackage of the traces.
+
+    The sampling region is in files next to the GeoPackage.
+    """
     from vomstudio.products.section.trace_map import map_files, map_to_outcrop
 
     q, region = result.question, result.region
@@ -466,6 +468,6 @@ def _html(result: FractureAnswer | None) -> str:
 
 
 def _typeset(text: str) -> str:
-    """As a window writes what a terminal may not be able to show."""
+    """Replace plain-text symbols of the terminal by typographic ones."""
     repeated_note = tr(" (95 %, of traces placed independently)")
     return text.replace(repeated_note, "").replace("+-", "±").replace("m2", "m²")

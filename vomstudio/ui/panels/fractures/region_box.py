@@ -1,4 +1,4 @@
-"""In what fractures are counted: window, circle, scanline, or what was looked at of a grid."""
+"""Box that selects the sampling region: window, circle, scanline or inspected grid cells."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ _GRID_PREFIX = f"{GRID}:"
 
 
 class RegionBox(ComboBox):
+    """Box that selects the kind of sampling region, or a grid of the project."""
+
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
@@ -37,12 +39,12 @@ class RegionBox(ComboBox):
         self.setCurrentIndex(1)
 
     def kind(self) -> str:
-        """One of the words of `fracture_answer`."""
+        """Return one of `EVERYTHING`, `WINDOW`, `CIRCLE`, `SCANLINE` and `GRID`."""
         data = str(self.currentData())
         return GRID if data.startswith(_GRID_PREFIX) else data
 
     def list_grids(self) -> None:
-        """Those of the project; the chosen one stays, or the window takes its place."""
+        """List the grids of the project; a window replaces a selected grid that is gone."""
         grids = {f"{_GRID_PREFIX}{g.id}": g.name for g in self._studio.session.of(FaceGrid)}
         shown_titles = {
             str(self.itemData(i)): self.itemText(i) for i in range(self._fixed_count, self.count())
@@ -63,7 +65,7 @@ class RegionBox(ComboBox):
             self.currentIndexChanged.emit(self.currentIndex())
 
     def cells(self) -> GridCells | None:
-        """Those of the chosen grid that were looked at and could be measured; None without one."""
+        """Return the inspected cells of the selected grid; None if no grid is selected."""
         data = str(self.currentData())
         grid = get(self._studio.records, data.removeprefix(_GRID_PREFIX), FaceGrid)
         if self.kind() != GRID or grid is None:

@@ -1,4 +1,4 @@
-"""What the panel of logs takes away: the figure, the table, and the command of a log."""
+"""Figure, tables and command line of a log."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vomstudio.ui.widgets.copied_command import Words, numbers_text
 
 
 def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
-    """In a thread: the figure as PNG."""
+    """Draw the figure as PNG in a worker thread."""
     file = io.BytesIO()
     _write_figure(result, file, "png", dpi)
     return file.getvalue()
 
 
 def write(result: LogAnswer, path: Path) -> None:
-    """In a thread: the table, or the figure, by the ending; in place of what is there."""
+    """Write the table or figure by the file ending, overwriting. Runs in a worker thread."""
     from vomstudio.project.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
@@ -48,7 +48,7 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
 
 
 def write_boundaries(result: LogAnswer, path: Path) -> None:
-    """The table that the command reads, in place of what is there. Raises TargetError."""
+    """Write the table of boundaries for the command, overwriting. Raises TargetError."""
     file = io.StringIO()
     file.write(WORLD_COMMENT)
     writer = csv.writer(file, lineterminator="\n")
@@ -70,7 +70,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
 
 
 def log_command(result: LogAnswer, table: Path) -> Words:
-    """The command that says the same of this table of boundaries, and draws it."""
+    """Return the command that gives the same log and its figure from a table of boundaries."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,
         bed_error_deg=result.bed95_deg or None,

@@ -1,4 +1,4 @@
-"""The dock of logs: boundaries of beds along a line on the outcrop, and the thickness between."""
+"""Panel of bed boundaries and thicknesses along a line on the outcrop."""
 
 from __future__ import annotations
 
@@ -183,14 +183,14 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self._refresh()
 
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self.line_id = ""
         self.max_distance.clear()
         self.options.reset()
         self._soon()
 
     def _store_description(self, key: str, description: object) -> None:
-        """Kept with the line, as one step that can be undone."""
+        """Store the description of a bed with the line as one edit."""
         assert isinstance(description, RockWords)
         line = get_feature(self._studio.records, self.line_id)
         if line is not None and words_along(line).get(key, RockWords()) != description:
@@ -291,7 +291,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         allow(self.write, why)
         self.copy.allow(why)
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)

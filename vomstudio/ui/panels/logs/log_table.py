@@ -1,4 +1,4 @@
-"""The beds of a log as rows, the youngest on top, with what can be typed of them."""
+"""Table of the beds of a log, the youngest on top, with editable lithology and notes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ROW_HEIGHT_PX = 24
 
 
 class BedLogTable(QTableWidget):
-    """said : something was typed of the bed with this key"""
+    """Table of beds; `description_edited` emits the key and the new description of a bed."""
 
     description_edited = Signal(str, object)
 
@@ -58,7 +58,7 @@ class BedLogTable(QTableWidget):
         self.show_unit("m")
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        # Stretched it would be cut to nothing where the dock is narrow.
+        # A stretched section would shrink to nothing in a narrow dock.
         header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Fixed)
         header.setMinimumSectionSize(32)
         header.sectionResized.connect(
@@ -75,21 +75,20 @@ class BedLogTable(QTableWidget):
         self._widen_notes()
 
     def _widen_notes(self) -> None:
-        """What the others leave, and never less than the word at the top."""
+        """Give the notes the remaining width, at least that of their header."""
         header = self.horizontalHeader()
         used_width = sum(header.sectionSize(column) for column in range(NOTES))
         min_width = header.sectionSizeHint(NOTES)
         header.resizeSection(NOTES, max(self.viewport().width() - used_width, min_width))
 
     def show_unit(self, unit: str) -> None:
-        """Of the thicknesses."""
+        """Show the unit of the thicknesses."""
         head = self.horizontalHeaderItem(THICKNESS)
         assert head is not None
         head.setText(tr("Thickness ({unit})", unit=unit))
 
     def show_log(self, result: LogAnswer | None) -> None:
-        """What stands in the cells is changed in place, so that one that is being typed in stays
-        open."""
+        """Show a log; cells are updated in place, so that an open editor stays open."""
         beds = [] if result is None else list(result.log.intervals)
         keys = [] if result is None else list(result.base_keys)
         blocked = self.blockSignals(True)
@@ -135,7 +134,7 @@ class BedLogTable(QTableWidget):
 
 
 class _LithologyEditor(QStyledItemDelegate):
-    """A list of StraboSpot's words in which others can be typed too."""
+    """Editor that offers the lithologies of StraboSpot and accepts others."""
 
     def createEditor(  # noqa: N802
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
@@ -149,7 +148,7 @@ class _LithologyEditor(QStyledItemDelegate):
         return box
 
     def _commit_choice(self, box: _LithologyBox) -> None:
-        """From the list; what is typed is taken over with Enter, as in every cell."""
+        """Commit a choice from the list; typed text is committed with Enter as in other cells."""
         if box.is_list_choice:
             self.commitData.emit(box)
             self.closeEditor.emit(box)
@@ -166,7 +165,7 @@ class _LithologyEditor(QStyledItemDelegate):
 
 
 class _LithologyBox(ComboBox):
-    """from_list : the list was opened, and nothing typed since"""
+    """Box of lithologies; `is_list_choice` is set while no text was typed since it opened."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -131,7 +131,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
 
 
 def set_color(number: int, has_name: bool = True) -> str:
-    """Return the colour (#rrggbb) of a proposed set by its index; grey for planes without a set."""
+    """Return the colour (#rrggbb) of a proposed set by index; grey for unassigned planes."""
     return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
 
 

@@ -1,4 +1,4 @@
-"""Contents of the net from the project: sets, errors, selection and the feature being picked."""
+"""Contents of the net from the project: sets, errors, selection and open feature."""
 
 from __future__ import annotations
 

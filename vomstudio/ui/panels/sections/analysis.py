@@ -1,4 +1,4 @@
-"""What the panel of sections asks, worked out in a thread, as the command does."""
+"""Section through a model, as in the command `section`."""
 
 from __future__ import annotations
 
@@ -26,8 +26,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SectionQuestion:
-    """data : of the model in its own frame; path : of its file; crs : of World; records : None for
-    a section without features; along : (3,) direction of projection, None at right angles"""
+    """Input of a section.
+
+    Attributes
+    ----------
+    data : Mesh or PointCloud
+        Model in its own frame.
+    path : Path
+        File of the model.
+    crs : str or None
+        CRS of World.
+    records : mapping or None
+        Records of the project; None for a section without features.
+    along : (3,) float64 or None
+        Direction of projection; None for perpendicular to the section.
+    """
 
     data: Mesh | PointCloud
     to_world: Matrix
@@ -53,7 +66,7 @@ class SectionAnswer:
 
 
 def answer(question: SectionQuestion) -> SectionAnswer:
-    """In a thread: the section that `vomstudio section` makes."""
+    """Compute the section of `vomstudio section` in a worker thread."""
     from vomstudio.geometry.model_transform import transform_model
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
@@ -89,7 +102,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
 
 
 def write(result: SectionAnswer, path: Path) -> None:
-    """In a thread: the file, by its ending, in place of what is there."""
+    """Write the section by the file ending, overwriting. Runs in a worker thread."""
     from vomstudio.products.section.writing import write_section
 
     q = result.question
@@ -108,7 +121,7 @@ def write(result: SectionAnswer, path: Path) -> None:
 
 
 def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
-    """By a plane through a point (3,), or along a line (n, 2 or more)."""
+    """Build the section surface along a line (n, 2 or 3), or a plane through a point (3,)."""
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 

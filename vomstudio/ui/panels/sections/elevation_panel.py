@@ -1,4 +1,4 @@
-"""The dock in which an elevation model is made: over a plane of reference, by a worker process."""
+"""Panel that makes an elevation model over a reference plane in a worker process."""
 
 from __future__ import annotations
 
@@ -49,7 +49,13 @@ from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_te
 
 
 class ElevationPanel(QWidget):
-    """made : what was written last, None while there is nothing"""
+    """Panel of elevation models.
+
+    Attributes
+    ----------
+    result : WrittenElevation or None
+        The last elevation model that was written.
+    """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__()
@@ -88,7 +94,7 @@ class ElevationPanel(QWidget):
         studio.project_opened.connect(self._reset)
         studio.jobs_changed.connect(self._show_progress)
         studio.jobs.closed.connect(self._background.stop)
-        # A model may be open already.
+        # A model may already be open.
         self.refresh()
 
     def _arrange(self) -> None:
@@ -106,9 +112,9 @@ class ElevationPanel(QWidget):
         lines = (self.message, self.figures, self.cursor_label)
         FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
 
-    # --- what is asked -----------------------------------------------------------------------
+    # --- the request -------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """The models that there are."""
+        """List the models of the project."""
         if self._studio.has_project:
             self.model.list_models()
         self._follow_model()
@@ -168,7 +174,7 @@ class ElevationPanel(QWidget):
             self.target.setModified(True)
 
     def build_request(self) -> ElevationRequest | None:
-        """None where it cannot be made."""
+        """Return the request of the form; None if no elevation model can be made."""
         model = self.model.chosen_model()
         if model is None or self.why_not() is not None:
             return None
@@ -243,7 +249,7 @@ class ElevationPanel(QWidget):
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self.result = None
         self.figures.setText("")
         self.picture.show_picture(None)
@@ -255,12 +261,13 @@ class ElevationPanel(QWidget):
 
     # --- the command -------------------------------------------------------------------------
     def copy_command(self) -> None:
-        """Put the command that makes the same on the clipboard."""
+        """Copy the command that makes the same elevation model."""
         command = self.command()
         if command is not None:
             copy_command(self._studio, command)
 
     def command(self) -> Words | None:
+        """Return the command of the form; None if no elevation model can be made."""
         request, model = self.build_request(), self.model.chosen_model()
         place = None if model is None else model_words(self._studio, model)
         if request is None or place is None:
@@ -270,7 +277,7 @@ class ElevationPanel(QWidget):
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
-    """The figures of the command, in lines."""
+    """Return the figures of an elevation model as lines of text."""
     f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
     over = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)

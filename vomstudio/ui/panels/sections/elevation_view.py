@@ -1,5 +1,4 @@
-"""An elevation model on the screen: coloured and shaded, with scale, range, and the height under
-the cursor."""
+"""View of a coloured, shaded elevation model with scale bar and colour bar."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ _HALO = QColor(255, 255, 255, 200)
 
 
 class ElevationView(QWidget):
-    """pointed : what is under the cursor, in words; empty beside the model"""
+    """View of an elevation model; `cursor_text_changed` emits the height under the cursor."""
 
     cursor_text_changed = Signal(str)
 
@@ -34,7 +33,7 @@ class ElevationView(QWidget):
         return QSize(320, 220)
 
     def show_picture(self, picture: ElevationPicture | None, *, metric: bool = True) -> None:
-        """metric : the unit of heights is known"""
+        """Show a picture; `metric` states that heights are in metres."""
         self.picture, self._metric = picture, metric
         if picture is None:
             self._image = QImage()
@@ -45,7 +44,7 @@ class ElevationView(QWidget):
         self.update()
 
     def _image_rect(self) -> QRectF:
-        """Of the picture, as large as it fits beside its colours."""
+        """Return the largest rectangle of the image that leaves space for the colour bar."""
         label_width = self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH + 3 * _GAP
         area = QRectF(0, 0, max(self.width() - label_width, 1), max(self.height(), 1))
         size = self._image.size().toSizeF()

@@ -1,4 +1,4 @@
-"""The dock of sections: the model cut along a plane or a line, with the features beside it."""
+"""Panel of sections through a model along a plane or a line, with projected features."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     Attributes
     ----------
     line : (n, 3) float64 or None
-        World. Vertices of the line that was taken; None before that.
+        Vertices in World of the line on the outcrop; None before one is taken.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -205,7 +205,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
     def _point(self, model: Model) -> FloatArray:
-        """(3,) World, on the plane. Raises InputError for text that is not a point."""
+        """Return a point (3,) of the plane in World. Raises InputError for invalid text."""
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
@@ -341,20 +341,20 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
 
     def _reset(self) -> None:
-        """Another project."""
+        """Clear the form for another project."""
         self.line = None
         self.through.clear()
         for fields in (self.cutting, self.projected):
             fields.reset()
         self._soon()
 
-    # --- what is taken away ---------------------------------------------------------------------
+    # --- export ---------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)
 
     def copy_command(self) -> None:
-        """Along a line the command reads it from a file, which is asked for."""
+        """Copy the command; a line is written to a file, whose name the user is asked for."""
         result = self.result
         if result is None:
             return
@@ -376,11 +376,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     @property
     def cut_line(self) -> FloatArray | None:
-        """The line along which the model is cut; None where that is a plane."""
+        """Return the line of the section; None for a section along a plane."""
         return self.line if self.path_kind.currentData() == "line" else None
 
     def command(self, profile: Path | None) -> Words | None:
-        """profile : the file of the line"""
+        """Return the command of the section; `profile` is the file of its line."""
         model, result = self.model.chosen_model(), self.result
         place = None if model is None else model_words(self._studio, model)
         if place is None or result is None:

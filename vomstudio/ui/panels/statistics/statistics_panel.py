@@ -1,4 +1,4 @@
-"""The statistics dock: what is said of the selection, a type or a set, with n and methods named."""
+"""Panel of the statistics of the selection, a type or a set."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ if TYPE_CHECKING:
 
 
 class StatisticsPanel(LazyPanel):
-    """Figures of one group of features. Kinds are never pooled, except where the user selects
-    them, and then it is said."""
+    """Panel of the statistics of one group of features.
+
+    Types are pooled only in a selection, which the panel then reports.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
@@ -104,7 +106,7 @@ class StatisticsPanel(LazyPanel):
         copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
 
     def _kind_pages(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
-        """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
+        """Return titles and rows of the planes with their fold axis, or of the lines."""
         import numpy as np
 
         from vomstudio.geology.populations.set_statistics import set_statistics
@@ -132,14 +134,14 @@ class StatisticsPanel(LazyPanel):
     def _fold_pages(
         self, features: Sequence[Typed], measured: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
-        """The fold axis of planes of one type, with its domains."""
+        """Return titles and rows of the fold axis of planes of one type, and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
 
         fold, fold_filter = self._studio.fold, self._studio.fold.which
         if self.group_box.choice() == ("type", FOLD_TYPE, "") and fold.features():
             planes = fold.planes()
         else:
-            # The list above has chosen the set.
+            # The group already selects the set.
             fold_filter = replace(fold_filter, set_name=None)
             planes = fold_planes(self._studio.records, features, measured, fold_filter)
         if len(features) < 3:
@@ -167,8 +169,10 @@ class StatisticsPanel(LazyPanel):
 
 
 def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
-    """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
-    sets, if there are several; with the axis as its domains allow it."""
+    """Return the fold axis with the verdict of its domains, and the titles and rows of these.
+
+    Sets serve as domains if no plane has one. Fewer than two domains give no rows.
+    """
     from vomstudio.geology.domains import apply_domain_verdict, domain_axes
 
     has_domains = any(feature.domain for feature in planes.features)
