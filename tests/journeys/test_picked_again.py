@@ -80,10 +80,10 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     drawn = window.viewport.features.drawings
     assert not any(drawn[id_].visible for id_ in names if id_ in drawn)
     assert any("again" in key for key in drawn)
-    assert names[first] not in panel.offered.text()
-    assert "1 of 2" in panel.offered.text()
+    assert names[first] not in panel.prompt.text()
+    assert "1 of 2" in panel.prompt.text()
     assert studio.tool_name == "trace"
-    wait(lambda: window.net.up_to_date, "the net")
+    wait(lambda: window.net.is_up_to_date, "the net")
     assert not window.net._source.sets()
     driver.keep_picture(window, "picked_again_offered")
     made = pick(window, points[first][::-1])
@@ -126,7 +126,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     window.studio.set_visible([made.id], False)
     assert window.net._source.repeat_notes() == ()
     window.studio.set_visible([made.id], True)
-    wait(lambda: window.net.up_to_date, "the net")
+    wait(lambda: window.net.is_up_to_date, "the net")
     driver.keep_picture(window.net, "net_without_repeats")
     studio.save()
     capfd.readouterr()

@@ -57,7 +57,9 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
         assert panel.table.item(row, 4).text() != "–"
     net = window.net
     driver.wait(
-        lambda: net.up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set",
+        lambda: (
+            net.is_up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set"
+        ),
         "the preview",
     )
     assert len({s.color for s in net.artists.contents.sets}) == 4
@@ -73,7 +75,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
     assert sets_of(window)["cross joints"] == n
     assert set(sets_of(window)) == {"J1", "cross joints", ""}
     driver.wait(
-        lambda: net.up_to_date and "proposed" not in net.artists.contents.sets[0].name,
+        lambda: net.is_up_to_date and "proposed" not in net.artists.contents.sets[0].name,
         "the net as it is",
     )
     studio.undo()

@@ -42,7 +42,7 @@ def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> Fracture
 def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = ()):
     made = answer(question(face, counted_in, place))
     assert isinstance(made, FractureAnswer)
-    assert made.mapped is not None, made.why
+    assert made.mapped is not None, made.reason
     return made
 
 

@@ -68,7 +68,7 @@ def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
     net = window.net
 
     def drawn():
-        return net.artists is not None and net.up_to_date and net.artists.contents.fold
+        return net.artists is not None and net.is_up_to_date and net.artists.contents.fold
 
     driver.wait(drawn, "a net with its axis")
     assert abs(net.artists.contents.fold.beta.vector()[1]) > np.cos(np.radians(3.0))

@@ -64,7 +64,7 @@ def drawn(window) -> None:
         has_net = net.artists is not None or net.roses is not None
         return has_net or net.view_settings.view != "net"
 
-    driver.wait(lambda: shown() and net.up_to_date, "the net")
+    driver.wait(lambda: shown() and net.is_up_to_date, "the net")
     QApplication.processEvents()
 
 

@@ -56,7 +56,7 @@ def net(window, studio):
 
 def drawn(window) -> None:
     net = window.net
-    driver.wait(lambda: net.artists is not None and net.up_to_date, "the net")
+    driver.wait(lambda: net.artists is not None and net.is_up_to_date, "the net")
     QApplication.processEvents()
 
 
@@ -201,12 +201,12 @@ def test_a_net_of_many_is_drawn_in_a_thread_and_is_the_same(net, window, studio,
     shown = net.canvas.grab().toImage()
     monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 1000)
     net.redraw()
-    assert net.up_to_date
+    assert net.is_up_to_date
     assert net.canvas.grab().toImage() == shown
     monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 100)
     net.redraw()
     # What is selected while it is being drawn is emphasised when it is there.
-    assert not net.up_to_date
+    assert not net.is_up_to_date
     studio.selection.set(["r7"])
     drawn(window)
     assert net.artists.contents.selected == {"r7"}
@@ -334,7 +334,7 @@ def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
     shown = net.canvas.grab().toImage()
     monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 1000)
     net.redraw()
-    assert net.up_to_date
+    assert net.is_up_to_date
     assert net.canvas.grab().toImage() == shown
 
 

@@ -97,8 +97,8 @@ class DisplacementPanel(LazyPanel):
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
         )
-        unknown = DisplacementOptions(fault="000/90")
-        self.options = OptionFields(DisplacementOptions, "displacement", unknown)
+        defaults = DisplacementOptions(fault="000/90")
+        self.options = OptionFields(DisplacementOptions, "displacement", defaults)
         self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
         self.add.setToolTip(tr("A pair of cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
@@ -141,7 +141,7 @@ class DisplacementPanel(LazyPanel):
         self._column = column
 
     # --- pairs -------------------------------------------------------------------------------
-    def _selected_two(self) -> tuple[str, str] | None:
+    def _selected_pair(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
         fault = self.fault.id
         traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
@@ -150,7 +150,7 @@ class DisplacementPanel(LazyPanel):
         return (picked[0], picked[1]) if len(picked) == 2 else None
 
     def add_pair(self) -> None:
-        pair = self._selected_two()
+        pair = self._selected_pair()
         if pair is not None and not {pair, pair[::-1]} & set(self.pairs):
             self.pairs.append(pair)
             self.refresh()
@@ -182,10 +182,10 @@ class DisplacementPanel(LazyPanel):
         if not self._studio.has_project:
             return
         try:
-            self.result, why = self._answer(), ""
+            self.result, message = self._answer(), ""
         except VomError as error:
-            self.result, why = None, str(error)
-        self._show(why)
+            self.result, message = None, str(error)
+        self._show(message)
 
     def _answer(self) -> DisplacementResult | None:
         """Compute the displacements. Raises VomError, which states what is missing."""
@@ -202,11 +202,11 @@ class DisplacementPanel(LazyPanel):
         )
         fault_measurement = measured[self.fault.id]
         fault = _plane_of(fault_measurement)
-        through = fault_measurement.points.mean(axis=0)
+        fault_point = fault_measurement.points.mean(axis=0)
         traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
         names = tuple(self._names())
         cuts = tuple(
-            _find_cutoffs(name, a, b, fault, through)
+            _find_cutoffs(name, a, b, fault, fault_point)
             for name, (a, b) in zip(names, traces, strict=True)
         )
         if self.bed.id:
@@ -265,7 +265,7 @@ class DisplacementPanel(LazyPanel):
         _show_unit(self.table, unit_of(axes))
         self.options.show_unit(unit_of(axes))
 
-    def _show(self, why: str) -> None:
+    def _show(self, message: str) -> None:
         result = self.result
         pairs = {} if result is None else {pair.name: pair for pair in result.displacements.pairs}
         self.table.setRowCount(len(self.pairs))
@@ -274,10 +274,10 @@ class DisplacementPanel(LazyPanel):
             for column, text in enumerate((name, *cells)):
                 item = QTableWidgetItem(text)
                 if column:
-                    right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    item.setTextAlignment(right)
+                    alignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    item.setTextAlignment(alignment)
                 self.table.setItem(row, column, item)
-        self.message.setText(why if result is None else self._result_text(result))
+        self.message.setText(message if result is None else self._result_text(result))
         # In a low window the user has to scroll to text below the table, so errors are above it.
         self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
@@ -317,7 +317,7 @@ class DisplacementPanel(LazyPanel):
             lines.append(
                 tr(
                     "Stratigraphic separation {values} {unit}.",
-                    values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
+                    values=", ".join(_value_text(s.stratigraphic_m) for s in separations),
                     unit=unit,
                 )
             )
@@ -332,11 +332,11 @@ class DisplacementPanel(LazyPanel):
                 )
             )
         lines += map(str, displacements.warnings)
-        lines += [f"{each['id']}: {each['reason']}" for each in displacements.skipped]
+        lines += [f"{pair['id']}: {pair['reason']}" for pair in displacements.skipped]
         return "\n".join(lines)
 
     def _refresh(self) -> None:
-        pair = self._selected_two() if self._studio.has_project else None
+        pair = self._selected_pair() if self._studio.has_project else None
         reason = Finding("action.not-two-traces")
         allow(self.add, None if pair is not None else reason)
         is_row_selected = 0 <= self.table.currentRow() < len(self.pairs)
@@ -378,21 +378,21 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 
 
 def _find_cutoffs(
-    name: str, first: FloatArray, second: FloatArray, fault: Plane, through: FloatArray
+    name: str, first: FloatArray, second: FloatArray, fault: Plane, fault_point: FloatArray
 ) -> Cutoffs:
     """Find the cut-offs of a pair. Raises InputError with the name of the pair."""
     from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:
-        return find_cutoffs(first, second, fault, through)
+        return find_cutoffs(first, second, fault, fault_point)
     except GeometryError as error:
         raise InputError(cause_of(error), field=name) from error
 
 
-def _plane_of(measured: Measurement) -> Plane:
-    if measured.plane is None:
-        raise InputError(measured.problem or Finding("field.no-plane"))
-    return measured.plane
+def _plane_of(measurement: Measurement) -> Plane:
+    if measurement.plane is None:
+        raise InputError(measurement.problem or Finding("field.no-plane"))
+    return measurement.plane
 
 
 def _vector(pair: Pair) -> Displacement | None:
@@ -405,17 +405,17 @@ def _cells(pair: Pair | None) -> list[str]:
         return [""] * (len(_COLUMNS) + 1)
     rake = displacement.slip_rake_deg
     return [
-        *(_with_error(getattr(displacement, name)) for name in _COLUMNS),
+        *(_value_text(getattr(displacement, name)) for name in _COLUMNS),
         "–" if rake is None else f"{rake:.0f}°",
     ]
 
 
-def _with_error(measured: Measured) -> str:
+def _value_text(quantity: Measured) -> str:
     # Adding zero removes the sign of a negative zero.
-    value = round(measured.value, 3) + 0.0
-    if measured.error95 is None:
+    value = round(quantity.value, 3) + 0.0
+    if quantity.error95 is None:
         return f"{value:.3f}"
-    return f"{value:.3f} ± {measured.error95:.3f}"
+    return f"{value:.3f} ± {quantity.error95:.3f}"
 
 
 def _show_unit(table: QTableWidget, unit: str) -> None:
@@ -426,13 +426,13 @@ def _show_unit(table: QTableWidget, unit: str) -> None:
         tr("Strike slip ({unit})", unit=unit),
     )
     for column, title in enumerate(titles, 1):
-        head = table.horizontalHeaderItem(column)
-        assert head is not None
-        head.setText(title)
+        header_item = table.horizontalHeaderItem(column)
+        assert header_item is not None
+        header_item.setText(title)
 
 
 def _table() -> QTableWidget:
-    heads = (
+    columns = (
         (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
         ("", tr("How far the hanging wall moved against the footwall.")),
         ("", tr("Vertical part; down is positive.")),
@@ -440,10 +440,10 @@ def _table() -> QTableWidget:
         ("", tr("Along the strike; sinistral is positive.")),
         (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = LowTable(0, len(heads))
+    table = LowTable(0, len(columns))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
-    for column, (title, tip) in enumerate(heads):
+    for column, (title, tip) in enumerate(columns):
         item = QTableWidgetItem(title)
         item.setToolTip(tip)
         table.setHorizontalHeaderItem(column, item)

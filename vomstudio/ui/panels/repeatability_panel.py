@@ -56,8 +56,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
-        self.offered = hint_label()
-        self.offered.setObjectName("repeats_offered")
+        self.prompt = hint_label()
+        self.prompt.setObjectName("repeats_offered")
         self.figures = FiguresPage(Finding("repeats.not-begun").message)
         self.figures.setAccessibleName(tr("Spread of the repeats"))
         self._arrange()
@@ -69,7 +69,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Share (%)"), self.share)
         first = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
-        FormBeside.fill(self, form, first, second, self.offered, self.message, picture=self.figures)
+        FormBeside.fill(self, form, first, second, self.prompt, self.message, picture=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -115,14 +115,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         records, id_ = self._studio.records, self._round.current
         feature = get(records, id_, Repeatable)
         if feature is None:
-            self.offered.clear()
+            self.prompt.clear()
             self._mark(None)
         else:
             type_ = (
                 get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
             )
             done_count = len(self._round.chosen) - len(self._round.waiting)
-            self.offered.setText(
+            self.prompt.setText(
                 tr(
                     "{number} of {all}: pick the {type} in the ring again ({kind}).",
                     number=done_count + 1,
@@ -200,13 +200,13 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if not self._studio.has_project:
             return
         is_running = self._round.current is not None
-        why = Finding("action.round-running") if is_running else None
-        if why is None and not self._round.available():
-            why = Finding("action.no-pick-left")
-        if why is None and self._share() is None:
+        reason = Finding("action.round-running") if is_running else None
+        if reason is None and not self._round.available():
+            reason = Finding("action.no-pick-left")
+        if reason is None and self._share() is None:
             text = self.share.text().strip()
-            why = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
-        allow(self.begin, why)
+            reason = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
+        allow(self.begin, reason)
         for button in (self.look, self.skip, self.stop):
             allow(button, None if is_running else Finding("action.no-round"))
         self._refresh_name()
@@ -262,11 +262,11 @@ def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:
         f"<td style='padding:1px 8px' align='right'>{_degrees(p.stated95_deg)}</td></tr>"
         for p in repeats.pairs
     )
-    heads = "".join(
+    headers = "".join(
         f"<th align='left' style='padding:1px 8px 1px 4px'>{escape(h)}</th>"
         for h in (tr("Pick"), tr("By"), tr("Angle"), tr("Stated 95 %"))
     )
-    return f"<table>{table}</table><br><table><tr>{heads}</tr>{pairs}</table>"
+    return f"<table>{table}</table><br><table><tr>{headers}</tr>{pairs}</table>"
 
 
 def _degrees(value: float | None) -> str:

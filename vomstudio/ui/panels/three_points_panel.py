@@ -162,10 +162,10 @@ class ThreePointsPanel(LazyPanel):
     def _show_axes(self, axes: Axes) -> None:
         tips = (tr("East."), tr("North."), tr("Height, upward."))
         for column, (title, tip) in enumerate(zip(axes.titles, tips, strict=True)):
-            head = self.table.horizontalHeaderItem(column)
-            assert head is not None
-            head.setText(title)
-            head.setToolTip(tip if axes.north else "")
+            header_item = self.table.horizontalHeaderItem(column)
+            assert header_item is not None
+            header_item.setText(title)
+            header_item.setToolTip(tip if axes.north else "")
 
     # --- the points --------------------------------------------------------------------------
     def _pick(self) -> None:
@@ -220,12 +220,12 @@ class ThreePointsPanel(LazyPanel):
         """Fill the table, with empty rows up to the minimum number of points."""
         self.trace_id = ""
         rows = rows + [["", "", ""]] * (_MIN_POINTS - len(rows))
-        blocked = self.table.blockSignals(True)
+        was_blocked = self.table.blockSignals(True)
         self.table.setRowCount(len(rows))
         for i, row in enumerate(rows):
             for j, text in enumerate(row):
                 self.table.setItem(i, j, _cell(text))
-        self.table.blockSignals(blocked)
+        self.table.blockSignals(was_blocked)
         self._soon()
 
     def _follow_typing(self, _: QTableWidgetItem) -> None:
@@ -293,15 +293,17 @@ class ThreePointsPanel(LazyPanel):
         count_text = tr_n("{count} point", "{count} points", result.n)
         if result.max_confidence95_deg is None:
             text = tr("{plane} through {points}.", plane=plane, points=count_text)
-            unknown = Finding("three-points.no-error")
-            return f"{text} {unknown}{_warnings_text(result)}"
-        turn = result.dip_direction_error_deg
+            no_error = Finding("three-points.no-error")
+            return f"{text} {no_error}{_warnings_text(result)}"
+        direction_error_deg = result.dip_direction_error_deg
         text = tr(
             "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
             "through {points}.",
             plane=plane,
             dip=result.dip_error_deg,
-            turn=tr("not known") if turn is None else f"± {turn:.1f}°",
+            turn=tr("not known")
+            if direction_error_deg is None
+            else f"± {direction_error_deg:.1f}°",
             points=count_text,
         )
         if result.rms_m is not None:
@@ -315,11 +317,11 @@ class ThreePointsPanel(LazyPanel):
         allow(self.take, None if is_line_selected else reason)
         allow(self.pick, why_no_model(studio))
         allow(self.remove_row, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
-        why = None if self.plane is not None else Finding("action.no-result")
-        self.copy.allow(why)
-        if why is None and self.trace_id:
-            why = Finding("action.points-of-trace")
-        allow(self.add, why)
+        problem = None if self.plane is not None else Finding("action.no-result")
+        self.copy.allow(problem)
+        if problem is None and self.trace_id:
+            problem = Finding("action.points-of-trace")
+        allow(self.add, problem)
 
     # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:
@@ -356,9 +358,9 @@ class ThreePointsPanel(LazyPanel):
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-        words = option_words(ThreePointOptions(sigma))
+        arguments = option_words(ThreePointOptions(sigma))
         copy_with_file(
-            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *words]
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *arguments]
         )
 
     def _close(self) -> None:

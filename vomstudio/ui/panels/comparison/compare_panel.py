@@ -86,7 +86,7 @@ class ComparePanel(QWidget):
         self._studio = studio
         self.comparison: ModelComparison | None = None
         self._compared_id = ""
-        self._searched_place: tuple[Path, str] | None = None
+        self._searched_model: tuple[Path, str] | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
         self._model: Model | None = None
@@ -174,19 +174,19 @@ class ComparePanel(QWidget):
         if model is None or self._job is not None or model.id not in studio.models:
             return
         # "Save as" moves the files of a project to the new folder.
-        model_place = (studio.project.folder, model.id)
-        if self._searched_place == model_place or (
+        project_model = (studio.project.folder, model.id)
+        if self._searched_model == project_model or (
             self.comparison is not None and self._compared_id == model.id
         ):
             return
-        self._searched_place = model_place
-        stored = next(iter(stored_comparisons(*model_place)), None)
-        if stored is None:
+        self._searched_model = project_model
+        record = next(iter(stored_comparisons(*project_model)), None)
+        if record is None:
             return
-        if not stored.is_current(model):
+        if not record.is_current(model):
             self.message.setText(
                 Finding(
-                    "comparison.outdated", benchmark=stored.benchmark, day=stored.made[:10]
+                    "comparison.outdated", benchmark=record.benchmark, day=record.made[:10]
                 ).message
             )
             return
@@ -195,22 +195,22 @@ class ComparePanel(QWidget):
         if entry is not None:
             crs = entry.standing(studio.project.cache).crs
         cache = studio.project.cache
-        path = studio.project.find_model(model) or Path(stored.model_name)
+        path = studio.project.find_model(model) or Path(record.model_name)
         comparison = ModelComparison(
-            PlacedModel(stored.model_name, path, cache, stored.to_world, crs),
+            PlacedModel(record.model_name, path, cache, record.to_world, crs),
             PlacedModel(
-                stored.benchmark,
-                Path(stored.benchmark_path),
+                record.benchmark,
+                Path(record.benchmark_path),
                 cache,
-                stored.benchmark_to_world,
+                record.benchmark_to_world,
                 None,
             ),
-            dict(stored.figures),
-            stored.fields,
+            dict(record.figures),
+            record.fields,
         )
-        self.message.setText(tr("Reading the distances of {day}…", day=stored.made[:10]))
+        self.message.setText(tr("Reading the distances of {day}…", day=record.made[:10]))
         self._background.run(
-            lambda: _read_stored(stored.fields),
+            lambda: _read_stored(record.fields),
             lambda content: self._show_stored(model.id, comparison, content),
         )
 
@@ -223,7 +223,7 @@ class ComparePanel(QWidget):
 
     def _reset(self, *_: object) -> None:
         """Clear the comparison for another project."""
-        self.comparison, self._searched_place = None, None
+        self.comparison, self._searched_model = None, None
         self.agreement.invalidate()
         self.message.setText("")
         self._show()
@@ -234,12 +234,12 @@ class ComparePanel(QWidget):
             self._form.setRowVisible(field, is_m3c2)
 
     def _refresh_buttons(self, *_: object) -> None:
-        busy = self._job is not None
-        why = None if busy else self._why_not()
-        self.start.setText(tr("Stop") if busy else tr("Compare"))
-        allow(self.start, why)
-        why_no_result = None if self.comparison is not None else Finding("action.not-computed")
-        allow(self.export, Finding("action.busy") if busy else why_no_result)
+        is_busy = self._job is not None
+        reason = None if is_busy else self._why_not()
+        self.start.setText(tr("Stop") if is_busy else tr("Compare"))
+        allow(self.start, reason)
+        no_result = None if self.comparison is not None else Finding("action.not-computed")
+        allow(self.export, Finding("action.busy") if is_busy else no_result)
         self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
@@ -310,12 +310,12 @@ class ComparePanel(QWidget):
         self._refresh_buttons()
 
     def _error_of(self, model: Model) -> float | None:
-        loaded = self._studio.models.get(model.id)
-        if model.registration is None or loaded is None:
+        loaded_model = self._studio.models.get(model.id)
+        if model.registration is None or loaded_model is None:
             return None
         from vomstudio.geometry import transform
 
-        corners = transform.apply(transform.matrix(model.to_world), loaded.data.bounds)
+        corners = transform.apply(transform.matrix(model.to_world), loaded_model.data.bounds)
         return model.registration.placing_error_m(np.sort(corners, axis=0))
 
     def _store_result(
@@ -341,9 +341,9 @@ class ComparePanel(QWidget):
         self._job, self.comparison, self._compared_id = None, comparison, model_id
         self._show()
         self.histogram.show_counts(counts, limit_m, comparison.figures["median_m"])
-        opened = self._studio.models.get(model_id)
+        loaded_model = self._studio.models.get(model_id)
         messages = [str(warning) for warning in comparison.figures["warnings"]]
-        if opened is not None and opened.give_fields(fields):
+        if loaded_model is not None and loaded_model.give_fields(fields):
             self._studio.display.show_field(model_id, FieldStyle(FIELD, -limit_m, limit_m))
         else:
             messages.append(Finding("model.fields-too-large").message)

@@ -60,10 +60,10 @@ class Histogram(QWidget):
         label_height = painter.fontMetrics().height() + 4.0
         plot = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -label_height)
         bar_width = plot.width() / _BINS
-        highest = max(int(self.counts.max()), 1)
+        max_count = max(int(self.counts.max()), 1)
         for number, count in enumerate(self.counts.tolist()):
             red, green, blue = self._colors[int((number + 0.5) / _BINS * len(self._colors))]
-            bar_height = plot.height() * count / highest
+            bar_height = plot.height() * count / max_count
             bar = QRectF(
                 plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
             )

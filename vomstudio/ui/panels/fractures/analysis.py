@@ -113,7 +113,7 @@ class FractureAnswer:
     plane : TracePlane
         Plane of the face.
     mapped : MappedNetwork or None
-        None if nothing can be counted, for the reason `why`; the map is drawn anyway.
+        None if nothing can be counted, see `reason`; the map is drawn anyway.
     """
 
     question: FractureQuestion
@@ -124,7 +124,7 @@ class FractureAnswer:
     drawing: Drawing
     mark: Mark | None
     mapped: MappedNetwork | None
-    why: Finding | None = None
+    reason: Finding | None = None
 
 
 def parse_numbers(text: str) -> tuple[float, ...] | None:
@@ -188,12 +188,12 @@ def answer(question: FractureQuestion) -> FractureAnswer:
         numbers = _window_around(np.concatenate(lines), q.options.snap_m)
     mark = region_mark(q.region_kind, numbers)
     region = SamplingRegion()
-    why = check_region_numbers(q.region_kind, numbers)
+    reason = check_region_numbers(q.region_kind, numbers)
     if q.region_kind in (CIRCLE, SCANLINE) and not numbers:
-        why = Finding("fractures.no-mark")
+        reason = Finding("fractures.no-mark")
     if q.cells is not None and not len(cells):
-        why = Finding("fractures.no-cells", grid=q.cells.name)
-    if why is None:
+        reason = Finding("fractures.no-cells", grid=q.cells.name)
+    if reason is None:
         region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
             mapped = map_fractures(
@@ -207,8 +207,8 @@ def answer(question: FractureQuestion) -> FractureAnswer:
                 mapped = replace(mapped, y_axis="y")
             return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, mapped)
         except VomError as error:
-            why = cause_of(error)
-    return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, None, why)
+            reason = cause_of(error)
+    return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, None, reason)
 
 
 def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
@@ -278,7 +278,7 @@ def _drawing(
 
     points = np.concatenate([*lines, cells.reshape(-1, 2)])
     low, high = points.min(axis=0), points.max(axis=0)
-    pad = max(0.05 * float((high - low).max()), 1e-3)
+    margin = max(0.05 * float((high - low).max()), 1e-3)
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
@@ -287,7 +287,7 @@ def _drawing(
     )
     return Drawing(
         shapes,
-        np.stack([low - pad, high + pad]),
+        np.stack([low - margin, high + margin]),
         end_names(face, q.north_known),
         (tr("along the face ({unit})", unit=unit), up),
         metric=q.metric,

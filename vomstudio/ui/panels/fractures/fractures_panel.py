@@ -131,14 +131,14 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.tabs = QTabWidget()
         self.tabs.addTab(self.map, tr("Map"))
         self.tabs.addTab(self.picture, tr("Figure"))
-        shown = QWidget()
-        layout = QHBoxLayout(shown)
+        results = QWidget()
+        layout = QHBoxLayout(results)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.figures, 2)
         layout.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
         buttons = button_row(self.figure, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=shown)
+        FormBeside.fill(self, form, buttons, self.message, picture=results)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -173,12 +173,12 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
     def _follow_region(self, *_: object) -> None:
         kind = self._region_kind()
         self.region_field.clear()
-        why = None
+        reason = None
         if kind == EVERYTHING:
-            why = Finding("action.all-traces-counted")
+            reason = Finding("action.all-traces-counted")
         elif kind == GRID:
-            why = Finding("action.cells-are-window")
-        allow(self.region_field, why)
+            reason = Finding("action.cells-are-window")
+        allow(self.region_field, reason)
         self.region_field.setPlaceholderText(
             {
                 EVERYTHING: "",
@@ -216,12 +216,12 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
     def _refresh_take(self) -> None:
         kind, line = self._region_kind(), self._selected_line()
         min_points = 3 if kind == WINDOW else 2
-        why = None
+        reason = None
         if kind not in (WINDOW, SCANLINE):
-            why = Finding("action.no-window")
+            reason = Finding("action.no-window")
         elif line is None or len(line) < min_points or self.result is None:
-            why = Finding("action.no-area" if kind == WINDOW else "action.no-line")
-        allow(self.take, why)
+            reason = Finding("action.no-area" if kind == WINDOW else "action.no-line")
+        allow(self.take, reason)
 
     def _take_selected(self) -> None:
         line = self._selected_line()
@@ -277,8 +277,8 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             raise InputError(
                 Finding("fractures.not-numbers", text=self.region_field.text().strip())
             )
-        if (why := check_region_numbers(self._region_kind(), numbers)) is not None:
-            raise InputError(why)
+        if (reason := check_region_numbers(self._region_kind(), numbers)) is not None:
+            raise InputError(reason)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
@@ -296,7 +296,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: FractureAnswer) -> str:
-        notes = [str(result.why)]
+        notes = [str(result.reason)]
         if result.mapped is not None:
             plane = result.face.plane
             assert plane is not None
@@ -323,10 +323,10 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             notes = [
                 text,
                 *(
-                    str(each)
-                    for each in result.mapped.found.warnings
+                    str(warning)
+                    for warning in result.mapped.found.warnings
                     # The first line already states the plane.
-                    if each.code != "lines.not-planar"
+                    if warning.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
                 *self.group_box.left_out(),
@@ -343,13 +343,13 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self._refresh_take()
 
     def _refresh(self) -> None:
-        why = None
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None or self.result.mapped is None:
-            why = Finding("action.no-result")
-        allow(self.figure, why)
-        self.copy.allow(why)
+            reason = Finding("action.no-result")
+        allow(self.figure, reason)
+        self.copy.allow(reason)
 
     def _draw_figure(self) -> None:
         """Draw the figure if its tab is open."""

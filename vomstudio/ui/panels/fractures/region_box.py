@@ -53,14 +53,14 @@ class RegionBox(ComboBox):
         if shown_titles == titles:
             return
         previous = self.currentData()
-        blocked = self.blockSignals(True)
+        was_blocked = self.blockSignals(True)
         while self.count() > self._fixed_count:
             self.removeItem(self.count() - 1)
         for key, title in titles.items():
             self.addItem(title, key)
         index = self.findData(previous)
         self.setCurrentIndex(index if index >= 0 else 1)
-        self.blockSignals(blocked)
+        self.blockSignals(was_blocked)
         if index < 0:
             self.currentIndexChanged.emit(self.currentIndex())
 

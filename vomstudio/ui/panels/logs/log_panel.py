@@ -212,8 +212,8 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
             raise InputError(Finding("bed.no-line"))
-        candidates = (get(studio.records, f.id, Trace) for f in self.group.features())
-        traces = [trace for trace in candidates if trace is not None]
+        group_traces = (get(studio.records, f.id, Trace) for f in self.group.features())
+        traces = [trace for trace in group_traces if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
@@ -283,13 +283,13 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         allow(self.pick, why_no_model(studio))
         reason = Finding("action.points-are-boundaries")
         allow(self.max_distance, reason if self.source_box.currentData() == POINTS else None)
-        why = None
+        problem = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            problem = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-result")
-        allow(self.write, why)
-        self.copy.allow(why)
+            problem = Finding("action.no-result")
+        allow(self.write, problem)
+        self.copy.allow(problem)
 
     # --- export ------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:

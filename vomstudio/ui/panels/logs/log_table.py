@@ -35,7 +35,7 @@ class BedLogTable(QTableWidget):
     description_edited = Signal(str, object)
 
     def __init__(self) -> None:
-        heads = (
+        columns = (
             (tr("Bed"), tr("Counted from the oldest up.")),
             (tr("From"), tr("The boundary at which the bed begins.")),
             (tr("To"), tr("The boundary at which it ends.")),
@@ -43,10 +43,10 @@ class BedLogTable(QTableWidget):
             (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
             (tr("Notes"), tr("Double click to type.")),
         )
-        super().__init__(0, len(heads))
+        super().__init__(0, len(columns))
         self.setObjectName("log_table")
         self.setAccessibleName(tr("Beds of the log"))
-        for column, (title, tip) in enumerate(heads):
+        for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(tip)
             self.setHorizontalHeaderItem(column, item)
@@ -83,15 +83,15 @@ class BedLogTable(QTableWidget):
 
     def show_unit(self, unit: str) -> None:
         """Show the unit of the thicknesses."""
-        head = self.horizontalHeaderItem(THICKNESS)
-        assert head is not None
-        head.setText(tr("Thickness ({unit})", unit=unit))
+        header_item = self.horizontalHeaderItem(THICKNESS)
+        assert header_item is not None
+        header_item.setText(tr("Thickness ({unit})", unit=unit))
 
     def show_log(self, result: LogAnswer | None) -> None:
         """Show a log; cells are updated in place, so that an open editor stays open."""
         beds = [] if result is None else list(result.log.intervals)
         keys = [] if result is None else list(result.base_keys)
-        blocked = self.blockSignals(True)
+        was_blocked = self.blockSignals(True)
         self.setRowCount(len(beds))
         self._keys = keys[::-1]
         for row, bed in enumerate(reversed(beds)):
@@ -106,7 +106,7 @@ class BedLogTable(QTableWidget):
             )
             for column, text in enumerate(texts):
                 self._put(row, column, text)
-        self.blockSignals(blocked)
+        self.blockSignals(was_blocked)
         self._widen_notes()
 
     def _put(self, row: int, column: int, text: str) -> None:
@@ -116,8 +116,8 @@ class BedLogTable(QTableWidget):
             if column not in (LITHOLOGY, NOTES):
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
             if column in (0, 3):
-                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                item.setTextAlignment(right)
+                alignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(alignment)
             self.setItem(row, column, item)
         item.setText(text)
         if column in (LITHOLOGY, NOTES):
@@ -126,10 +126,12 @@ class BedLogTable(QTableWidget):
     def _emit_description(self, item: QTableWidgetItem) -> None:
         row = item.row()
         if item.column() in (LITHOLOGY, NOTES) and row < len(self._keys):
-            rock, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
-            assert rock is not None
+            lithology, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
+            assert lithology is not None
             assert notes is not None
-            description = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
+            description = RockWords(
+                " ".join(lithology.text().split()), " ".join(notes.text().split())
+            )
             self.description_edited.emit(self._keys[row], description)
 
 

@@ -77,7 +77,7 @@ class DrawnNet:
         self._canvas.get_renderer().clear()
         for text in labels:
             self.artists.axes.draw_artist(text)
-        self._labels = _image_of(self._canvas, self.ratio)
+        self._labels = _canvas_image(self._canvas, self.ratio)
 
     @classmethod
     def draw(cls, request: NetRequest) -> DrawnNet:
@@ -96,7 +96,7 @@ class DrawnNet:
         self._canvas.restore_region(self._background)
         for artist in self.artists.emphasis:
             self.artists.axes.draw_artist(artist)
-        image = _image_of(self._canvas, self.ratio)
+        image = _canvas_image(self._canvas, self.ratio)
         painter = QPainter(image)
         painter.drawImage(0, 0, self._labels)
         painter.end()
@@ -120,7 +120,7 @@ class DrawnRoses:
         return cls(artists, request.ratio, canvas)
 
     def image(self) -> QImage:
-        return _image_of(self._canvas, self.ratio)
+        return _canvas_image(self._canvas, self.ratio)
 
 
 def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
@@ -130,7 +130,7 @@ def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
     return figure, FigureCanvasAgg(figure)
 
 
-def _image_of(canvas: Any, ratio: float) -> QImage:
+def _canvas_image(canvas: Any, ratio: float) -> QImage:
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]
     view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)

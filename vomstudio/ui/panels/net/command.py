@@ -56,11 +56,11 @@ def net_command(
             grey=style.grey,
             width_mm=style.width_mm,
         )
-        words = [*option_words(_rose_options(view_settings)), *option_words(figure)]
-        return ["rose", table, *words, *option_words(set_colors), *output]
+        arguments = [*option_words(_rose_options(view_settings)), *option_words(figure)]
+        return ["rose", table, *arguments, *option_words(set_colors), *output]
     options = _net_options(view_settings, projection, method, contouring, notation, fold)
-    words = [*option_words(options), *option_words(style.options())]
-    return ["stereonet", table, *words, *option_words(set_colors), *output]
+    arguments = [*option_words(options), *option_words(style.options())]
+    return ["stereonet", table, *arguments, *option_words(set_colors), *output]
 
 
 def _rose_options(view_settings: NetViewSettings) -> RoseOptions:

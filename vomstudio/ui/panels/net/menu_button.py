@@ -77,7 +77,9 @@ class NetMenuButton(QToolButton):
             action = menu.addAction(tr(title))
             action.setToolTip(tr(tip))
             action.setCheckable(True)
-            action.triggered.connect(lambda on, n=name: view_settings.show_overlay(n, on))
+            action.triggered.connect(
+                lambda is_checked, n=name: view_settings.show_overlay(n, is_checked)
+            )
             self.overlays[name] = action
         menu.addSeparator()
         self.drawing_action = menu.addAction(tr("Type circles, lines, turning, levels…"))
@@ -107,10 +109,14 @@ class NetMenuButton(QToolButton):
             action.setCheckable(True)
         view_settings = self._view_settings
         self.length_weight_action.triggered.connect(
-            lambda on: view_settings.set_bins(view_settings.bin_deg, is_length_weighted=on)
+            lambda is_checked: view_settings.set_bins(
+                view_settings.bin_deg, is_length_weighted=is_checked
+            )
         )
         self.area_scale_action.triggered.connect(
-            lambda on: view_settings.set_bins(view_settings.bin_deg, is_area_scaled=on)
+            lambda is_checked: view_settings.set_bins(
+                view_settings.bin_deg, is_area_scaled=is_checked
+            )
         )
 
     def _show(self) -> None:
@@ -135,9 +141,11 @@ class NetMenuButton(QToolButton):
         for name in names:
             action = self.sets.addAction(name.replace("&", "&&"))
             action.setCheckable(True)
-            action.setChecked(name not in self._view_settings.hidden)
-            action.triggered.connect(lambda on, n=name: self._view_settings.show_set(n, on))
-        if self._view_settings.hidden:
+            action.setChecked(name not in self._view_settings.hidden_sets)
+            action.triggered.connect(
+                lambda is_checked, n=name: self._view_settings.show_set(n, is_checked)
+            )
+        if self._view_settings.hidden_sets:
             self.sets.addSeparator()
             self.sets.addAction(tr("Show all")).triggered.connect(
                 lambda _: self._view_settings.show_all()

@@ -118,9 +118,9 @@ class NetSource:
 
     def visible_sets(self) -> list[NetSet]:
         """Return the sets that are not hidden, rotated by the view settings."""
-        turning, hidden = self._view_settings.turning, self._view_settings.hidden
-        visible = [s for s in self.sets() if s.name not in hidden]
-        return [turning.rotate_set(s) for s in visible] if turning.turns else visible
+        turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
+        sets = [s for s in self.sets() if s.name not in hidden_sets]
+        return [turning.rotate_set(s) for s in sets] if turning.turns else sets
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
         """Return the rotated planes of the fold axis; None if no bedding is shown."""
@@ -174,16 +174,16 @@ class NetSource:
             by_area=view_settings.is_area_scaled,
         )
         kind = "line" if view_settings.view in LINE_ANGLES else "plane"
-        skipped = sum(len(s) for s in sets if s.kind == kind) - sum(
+        skipped_count = sum(len(s) for s in sets if s.kind == kind) - sum(
             rose.n for rose in contents.roses.values()
         )
         notes = self.repeat_notes()
-        if not skipped:
+        if not skipped_count:
             return replace(contents, notes=notes)
         note = (
-            tr("{count:,} without such an angle or a length are left out", count=skipped)
+            tr("{count:,} without such an angle or a length are left out", count=skipped_count)
             if view_settings.is_length_weighted
-            else tr("{count:,} without such an angle are left out", count=skipped)
+            else tr("{count:,} without such an angle are left out", count=skipped_count)
         )
         return replace(contents, notes=(*notes, note))
 
@@ -212,12 +212,12 @@ class NetSource:
     # --- open feature ------------------------------------------------------------------------
     def live(self) -> NetLive | None:
         """Return the open feature of a tool; None if it has no plane or line yet."""
-        measured = getattr(self._studio.open_tool, "measurement", None)
-        if not isinstance(measured, Measurement):
+        measurement = getattr(self._studio.open_tool, "measurement", None)
+        if not isinstance(measurement, Measurement):
             return None
-        if measured.plane is None and measured.line is None:
+        if measurement.plane is None and measurement.line is None:
             return None
-        feature = NetLive(measured.plane, measured.line, error_ellipse(measured))
+        feature = NetLive(measurement.plane, measurement.line, error_ellipse(measurement))
         turning = self._view_settings.turning
         return _rotate_live(feature, turning) if turning.turns else feature
 
@@ -240,16 +240,16 @@ class NetSource:
         return tuple(circles.values())
 
 
-def error_ellipse(measured: Measurement) -> AnyEllipse | None:
+def error_ellipse(measurement: Measurement) -> AnyEllipse | None:
     """Return the 95 % ellipse of a pole or line; None if its error is unknown.
 
     A straight trace has a band of possible poles instead.
     """
-    if measured.line is not None:
-        return _line_ellipse(measured)
-    if (band := band_of_measured(measured)) is not None:
+    if measurement.line is not None:
+        return _line_ellipse(measurement)
+    if (band := band_of_measured(measurement)) is not None:
         return NetBand(band.outline())
-    fit, total = measured.fit, measured.total95_deg
+    fit, total = measurement.fit, measurement.total95_deg
     if fit is None or total is None or fit.error_rake_deg is None:
         return None
     plane = Plane.from_normal(fit.normal)
@@ -257,19 +257,19 @@ def error_ellipse(measured: Measurement) -> AnyEllipse | None:
     return NetEllipse.enlarge_to_total(plane, largest, smallest, fit.error_rake_deg, total)
 
 
-def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
-    total = measured.total
-    if measured.line is not None and total is not None and measured.registration_error_deg:
-        return NetLineEllipse(measured.line, total.largest_deg, total.smallest_deg, total.axis)
+def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
+    total = measurement.total
+    if measurement.line is not None and total is not None and measurement.registration_error_deg:
+        return NetLineEllipse(measurement.line, total.largest_deg, total.smallest_deg, total.axis)
     line, largest, smallest = (
-        measured.line,
-        measured.max_confidence95_deg,
-        measured.min_confidence95_deg,
+        measurement.line,
+        measurement.max_confidence95_deg,
+        measurement.min_confidence95_deg,
     )
     if line is None or largest is None or smallest is None:
         return None
     # A circular cone has no major axis, so any perpendicular direction is valid.
-    axis = measured.confidence_axis
+    axis = measurement.confidence_axis
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
     return NetLineEllipse(line, largest, smallest, axis)
@@ -286,11 +286,11 @@ def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
     return replace(live, plane=plane, line=line, ellipse=ellipse)
 
 
-def _length(measured: Measurement) -> float | None:
+def _length(measurement: Measurement) -> float | None:
     """Return the length of a line, or the longest extent of a plane; None if unknown."""
-    if measured.line_fit is not None:
-        return measured.line_fit.length
-    return None if measured.fit is None else measured.fit.extent
+    if measurement.line_fit is not None:
+        return measurement.line_fit.length
+    return None if measurement.fit is None else measurement.fit.extent
 
 
 def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:

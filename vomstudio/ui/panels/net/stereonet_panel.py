@@ -89,15 +89,17 @@ class StereonetPanel(QWidget):
         self.canvas.painted.connect(self._redraw_if_stale)
         self.canvas.resized.connect(self._soon)
         self._background = QtBackground(self, "net", threads=1)
-        self._stale = True
+        self._is_stale = True
         self._path: list[tuple[float, float]] = []
         self.view = NetViewBox(studio, self.view_settings)
-        self._circles = self._toggle(
+        self._circles = self._create_toggle(
             "circle-outline", tr("Great circles (hidden where there are many)"), True
         )
-        self._poles = self._toggle("circle-medium", tr("Poles"), True)
-        self._means = self._toggle("sigma", tr("Mean orientation of each type and set"), False)
-        self._beta = self._toggle(
+        self._poles = self._create_toggle("circle-medium", tr("Poles"), True)
+        self._means = self._create_toggle(
+            "sigma", tr("Mean orientation of each type and set"), False
+        )
+        self._beta = self._create_toggle(
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
         self.contours = ContourButton(studio)
@@ -155,14 +157,14 @@ class StereonetPanel(QWidget):
         # An empty net shows the north note too, and no edit of a feature updates it.
         follow_axes(studio, lambda _: self._soon())
 
-    def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
+    def _create_toggle(self, icon: str, tip: str, is_checked: bool) -> QToolButton:
         button = QToolButton()
         button.setIcon(theme.icon(icon))
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         button.setCheckable(True)
         theme.show_toggles(button)
-        button.setChecked(on)
+        button.setChecked(is_checked)
         button.toggled.connect(lambda _: self.redraw())
         return button
 
@@ -208,13 +210,13 @@ class StereonetPanel(QWidget):
         return None if self._roses is None else self._roses.artists
 
     @property
-    def up_to_date(self) -> bool:
+    def is_up_to_date(self) -> bool:
         """Return whether no redraw is scheduled or running."""
-        timed = self._timer.isActive() or self._emphasis.isActive()
-        return not timed and not self._background.is_busy
+        is_scheduled = self._timer.isActive() or self._emphasis.isActive()
+        return not is_scheduled and not self._background.is_busy
 
     def _redraw_if_stale(self) -> None:
-        if self._stale:
+        if self._is_stale:
             self._soon()
 
     # --- drawing -----------------------------------------------------------------------------
@@ -323,19 +325,19 @@ class StereonetPanel(QWidget):
     def redraw(self) -> None:
         """Redraw the net if it is visible, otherwise when it is next painted."""
         # Qt reports a panel behind another tab as visible.
-        self._stale = self.canvas.visibleRegion().isEmpty()
-        if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
+        self._is_stale = self.canvas.visibleRegion().isEmpty()
+        if self._is_stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
         start = perf_counter()
         self._enable_buttons()
-        dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
+        is_dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
         net, fold_planes = (
             self._contents_without_fold()
             if self.view_settings.view == "net"
             else (NetContents(), None)
         )
         is_large = _is_large(net)
-        style = NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX)
+        style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
         size = (self.canvas.width(), self.canvas.height())
         request = NetRequest(net, style, size, self.canvas.devicePixelRatioF(), fold_planes)
         if self.view_settings.view != "net":
@@ -386,7 +388,7 @@ class StereonetPanel(QWidget):
 
     def _show_live(self) -> None:
         """Update the open feature of the current tool on the net."""
-        if self._net is None or not self.up_to_date or self._stale:
+        if self._net is None or not self.is_up_to_date or self._is_stale:
             return
         live = self._source.live()
         if live is not None or self._net.artists.contents.live is not None:
@@ -408,7 +410,7 @@ class StereonetPanel(QWidget):
             self._emphasise()
 
     def _emphasise(self) -> None:
-        if self._net is not None and self.up_to_date:
+        if self._net is not None and self.is_up_to_date:
             self._emphasise_selection(self._net)
             self.canvas.show_net(self._net)
         self._name_selection()

@@ -48,7 +48,7 @@ class NetViewSettings(QObject):
         self.circles: tuple[NetCircle, ...] = ()
         self.marks: tuple[NetMark, ...] = ()
         self.turning = Turning()
-        self.hidden: frozenset[str] = frozenset()
+        self.hidden_sets: frozenset[str] = frozenset()
 
     def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
         """Return the typed circles and marks after the rotation of all orientations."""
@@ -72,11 +72,11 @@ class NetViewSettings(QObject):
         self.changed.emit()
 
     def show_set(self, name: str, is_visible: bool) -> None:
-        self.hidden = self.hidden - {name} if is_visible else self.hidden | {name}
+        self.hidden_sets = self.hidden_sets - {name} if is_visible else self.hidden_sets | {name}
         self.changed.emit()
 
     def show_all(self) -> None:
-        self.hidden = frozenset()
+        self.hidden_sets = frozenset()
         self.changed.emit()
 
     # --- stored settings ---------------------------------------------------------------------
@@ -84,9 +84,9 @@ class NetViewSettings(QObject):
     def overlays(self) -> frozenset[str]:
         return frozenset(self._studio.settings.net_asked) & frozenset(OVERLAYS)
 
-    def show_overlay(self, name: str, is_visible: bool) -> None:
-        overlays = self.overlays | {name} if is_visible else self.overlays - {name}
-        self._studio.settings.net_asked = [each for each in OVERLAYS if each in overlays]
+    def show_overlay(self, overlay: str, is_visible: bool) -> None:
+        overlays = self.overlays | {overlay} if is_visible else self.overlays - {overlay}
+        self._studio.settings.net_asked = [name for name in OVERLAYS if name in overlays]
         self._studio.keep_settings()
 
     @property

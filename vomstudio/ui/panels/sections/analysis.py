@@ -52,7 +52,7 @@ class SectionQuestion:
     options: SectionOptions
     features: SectionFeatures
     records: Mapping[str, Record] | None
-    along: FloatArray | None
+    direction: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
     has_domains = q.features.along == DOMAINS and bool(items)
-    directions = assign_domain_axes(items, "domains") if has_domains else Directions(q.along)
+    directions = assign_domain_axes(items, "domains") if has_domains else Directions(q.direction)
     direction_warnings = directions.check(q.curtain)
     projected_items, left_out = writing.project_items(
         items, q.curtain, directions, q.features.within_m

@@ -121,8 +121,8 @@ class ElevationPanel(QWidget):
 
     def _follow_model(self, *_: object) -> None:
         model = self.model.chosen_model()
-        cloud = model is not None and self._is_cloud(model)
-        allow(self.grid.fields["limit_m"], None if cloud else Finding("action.clouds-only"))
+        is_cloud = model is not None and self._is_cloud(model)
+        allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
             project = self._studio.project
             folder = Path(start_folder(self._studio))
@@ -155,13 +155,13 @@ class ElevationPanel(QWidget):
         return None
 
     def _check(self, *_: object) -> None:
-        why = self.why_not()
-        busy = self._job is not None
-        self.start.setText(tr("Stop") if busy else tr("Make"))
-        allow(self.start, None if busy else why)
-        self.copy.allow(why)
-        if not busy and self.result is None:
-            self.message.setText("" if why is None else tr("Not now: {reason}", reason=why))
+        reason = self.why_not()
+        is_busy = self._job is not None
+        self.start.setText(tr("Stop") if is_busy else tr("Make"))
+        allow(self.start, None if is_busy else reason)
+        self.copy.allow(reason)
+        if not is_busy and self.result is None:
+            self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
@@ -231,9 +231,9 @@ class ElevationPanel(QWidget):
         self._job, self.result = None, result
         unit = "m" if metric else tr("units")
         self.figures.setText(result_text(result, self._studio.settings.notation, unit))
-        written = Finding("export.written", file=result.raster)
-        self.message.setText("\n".join(map(str, (written, *result.warnings))))
-        self._studio.info(written)
+        finding = Finding("export.written", file=result.raster)
+        self.message.setText("\n".join(map(str, (finding, *result.warnings))))
+        self._studio.info(finding)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
@@ -269,18 +269,18 @@ class ElevationPanel(QWidget):
     def command(self) -> Words | None:
         """Return the command of the form; None if no elevation model can be made."""
         request, model = self.build_request(), self.model.chosen_model()
-        place = None if model is None else model_words(self._studio, model)
-        if request is None or place is None:
+        model_arguments = None if model is None else model_words(self._studio, model)
+        if request is None or model_arguments is None:
             return None
         options = [*option_words(request.options), *option_words(request.files)]
-        return ["dem", *place, ("-o", request.out), *options, "--force"]
+        return ["dem", *model_arguments, ("-o", request.out), *options, "--force"]
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     """Return the figures of an elevation model as lines of text."""
     f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
-    over = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
+    plane_name = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
     lines = [
         tr(
             "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
@@ -288,7 +288,7 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
             height=f.height,
             gsd=f.gsd_m,
             unit=unit,
-            plane=over,
+            plane=plane_name,
         ),
         tr(
             "{coverage:.0f} % have a height, {low:.3f} to {high:.3f} {unit}",

@@ -106,8 +106,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.features.setChecked(True)
         self.domain_axes = QCheckBox(tr("Domains along their own axes"))
         self.domain_axes.setObjectName("section_by_domain")
-        self.cutting = OptionFields(SectionOptions, "section", SectionOptions(section_line=""))
-        self.projected = OptionFields(SectionFeatures, "section")
+        self.section_options = OptionFields(
+            SectionOptions, "section", SectionOptions(section_line="")
+        )
+        self.feature_options = OptionFields(SectionFeatures, "section")
         follow_axes(studio, self._show_axes)
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
         self.write.setToolTip(tr("As SVG, DXF or CSV."))
@@ -129,8 +131,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.domain_axes)
         form.addRow("", self.features)
-        self.projected.add_rows(form)
-        self.cutting.add_rows(form)
+        self.feature_options.add_rows(form)
+        self.section_options.add_rows(form)
         buttons = button_row(self.write, self.copy)
         FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
@@ -148,8 +150,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.path_kind.currentIndexChanged.connect(self._show_rows)
         for signal in (
             self.through.textChanged,
-            self.cutting.changed,
-            self.projected.changed,
+            self.section_options.changed,
+            self.feature_options.changed,
             self.plane.changed,
             self.direction.changed,
             self.features.toggled,
@@ -215,15 +217,15 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                 [[(low, high)[k][a] for a, k in enumerate(ijk)] for ijk in np.ndindex(2, 2, 2)]
             )
             world = transform.apply(model.to_world, corners)
-            center: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
-            return center
+            centre: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            return centre
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
             raise InputError(Finding("section.not-a-point", text=text))
         return np.array(values, np.float64)
 
     def _show_axes(self, axes: Axes) -> None:
-        for fields in (self.cutting, self.projected):
+        for fields in (self.section_options, self.feature_options):
             fields.show_unit(unit_of(axes))
 
     # --- the question ---------------------------------------------------------------------------
@@ -243,13 +245,13 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         is_line = self.path_kind.currentData() == "line"
         if is_line and self.line is None:
             raise InputError(Finding("section.line-missing"))
-        plane, along = self.plane.plane(), self.direction.direction()
+        plane, direction = self.plane.plane(), self.direction.direction()
         if not is_line and plane is None:
             raise InputError(Finding("field.plane-missing"))
         through = None if is_line else self._point(model)
         curtain = build_curtain(plane, through, self.line if is_line else None)
         data, frame = studio.models[model.id].data, model.frame
-        options = self.cutting.options(
+        options = self.section_options.options(
             plane=None if plane is None or is_line else plane_text(plane),
             through=None if through is None else numbers_text(through.tolist()),
             section_line=self._line_name if is_line else None,
@@ -259,11 +261,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             domain_names(studio.session.records)
         )
         direction_text = (
-            None if along is None else f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"
+            None if direction is None else f"{direction.trend_deg:.10g}/{direction.plunge_deg:.10g}"
         )
         features = SectionFeatures()
         if self.features.isChecked():
-            features = self.projected.options(
+            features = self.feature_options.options(
                 features=str(studio.project.folder),
                 along=DOMAINS if uses_domain_axes else direction_text,
             )
@@ -278,7 +280,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             options,
             features,
             dict(studio.records) if self.features.isChecked() else None,
-            None if along is None or uses_domain_axes else along.vector(),
+            None if direction is None or uses_domain_axes else direction.vector(),
         )
 
     # --- the answer -----------------------------------------------------------------------------
@@ -325,26 +327,26 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self._form_rows.setRowVisible(self.domain_axes, has_domains)
         uses_domain_axes = has_domains and self.domain_axes.isChecked()
         allow(self.direction, Finding("action.direction-by-domain") if uses_domain_axes else None)
-        why = None
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-result")
-        allow(self.write, why)
-        self.copy.allow(why)
+            reason = Finding("action.no-result")
+        allow(self.write, reason)
+        self.copy.allow(reason)
         line, feature = current_line(self._studio, Picked), current_feature(self._studio)
         allow(self.take_line, None if line is not None else Finding("action.no-line"))
         allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
         model = self.model.chosen_model() if self._studio.has_project else None
         is_cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
-        slab = self.cutting.fields["slab_m"]
+        slab = self.section_options.fields["slab_m"]
         allow(slab, None if is_cloud else Finding("action.clouds-only"))
 
     def _reset(self) -> None:
         """Clear the form for another project."""
         self.line = None
         self.through.clear()
-        for fields in (self.cutting, self.projected):
+        for fields in (self.section_options, self.feature_options):
             fields.reset()
         self._soon()
 
@@ -382,8 +384,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def command(self, profile: Path | None) -> Words | None:
         """Return the command of the section; `profile` is the file of its line."""
         model, result = self.model.chosen_model(), self.result
-        place = None if model is None else model_words(self._studio, model)
-        if place is None or result is None:
+        model_arguments = None if model is None else model_words(self._studio, model)
+        if model_arguments is None or result is None:
             return None
         question = result.question
         options = question.options
@@ -391,4 +393,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             options = replace(options, section_line=str(profile))
         features = question.features if self._studio.session.features() else SectionFeatures()
         out = Path(start_folder(self._studio)) / "section.svg"
-        return ["section", *place, *option_words(options), *option_words(features), ("-o", out)]
+        return [
+            "section",
+            *model_arguments,
+            *option_words(options),
+            *option_words(features),
+            ("-o", out),
+        ]

@@ -137,32 +137,34 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     features = assignable_features(studio, choice)
     measured = studio.measured(f.id for f in features)
     planes = [f for f in features if measured[f.id].plane is not None]
-    assigned = [f for f in planes if f.set_name]
-    used = planes if include_assigned else [f for f in planes if not f.set_name]
-    if len(used) < MIN_PLANES:
+    assigned_planes = [f for f in planes if f.set_name]
+    selected_planes = planes if include_assigned else [f for f in planes if not f.set_name]
+    if len(selected_planes) < MIN_PLANES:
         code = (
             "sets.too-few-planes"
-            if include_assigned or not assigned
+            if include_assigned or not assigned_planes
             else "sets.too-few-without-set"
         )
-        raise GeometryError(Finding(code, count=len(used), minimum=MIN_PLANES))
+        raise GeometryError(Finding(code, count=len(selected_planes), minimum=MIN_PLANES))
     warnings = []
-    if assigned:
+    if assigned_planes:
         code = "sets.replaced" if include_assigned else "sets.left-out"
-        warnings.append(Finding(code, count=len(assigned)))
-    types = {f.type_id for f in used}
+        warnings.append(Finding(code, count=len(assigned_planes)))
+    types = {f.type_id for f in selected_planes}
     if len(types) > 1:
         names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
         warnings.append(Finding("sets.types-pooled", types=names))
-    places, findings = _places(studio, used)
+    places, findings = _places(studio, selected_planes)
     warnings += findings
-    used_ids = {f.id for f in used}
+    selected_ids = {f.id for f in selected_planes}
     reserved_names = {
-        f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in used_ids
+        f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in selected_ids
     }
-    poles = -np.array([p.normal() for f in used if (p := measured[f.id].plane) is not None])
-    ids = tuple(f.id for f in used)
-    turns = turns_of(models_of(studio.records, used))
+    poles = -np.array(
+        [p.normal() for f in selected_planes if (p := measured[f.id].plane) is not None]
+    )
+    ids = tuple(f.id for f in selected_planes)
+    turns = turns_of(models_of(studio.records, selected_planes))
     return Candidates(
         ids, poles, places, turns, frozenset(reserved_names), tuple(warnings), include_assigned
     )

@@ -113,7 +113,7 @@ class SetsPanel(QWidget):
         self.message.setObjectName("sets_said")
 
     def _make_table(self) -> None:
-        heads = (
+        columns = (
             (
                 tr("Set"),
                 tr(
@@ -129,10 +129,10 @@ class SetsPanel(QWidget):
                 tr("Mean gap along the mean normal, as if each plane reached past all others."),
             ),
         )
-        self.table = QTableWidget(0, len(heads))
+        self.table = QTableWidget(0, len(columns))
         self.table.setObjectName("sets_table")
         self.table.setAccessibleName(tr("Proposed sets"))
-        for column, (title, tip) in enumerate(heads):
+        for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(tip)
             self.table.setHorizontalHeaderItem(column, item)
@@ -228,13 +228,13 @@ class SetsPanel(QWidget):
     def _show_error(self, error: VomError) -> None:
         self.drop(cause_of(error))
 
-    def drop(self, why: Finding | None = None) -> None:
+    def drop(self, reason: Finding | None = None) -> None:
         """Discard the proposal and show the reason, if given."""
         self._newest.drop()
         self.result = None
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
-        self._show_state("" if why is None else why.message)
+        self._show_state("" if reason is None else reason.message)
         self._preview()
 
     def _accept(self) -> None:
@@ -319,13 +319,13 @@ class SetsPanel(QWidget):
         result = self.result
         if result is None:
             return
-        words = option_words(self._options)
+        arguments = option_words(self._options)
         copy_with_table(
             self,
             self._studio,
             "planes.csv",
             result.candidates.ids,
-            lambda path: ["sets", path, *words, ("-o", beside(path, "csv")), "--force"],
+            lambda path: ["sets", path, *arguments, ("-o", beside(path, "csv")), "--force"],
         )
 
     def _show_count(self) -> None:

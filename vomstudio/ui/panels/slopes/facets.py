@@ -144,8 +144,8 @@ class FacetSlopesView(QWidget):
                 Column("#", lambda v: f"{v}", tr("1 is the largest facet.")),
                 Column(tr("Face"), str, tr("Attitude of the facet as a slope."), number=False),
                 *(
-                    Column(tr(head), lambda v: f"{100.0 * v:.1f} %", tr(title))
-                    for _, head, title in _MODES
+                    Column(tr(column_title), lambda v: f"{100.0 * v:.1f} %", tr(title))
+                    for _, column_title, title in _MODES
                 ),
                 Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area of the facet.")),
             ),
@@ -178,12 +178,12 @@ class FacetSlopesView(QWidget):
         """Fill the table; `look` names the colours of the outcrop without a mode."""
         self.reset_button.setText(look)
         rows = []
-        for each in () if result is None else result.analysis.facets:
-            plane = Plane(each.face.dip_direction_deg, each.face.dip_deg)
+        for facet in () if result is None else result.analysis.facets:
+            plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
             attitude = format_plane(plane, notation, 0, bare=True)
-            shares = [getattr(each, name).share for name, _, _ in _MODES]
-            why = tr("It overhangs, and is taken as a vertical face.") if each.overhangs else ""
-            rows.append(((int(each.id) + 1, attitude, *shares, each.area_m2), why))
+            shares = [getattr(facet, name).share for name, _, _ in _MODES]
+            note = tr("It overhangs, and is taken as a vertical face.") if facet.overhangs else ""
+            rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
         for widget in (self.mode, self.reset_button):
             allow(widget, None if rows else Finding("action.no-result"))
@@ -191,14 +191,17 @@ class FacetSlopesView(QWidget):
 
 def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
     """Return the critical share of a mode by facet index."""
-    shares = [getattr(each, mode).share for each in result.analysis.facets]
-    ids = [int(each.id) for each in result.analysis.facets]
+    shares = [getattr(facet, mode).share for facet in result.analysis.facets]
+    ids = [int(facet.id) for facet in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 
 def show_facet(studio: Studio, proposals: Proposals, row: int) -> None:
     """Highlight a facet on the outcrop if its model is open."""
-    model, loaded = studio.records.get(proposals.model_id), studio.models.get(proposals.model_id)
-    if isinstance(model, Model) and loaded is not None:
-        area = patch_area(proposals.patches[row], model, loaded.surface)
+    model, loaded_model = (
+        studio.records.get(proposals.model_id),
+        studio.models.get(proposals.model_id),
+    )
+    if isinstance(model, Model) and loaded_model is not None:
+        area = patch_area(proposals.patches[row], model, loaded_model.surface)
         studio.preview.emit(Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area))

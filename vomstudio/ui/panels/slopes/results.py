@@ -36,7 +36,7 @@ _MODES = (
     ("bases", to_translate("– its bases"), True),
 )
 """Name, title, and whether planes (True) or intersections (False) are counted."""
-_HEADS = (
+_COLUMNS = (
     (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
     (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
@@ -97,7 +97,7 @@ class SlopeResults(QWidget):
 
     def critical_ids(self) -> list[str]:
         """Return the ids of the listed planes."""
-        return [each.id for each in self._critical()]
+        return [plane.id for plane in self._critical()]
 
     def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
         """Show a result; None clears the table."""
@@ -128,17 +128,17 @@ class SlopeResults(QWidget):
         critical = self._critical()
         with QSignalBlocker(self.planes):
             self.planes.clear()
-            for each in critical:
-                item = QListWidgetItem(self._plane_text(each))
+            for plane in critical:
+                item = QListWidgetItem(self._plane_text(plane))
                 item.setToolTip(item.text())
-                item.setData(Qt.ItemDataRole.UserRole, each.id)
+                item.setData(Qt.ItemDataRole.UserRole, plane.id)
                 self.planes.addItem(item)
         self.planes.setVisible(bool(critical))
         self.heading.setVisible(self._answer is not None)
         self.heading.setText(self._heading(len(critical)))
 
     def _heading(self, count: int) -> str:
-        _, title, counts_planes = next(each for each in _MODES if each[0] == self.mode)
+        _, title, counts_planes = next(entry for entry in _MODES if entry[0] == self.mode)
         mode = tr(title).removeprefix("– ")
         if not count:
             return tr("{mode}: no plane is critical.", mode=mode)
@@ -170,14 +170,14 @@ class SlopeResults(QWidget):
 
 
 def _mode_table() -> QTableWidget:
-    table = QTableWidget(len(_MODES), len(_HEADS))
+    table = QTableWidget(len(_MODES), len(_COLUMNS))
     table.setAccessibleName(tr("Ways to fail"))
-    for column, (title, tip) in enumerate(_HEADS):
-        head = QTableWidgetItem(tr(title))
-        head.setToolTip(tr(tip))
-        table.setHorizontalHeaderItem(column, head)
+    for column, (title, tip) in enumerate(_COLUMNS):
+        header_item = QTableWidgetItem(tr(title))
+        header_item.setToolTip(tr(tip))
+        table.setHorizontalHeaderItem(column, header_item)
     for row, (_, title, _) in enumerate(_MODES):
-        for column in range(len(_HEADS)):
+        for column in range(len(_COLUMNS)):
             item = QTableWidgetItem(tr(title) if column == 0 else "")
             if column:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

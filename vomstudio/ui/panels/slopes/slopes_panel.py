@@ -123,15 +123,17 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(4)
-        form.addRow(tr("Planes"), _row(self.group_box, self.copy, self.figure, wide=self.group_box))
-        form.addRow(tr("Slope"), _row(self.slope_kind, self.face, self.take, wide=self.face))
+        form.addRow(
+            tr("Planes"), _row(self.group_box, self.copy, self.figure, wide_part=self.group_box)
+        )
+        form.addRow(tr("Slope"), _row(self.slope_kind, self.face, self.take, wide_part=self.face))
         fields, labels = self.angles.fields, self.angles.labels
         angles = _row(
             fields["friction_deg"],
             labels["lateral_deg"],
             fields["lateral_deg"],
             self.limits,
-            wide=self.limits,
+            wide_part=self.limits,
         )
         form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
@@ -232,9 +234,9 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals
         planes = self._planes()
-        loaded = None if proposals is None else studio.models.get(proposals.model_id)
+        loaded_model = None if proposals is None else studio.models.get(proposals.model_id)
         model = None if proposals is None else studio.records.get(proposals.model_id)
-        if proposals is None or loaded is None or not isinstance(model, Model):
+        if proposals is None or loaded_model is None or not isinstance(model, Model):
             raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
@@ -242,7 +244,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             *planes,
             proposals,
             rows,
-            loaded.data,
+            loaded_model.data,
             model.to_world,
             self._options(),
         )
@@ -280,8 +282,8 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.results.setVisible(not self._uses_facets)
         self.facets.setVisible(self._uses_facets)
         proposals = self._studio.facets.proposals
-        loaded = None if proposals is None else self._studio.models.get(proposals.model_id)
-        appearance = usual_look([] if loaded is None else [loaded.data])
+        loaded_model = None if proposals is None else self._studio.models.get(proposals.model_id)
+        appearance = usual_look([] if loaded_model is None else [loaded_model.data])
         self.facets.show_answer(self.facets_result, self._studio.settings.notation, appearance)
         self.results.show_answer(self.face_result, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
@@ -301,12 +303,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return self._studio.measured([current])[current].plane
 
     def _refresh_take(self) -> None:
-        why = None
+        reason = None
         if self._uses_facets:
-            why = Finding("action.slope-is-facet")
+            reason = Finding("action.slope-is-facet")
         elif self._selected_plane() is None:
-            why = Finding("selection.no-plane")
-        allow(self.take, why)
+            reason = Finding("selection.no-plane")
+        allow(self.take, reason)
 
     def _take_selected(self) -> None:
         plane = self._selected_plane()
@@ -315,20 +317,20 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     # --- export ------------------------------------------------------------------------------
     def _refresh(self) -> None:
-        why = None
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-proposals" if self._uses_facets else "action.no-result")
+            reason = Finding("action.no-proposals" if self._uses_facets else "action.no-result")
         elif self._is_writing:
-            why = Finding("action.busy")
-        self.copy.allow(why)
-        if why is None and self._uses_facets:
-            why = Finding("action.nets-of-one-face")
-        self.figure.setEnabled(why is None)
+            reason = Finding("action.busy")
+        self.copy.allow(reason)
+        if reason is None and self._uses_facets:
+            reason = Finding("action.nets-of-one-face")
+        self.figure.setEnabled(reason is None)
         purpose = tr("the nets of the four modes as SVG, PDF or PNG")
         self.figure.setToolTip(
-            tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=why or purpose)
+            tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=reason or purpose)
         )
 
     def _copy_command(self) -> None:
@@ -351,12 +353,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         """Write the tables of planes and facets, and copy the command."""
         from vomstudio.products.surface.slope_facets import write_faces
 
-        def words(path: Path) -> Words:
+        def command(path: Path) -> Words:
             write_faces(facets_file(path), result.faces)
             return facets_command(result, path)
 
         ids = [f.id for f in result.question.features]
-        copy_with_table(self, self._studio, "slope-planes.csv", ids, words)
+        copy_with_table(self, self._studio, "slope-planes.csv", ids, command)
 
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
@@ -399,10 +401,10 @@ def _facet_count_text(result: FacetsAnswer) -> str:
     )
 
 
-def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:
+def _row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
     row = QHBoxLayout()
     for part in parts:
-        row.addWidget(part, 1 if part is wide else 0)
+        row.addWidget(part, 1 if part is wide_part else 0)
     return row
 
 

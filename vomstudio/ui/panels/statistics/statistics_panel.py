@@ -97,9 +97,9 @@ class StatisticsPanel(LazyPanel):
             self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *notes])
             note_html = "".join(f"<p>{escape(sentence)}</p>" for sentence in notes)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + note_html)
-        why = None if pages else Finding("action.no-result")
-        allow(self.copy, why)
-        self.command.allow(why)
+        reason = None if pages else Finding("action.no-result")
+        allow(self.copy, reason)
+        self.command.allow(reason)
 
     def _copy_command(self) -> None:
         ids = [f.id for f in self.group_box.features()]
@@ -112,23 +112,23 @@ class StatisticsPanel(LazyPanel):
         from vomstudio.geology.populations.set_statistics import set_statistics
 
         measured = self._studio.measured(f.id for f in features)
-        used = [f for f in features if getattr(measured[f.id], geometry) is not None]
-        if not used:
+        oriented = [f for f in features if getattr(measured[f.id], geometry) is not None]
+        if not oriented:
             return []
-        turns = turns_of(models_of(self._studio.records, used))
+        turns = turns_of(models_of(self._studio.records, oriented))
         notation = self._studio.settings.notation
         if geometry == "line":
-            lines = [line for f in used if (line := measured[f.id].line) is not None]
+            lines = [line for f in oriented if (line := measured[f.id].line) is not None]
             vectors = np.array([line.vector() for line in lines])
             statistics = set_statistics(vectors, "lines", turns=turns)
             return [(tr("Lines"), statistics_rows(statistics, notation))]
-        planes = [plane for f in used if (plane := measured[f.id].plane) is not None]
+        planes = [plane for f in oriented if (plane := measured[f.id].plane) is not None]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
-        pooled = self._pooled(used)
+        pooled = self._pooled(oriented)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:
-            pages[:0] = self._fold_pages(used, measured)
+            pages[:0] = self._fold_pages(oriented, measured)
         return pages
 
     def _fold_pages(

@@ -77,7 +77,7 @@ def _planes_used(planes: FoldPlanes) -> str:
     texts = [f"{len(planes):,}"]
     if planes.not_good is not None:
         texts.append(tr("{count:,} not good", count=planes.not_good))
-    texts += [tr("left out: {n:,} {what}: {reason}", **vars(each)) for each in planes.left_out]
+    texts += [tr("left out: {n:,} {what}: {reason}", **vars(group)) for group in planes.left_out]
     return "; ".join(texts)
 
 
