@@ -206,7 +206,7 @@ class DisplacementPanel(LazyPanel):
         traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
         names = tuple(self._names())
         cuts = tuple(
-            _find_cutoffs(name, a, b, fault, fault_point)
+            _find_cutoffs(name=name, first=a, second=b, fault=fault, fault_point=fault_point)
             for name, (a, b) in zip(names, traces, strict=True)
         )
         if self.bed.id:
@@ -234,7 +234,15 @@ class DisplacementPanel(LazyPanel):
             np.array([cut.footwall for cut in cuts]),
             options,
         )
-        return DisplacementResult(names, cuts, fault, bed, rake, options, result)
+        return DisplacementResult(
+            names=names,
+            cuts=cuts,
+            fault=fault,
+            bed=bed,
+            rake_deg=rake,
+            options=options,
+            displacements=result,
+        )
 
     def _names(self) -> list[str]:
         """Return a unique name for each pair."""

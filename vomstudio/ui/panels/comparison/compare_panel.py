@@ -197,13 +197,15 @@ class ComparePanel(QWidget):
         cache = studio.project.cache
         path = studio.project.find_model(model) or Path(record.model_name)
         comparison = ModelComparison(
-            PlacedModel(record.model_name, path, cache, record.to_world, crs),
             PlacedModel(
-                record.benchmark,
-                Path(record.benchmark_path),
-                cache,
-                record.benchmark_to_world,
-                None,
+                name=record.model_name, path=path, cache=cache, to_world=record.to_world, crs=crs
+            ),
+            PlacedModel(
+                name=record.benchmark,
+                path=Path(record.benchmark_path),
+                cache=cache,
+                to_world=record.benchmark_to_world,
+                crs=None,
             ),
             dict(record.figures),
             record.fields,
@@ -404,18 +406,18 @@ def _comparison_record(
     model: Model, request: ComparisonRequest, result: ComparedModels
 ) -> StoredComparison:
     return StoredComparison(
-        model.id,
-        model.name,
-        model.content_hash,
-        request.model.to_world,
-        request.benchmark.name,
-        str(request.benchmark.path),
-        request.benchmark.to_world,
-        request.options.m3c2_m,
-        result.figures,
-        now(),
-        __version__,
-        result.out,
+        model_id=model.id,
+        model_name=model.name,
+        content_hash=model.content_hash,
+        to_world=request.model.to_world,
+        benchmark=request.benchmark.name,
+        benchmark_path=str(request.benchmark.path),
+        benchmark_to_world=request.benchmark.to_world,
+        radius_m=request.options.m3c2_m,
+        figures=result.figures,
+        made=now(),
+        version=__version__,
+        fields=result.out,
     )
 
 

@@ -205,10 +205,29 @@ def answer(question: FractureQuestion) -> FractureAnswer:
             )
             if not q.north_known:
                 mapped = replace(mapped, y_axis="y")
-            return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, mapped)
+            return FractureAnswer(
+                question=q,
+                face=face,
+                plane=trace_plane,
+                lines=lines,
+                region=region,
+                drawing=drawing,
+                mark=mark,
+                mapped=mapped,
+            )
         except VomError as error:
             reason = cause_of(error)
-    return FractureAnswer(q, face, trace_plane, lines, region, drawing, mark, None, reason)
+    return FractureAnswer(
+        question=q,
+        face=face,
+        plane=trace_plane,
+        lines=lines,
+        region=region,
+        drawing=drawing,
+        mark=mark,
+        mapped=None,
+        reason=reason,
+    )
 
 
 def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:

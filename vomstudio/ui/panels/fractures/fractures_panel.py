@@ -263,7 +263,11 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 continue
             type_name = type_.name if isinstance(type_, FeatureType) else ""
             color = type_.color if isinstance(type_, FeatureType) else _NO_COLOR
-            traces.append(MappedTrace(f.id, f.name, f.set_name or type_name, color, shape))
+            traces.append(
+                MappedTrace(
+                    id=f.id, name=f.name, set=f.set_name or type_name, color=color, points=shape
+                )
+            )
         return traces
 
     def _question(self) -> FractureQuestion:
@@ -283,15 +287,15 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
         return FractureQuestion(
-            traces,
-            plane,
-            self._region_kind(),
-            numbers,
-            self.options.options(),
-            all(m is None or m.frame.has_metres for m in models),
-            all(m is None or m.frame.has_north for m in models),
-            self.region_box.cells(),
-            _crs_of(models),
+            traces=traces,
+            plane=plane,
+            region_kind=self._region_kind(),
+            region_numbers=numbers,
+            options=self.options.options(),
+            metric=all(m is None or m.frame.has_metres for m in models),
+            north_known=all(m is None or m.frame.has_north for m in models),
+            cells=self.region_box.cells(),
+            crs=_crs_of(models),
         )
 
     # --- the answer --------------------------------------------------------------------------

@@ -58,7 +58,14 @@ def net_command(
         )
         arguments = [*option_words(_rose_options(view_settings)), *option_words(figure)]
         return ["rose", table, *arguments, *option_words(set_colors), *output]
-    options = _net_options(view_settings, projection, method, contouring, notation, fold)
+    options = _net_options(
+        view_settings=view_settings,
+        projection=projection,
+        method=method,
+        contouring=contouring,
+        notation=notation,
+        fold=fold,
+    )
     arguments = [*option_words(options), *option_words(style.options())]
     return ["stereonet", table, *arguments, *option_words(set_colors), *output]
 

@@ -75,7 +75,17 @@ def build_sets(
         ids = tuple(id_ for id_, _ in planes)
         set_turns = model_turns.of([rows[id_] for id_ in ids])
         result.append(
-            NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, set_turns)
+            NetSet(
+                name=name,
+                kind="plane",
+                azimuth_deg=azimuth,
+                angle_deg=angle,
+                ids=ids,
+                color=kind.color,
+                marker=marker,
+                variant=variant,
+                turns=set_turns,
+            )
         )
     if lines:
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
@@ -84,7 +94,18 @@ def build_sets(
         set_turns = model_turns.of([rows[id_] for id_ in ids])
         slips = _slips([measured[id_] for id_ in ids])
         result.append(
-            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, set_turns, slips)
+            NetSet(
+                name=name,
+                kind="line",
+                azimuth_deg=azimuth,
+                angle_deg=angle,
+                ids=ids,
+                color=kind.color,
+                marker=marker,
+                variant=variant,
+                turns=set_turns,
+                slips=slips,
+            )
         )
     return result
 
@@ -117,13 +138,13 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
         title = tr("{set} (proposed)", set=name) if name else tr("in no set")
         result.append(
             NetSet(
-                title,
-                "plane",
-                np.array([sets[k].azimuth_deg[row] for k, row in places]),
-                np.array([sets[k].angle_deg[row] for k, row in places]),
-                tuple(members),
-                set_color(number) if name else _UNASSIGNED_COLOR,
-                MARKERS[number % len(MARKERS)] if name else "o",
+                name=title,
+                kind="plane",
+                azimuth_deg=np.array([sets[k].azimuth_deg[row] for k, row in places]),
+                angle_deg=np.array([sets[k].angle_deg[row] for k, row in places]),
+                ids=tuple(members),
+                color=set_color(number) if name else _UNASSIGNED_COLOR,
+                marker=MARKERS[number % len(MARKERS)] if name else "o",
                 turns=_turns(sets, places),
             )
         )

@@ -103,13 +103,13 @@ class NetSource:
                 for appearance, members in group_by_appearance(type_sets[name]):
                     marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
                     sets += build_sets(
-                        kind,
-                        f"{title}{appearance.suffix}",
-                        members,
-                        measured,
-                        marker,
-                        turns,
-                        variant,
+                        kind=kind,
+                        name=f"{title}{appearance.suffix}",
+                        features=members,
+                        measured=measured,
+                        marker=marker,
+                        turns=turns,
+                        variant=variant,
                     )
         if self.groups is not None:
             sets = proposed_sets(sets, self.groups)

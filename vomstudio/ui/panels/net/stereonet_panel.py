@@ -106,11 +106,11 @@ class StereonetPanel(QWidget):
         self.copy = QToolButton()
         self.copy.setDefaultAction(actions["copy_net"])
         self.menu_button = NetMenuButton(
-            studio,
-            self.view_settings,
-            lambda: self._source.names,
-            actions["type_on_net"].trigger,
-            [actions[name] for name in _MENU_ACTIONS],
+            studio=studio,
+            view_settings=self.view_settings,
+            names=lambda: self._source.names,
+            edit_drawings=actions["type_on_net"].trigger,
+            final_actions=[actions[name] for name in _MENU_ACTIONS],
         )
         self.command = CopyCommandButton(
             self._copy_command, tr("keep what is shown as a table, and copy the command")
@@ -297,15 +297,15 @@ class StereonetPanel(QWidget):
             "net.csv",
             ids,
             lambda path: net_command(
-                path,
-                self.view_settings,
-                self.view.projection,
-                contours.method,
-                contours.contouring,
-                notation,
-                style,
-                self._source.type_colors(ids, style),
-                fold,
+                table=path,
+                view_settings=self.view_settings,
+                projection=self.view.projection,
+                method=contours.method,
+                contouring=contours.contouring,
+                notation=notation,
+                style=style,
+                colors=self._source.type_colors(ids, style),
+                fold=fold,
             ),
         )
 
@@ -339,7 +339,13 @@ class StereonetPanel(QWidget):
         is_large = _is_large(net)
         style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
         size = (self.canvas.width(), self.canvas.height())
-        request = NetRequest(net, style, size, self.canvas.devicePixelRatioF(), fold_planes)
+        request = NetRequest(
+            contents=net,
+            style=style,
+            size=size,
+            ratio=self.canvas.devicePixelRatioF(),
+            fold_planes=fold_planes,
+        )
         if self.view_settings.view != "net":
             self._background.cancel(_NET_KEY)
             self._draw_roses(request)
@@ -456,7 +462,7 @@ class StereonetPanel(QWidget):
             return
         if is_lasso:
             inside_ids = self.artists.features_within(path)
-            # Records have a fixed order, sets do not; the last feature becomes the current one.
+            # In record order, so that the current feature does not depend on hashing.
             lasso_ids = [f.id for f in self._studio.session.features() if f.id in inside_ids]
             selection.set([*selection.ids, *lasso_ids] if is_adding else lasso_ids)
             return

@@ -97,7 +97,12 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         figures=figures,
     )
     return SectionAnswer(
-        q, cut, projected_items, figures, drawing, direction_warnings if projected_items else ()
+        question=q,
+        cut=cut,
+        projected_items=projected_items,
+        figures=figures,
+        drawing=drawing,
+        warnings=direction_warnings if projected_items else (),
     )
 
 

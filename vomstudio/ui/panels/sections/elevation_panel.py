@@ -186,15 +186,15 @@ class ElevationPanel(QWidget):
             overrides["limit_m"] = None
         frame = model.frame
         return ElevationRequest(
-            path,
-            self._studio.project.cache,
-            model.to_world,
-            world_crs(frame.crs, frame.unit_m),
-            frame.has_metres,
-            frame.has_north,
-            self.grid.options(**overrides),
-            self.file_options.options(),
-            Path(self.target.text()).expanduser(),
+            path=path,
+            cache=self._studio.project.cache,
+            to_world=model.to_world,
+            crs=world_crs(frame.crs, frame.unit_m),
+            metric=frame.has_metres,
+            north_known=frame.has_north,
+            options=self.grid.options(**overrides),
+            files=self.file_options.options(),
+            out=Path(self.target.text()).expanduser(),
         )
 
     # --- the job -----------------------------------------------------------------------------

@@ -270,17 +270,17 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                 along=DOMAINS if uses_domain_axes else direction_text,
             )
         return SectionQuestion(
-            data,
-            model.to_world,
-            path,
-            world_crs(frame.crs, frame.unit_m),
-            frame.has_metres,
-            frame.has_north,
-            curtain,
-            options,
-            features,
-            dict(studio.records) if self.features.isChecked() else None,
-            None if direction is None or uses_domain_axes else direction.vector(),
+            data=data,
+            to_world=model.to_world,
+            path=path,
+            crs=world_crs(frame.crs, frame.unit_m),
+            metric=frame.has_metres,
+            north_known=frame.has_north,
+            curtain=curtain,
+            options=options,
+            features=features,
+            records=dict(studio.records) if self.features.isChecked() else None,
+            direction=None if direction is None or uses_domain_axes else direction.vector(),
         )
 
     # --- the answer -----------------------------------------------------------------------------

@@ -166,7 +166,13 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     ids = tuple(f.id for f in selected_planes)
     turns = turns_of(models_of(studio.records, selected_planes))
     return Candidates(
-        ids, poles, places, turns, frozenset(reserved_names), tuple(warnings), include_assigned
+        ids=ids,
+        poles=poles,
+        places=places,
+        turns=turns,
+        reserved_names=frozenset(reserved_names),
+        warnings=tuple(warnings),
+        includes_assigned=include_assigned,
     )
 
 

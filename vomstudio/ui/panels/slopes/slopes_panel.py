@@ -233,20 +233,21 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals
-        planes = self._planes()
+        features, measured = self._planes()
         loaded_model = None if proposals is None else studio.models.get(proposals.model_id)
         model = None if proposals is None else studio.records.get(proposals.model_id)
         if proposals is None or loaded_model is None or not isinstance(model, Model):
             raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
-            dict(studio.records),
-            *planes,
-            proposals,
-            rows,
-            loaded_model.data,
-            model.to_world,
-            self._options(),
+            records=dict(studio.records),
+            features=features,
+            measured=measured,
+            proposals=proposals,
+            rows=rows,
+            data=loaded_model.data,
+            to_world=model.to_world,
+            options=self._options(),
         )
 
     def _follow_slope_kind(self, *_: object) -> None:
