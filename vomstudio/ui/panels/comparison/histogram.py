@@ -68,7 +68,7 @@ class Histogram(QWidget):
                 plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
             )
             painter.fillRect(bar, QColor(int(red), int(green), int(blue)))
-        # A base line, because pale bars are hardly visible.
+        # A base line, because pale bars are barely visible.
         painter.setPen(QPen(text, 1.0))
         painter.drawLine(plot.bottomLeft(), plot.bottomRight())
         self._line(painter, plot, 0.0, QPen(text, 1.0))

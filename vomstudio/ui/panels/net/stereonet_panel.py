@@ -87,7 +87,7 @@ class StereonetPanel(QWidget):
         self.canvas.mouse_released.connect(self._finish_path)
         self.canvas.mouse_left.connect(self._name_selection)
         self.canvas.painted.connect(self._redraw_if_stale)
-        self.canvas.resized.connect(self._soon)
+        self.canvas.resized.connect(self._schedule_redraw)
         self._background = QtBackground(self, "net", threads=1)
         self._is_stale = True
         self._path: list[tuple[float, float]] = []
@@ -145,17 +145,17 @@ class StereonetPanel(QWidget):
 
     def _connect(self) -> None:
         studio = self._studio
-        studio.project_opened.connect(self._soon)
+        studio.project_opened.connect(self._schedule_redraw)
         studio.edited.connect(self._follow_edit)
-        studio.visibility_changed.connect(lambda _: self._soon())
-        studio.settings_changed.connect(self._soon)
+        studio.visibility_changed.connect(lambda _: self._schedule_redraw())
+        studio.settings_changed.connect(self._schedule_redraw)
         studio.sets_proposed.connect(self._show_proposed_sets)
         studio.selection_changed.connect(lambda _: self._follow_selection())
         studio.tool_changed_signal.connect(self._show_live)
-        self.view_settings.changed.connect(self._soon)
-        studio.fold.changed.connect(self._soon)
+        self.view_settings.changed.connect(self._schedule_redraw)
+        studio.fold.changed.connect(self._schedule_redraw)
         # An empty net shows the north note too, and no edit of a feature updates it.
-        follow_axes(studio, lambda _: self._soon())
+        follow_axes(studio, lambda _: self._schedule_redraw())
 
     def _create_toggle(self, icon: str, tip: str, is_checked: bool) -> QToolButton:
         button = QToolButton()
@@ -172,7 +172,7 @@ class StereonetPanel(QWidget):
         width = round(_LABEL_WIDTH_SHARE * self.canvas.width())
         self._corner_label.setGeometry(6, 3, width, self._corner_label.sizeHint().height())
 
-    def _soon(self) -> None:
+    def _schedule_redraw(self) -> None:
         """Schedule a redraw; changes until then share it."""
         if not self._timer.isActive():
             self._timer.start()
@@ -181,17 +181,17 @@ class StereonetPanel(QWidget):
         """Show only the planes of proposed sets; None restores the sets of the project."""
         if groups != self._source.groups:
             self._source.groups = groups
-            self._soon()
+            self._schedule_redraw()
 
     def _follow_edit(self, edit: Edit) -> None:
         if self._studio.affected(edit):
-            self._soon()
+            self._schedule_redraw()
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802
         super().changeEvent(event)
         # The net has the colours of the theme. Qt sends this event before __init__ ends, too.
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_timer"):
-            self._soon()
+            self._schedule_redraw()
 
     def close_thread(self) -> None:
         """Stop the timers and the worker thread."""
@@ -217,7 +217,7 @@ class StereonetPanel(QWidget):
 
     def _redraw_if_stale(self) -> None:
         if self._is_stale:
-            self._soon()
+            self._schedule_redraw()
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
@@ -408,7 +408,7 @@ class StereonetPanel(QWidget):
 
     def _follow_selection(self) -> None:
         if self._studio.fold.selected:
-            self._soon()
+            self._schedule_redraw()
         if self._net is not None and _is_large(self._net.artists.contents):
             # The table and the outcrop are updated first.
             self._emphasis.start()
