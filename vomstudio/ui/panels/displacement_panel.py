@@ -82,7 +82,7 @@ class DisplacementPanel(LazyPanel):
     ----------
     pairs : list of (str, str)
         Ids of two traces of the same bed on either side of the fault.
-    result : Answered or None
+    result : DisplacementResult or None
         The result that is shown; None if it could not be computed.
     """
 

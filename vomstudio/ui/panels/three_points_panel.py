@@ -64,7 +64,7 @@ class ThreePointsPanel(LazyPanel):
 
     Attributes
     ----------
-    of_id : str
+    trace_id : str
         Id of the trace that the points were taken from; "" if they were typed or imported.
     plane : ThreePoints or None
         The plane through the points; None if it cannot be computed.

@@ -29,10 +29,10 @@ class NetViewSettings(QObject):
         Typed circles and marks, before rotation.
     turning : Turning
         Rotation of all orientations.
-    hidden : frozenset of str
+    hidden_sets : frozenset of str
         Names of hidden sets.
 
-    These four are reset when another project is opened.
+    All are reset when another project is opened.
     """
 
     changed = Signal()
