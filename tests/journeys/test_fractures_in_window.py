@@ -219,7 +219,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert panel.result.mapped is not None, panel.message.text()
     found = panel.result.mapped.found
     if kind == "Circle":
-        radius = panel.result.counted.circle[2]
+        radius = panel.result.region.circle[2]
         assert radius == pytest.approx(1.5, abs=0.1)
         assert found.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
     else:

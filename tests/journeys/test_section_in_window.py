@@ -180,7 +180,7 @@ def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
     with rasterio.open(tmp_path / "again.tif") as file:
         assert np.array_equal(ours, file.read(1), equal_nan=True)
     assert found["coverage"] == panel.result.figures.coverage
-    place = panel.picture._place().center().toPoint()
+    place = panel.picture._image_rect().center().toPoint()
     QTest.mouseMove(panel.picture, place)
     driver.pause(50)
     assert "height" in panel.cursor_label.text()

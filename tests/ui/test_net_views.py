@@ -140,7 +140,7 @@ def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     assert net.roses.contents.notes == ("45 without such an angle or a length are left out",)
     show_view(window, "Rose of trends")
     assert net.roses is None
-    assert "lines" in net.canvas._says
+    assert "lines" in net.canvas._message
     show_view(window, "Histogram of dips")
     driver.keep_picture(window, "net-histogram")
     net.menu_button.length_weight_action.trigger()

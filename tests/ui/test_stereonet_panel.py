@@ -221,7 +221,7 @@ def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window)
     image = net.canvas._image
     for width, height in ((800, 420), (300, 600)):
         net.canvas.resize(width, height)
-        place = net.canvas._place(image)
+        place = net.canvas._image_rect(image)
         assert place.width() / place.height() == pytest.approx(image.width() / image.height())
         assert place.width() <= width + 1e-6
         assert place.height() <= height + 1e-6
@@ -289,8 +289,8 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     again = ContourButton(studio)
     again.setParent(net)  # so that it goes with the window
     assert again.method == "linear_kamb"
-    assert again.each_set.isChecked()
-    assert not again.filled.isChecked()
+    assert again.each_set_action.isChecked()
+    assert not again.fill_action.isChecked()
     net.contours.methods[""].trigger()
     assert not contours()
     assert studio.settings.contour == ""
