@@ -233,9 +233,9 @@ class Hour:
     def look_at_the_net(self) -> None:
         key(self.window, Qt.Key.Key_5, CTRL)
         net = self.window.net
-        wait(lambda: net.isVisible() and net.up_to_date and net.artists is not None, "the net")
+        wait(lambda: net.isVisible() and net.is_up_to_date and net.artists is not None, "the net")
         driver.pause(200)
-        wait(lambda: net.up_to_date, "the net at its size")
+        wait(lambda: net.is_up_to_date, "the net at its size")
         shown = net.contents()
         assert sum(map(len, shown.sets)) == 13
         assert shown.fold is not None

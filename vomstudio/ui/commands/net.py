@@ -24,7 +24,7 @@ from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.figure_export import NetDock, style_of, write_shown
+from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 from vomstudio.ui.widgets.figure_file import ask_for_picture
 
 if TYPE_CHECKING:
@@ -64,7 +64,9 @@ def commands(
         from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
 
         if (panel := find_net()) is not None:
-            dialogs.show(NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.wishes))
+            dialogs.show(
+                NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.view_settings)
+            )
 
     def choose_style() -> None:
         from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
@@ -202,10 +204,10 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
     """Copy the stereonet to the clipboard as SVG and as an image."""
     images = {}
     try:
-        contents = panel.for_print()
+        contents = panel.print_contents()
         for format_ in ("svg", "png"):
             data = io.BytesIO()
-            write_shown(data, contents, style_of(studio), format_)
+            write_net_figure(data, contents, load_figure_style(studio), format_)
             images[format_] = data.getvalue()
     except VomError as error:
         studio.fail(error)
@@ -222,10 +224,10 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     from vomstudio.core.files.atomic import atomic_write
 
     try:
-        contents = panel.for_print()
+        contents = panel.print_contents()
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_shown(Path(temporary), contents, style_of(studio), format_)
+            write_net_figure(Path(temporary), contents, load_figure_style(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

@@ -31,7 +31,7 @@ from vomstudio.products.net.style import PRINT
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.figure_export import NetDock, style_of, write_shown
+from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 
 _DEFAULT_SIZES = {
     "width_mm": SIZE_MM[0],
@@ -109,7 +109,7 @@ class FigureStyleDialog(QDialog):
         # Enter in a number field must not press a button.
         for button in (self.reset_button, close, *self.colors.values()):
             button.setAutoDefault(False)
-        self._show(style_of(studio))
+        self._show(load_figure_style(studio))
         self._timer.start()
 
     def _color_buttons(self) -> QWidget:
@@ -135,7 +135,7 @@ class FigureStyleDialog(QDialog):
         return row
 
     def _choose_color(self, color: str) -> None:
-        style = style_of(self._studio)
+        style = load_figure_style(self._studio)
         current = QColor(style.colors.get(color, color))
         selection = QColorDialog.getColor(current, self, tr("Colour in figures"))
         if selection.isValid():
@@ -143,7 +143,7 @@ class FigureStyleDialog(QDialog):
 
     def recolor(self, color: str, new_color: str) -> None:
         """Draw everything of one colour in another one."""
-        style = style_of(self._studio)
+        style = load_figure_style(self._studio)
         colors = {k: v for k, v in style.colors.items() if k != color}
         if new_color.casefold() != color.casefold():
             colors[color] = new_color
@@ -156,7 +156,7 @@ class FigureStyleDialog(QDialog):
         }
         self._save(
             replace(
-                style_of(self._studio),
+                load_figure_style(self._studio),
                 **values,  # type: ignore[arg-type]
                 font=str(self.font_box.currentData()),
                 grey=self.grey_box.isChecked(),
@@ -186,7 +186,7 @@ class FigureStyleDialog(QDialog):
             button.setIcon(QIcon(swatch))
 
     def _draw_preview(self) -> None:
-        contents = self._panel.for_print()
+        contents = self._panel.print_contents()
         if (
             isinstance(contents, NetContents)
             and sum(map(len, contents.sets)) > _MAX_PREVIEW_ORIENTATIONS
@@ -197,7 +197,7 @@ class FigureStyleDialog(QDialog):
             return
         data = io.BytesIO()
         try:
-            write_shown(data, contents, style_of(self._studio), "png", dpi=100.0)
+            write_net_figure(data, contents, load_figure_style(self._studio), "png", dpi=100.0)
         except VomError as error:
             self.preview.setText(error.message)
             return

@@ -31,7 +31,7 @@ from vomstudio.products.net.net_options import (
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 Item = TypeVar("Item")
 
@@ -72,16 +72,16 @@ _FIELDS = (
 class NetTypingDialog(QDialog):
     """Draw entered elements at once. Invalid input is reported and changes nothing."""
 
-    def __init__(self, parent: QWidget, studio: Studio, requests: NetWishes) -> None:
+    def __init__(self, parent: QWidget, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
-        self._studio, self._requests = studio, requests
+        self._studio, self._view_settings = studio, view_settings
         self.setWindowTitle(tr("Draw and turn on the net"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
         example = format_plane(parse_net_plane("120/60", ""), studio.settings.notation)
         for name, title, hint in _FIELDS:
-            field = QLineEdit(requests.texts.get(name, ""))
+            field = QLineEdit(view_settings.texts.get(name, ""))
             field.setObjectName(f"net_{name}")
             field.setPlaceholderText(tr(hint, plane=example))
             field.setToolTip(tr(hint, plane=example))
@@ -91,7 +91,7 @@ class NetTypingDialog(QDialog):
             field.setMinimumWidth(hint_width + 16)
             form.addRow(tr(title), field)
             self.fields[name] = field
-        self.fields["levels"].setText(", ".join(f"{v:g}" for v in requests.levels))
+        self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
         self.use_plane_button = QPushButton(tr("Untilt by the selected plane"))
         self.use_plane_button.clicked.connect(self._use_selected_plane)
         form.addRow("", self.use_plane_button)
@@ -129,9 +129,9 @@ class NetTypingDialog(QDialog):
         self.message.setText("")
         circles = (*planes, *cones, *(circle for circle, _ in slips))
         marks = tuple(mark for _, mark in slips)
-        if levels != self._requests.levels:
-            self._requests.contour_at(levels)
-        self._requests.draw(texts, circles, marks, Turning(plane, *rotation))
+        if levels != self._view_settings.levels:
+            self._view_settings.set_levels(levels)
+        self._view_settings.set_drawings(texts, circles, marks, Turning(plane, *rotation))
 
     def _use_selected_plane(self) -> None:
         plane = self._selected_plane_text()
