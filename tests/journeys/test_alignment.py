@@ -177,7 +177,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     folder = window.studio.project.folder / "reconstruction" / "photos-medium"
     shutil.copytree(made.out, folder)
     window.open_path(made.photos)
-    wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
+    wait(lambda: window.survey.rows and not window.survey.is_reading, "the check", 120.0)
     window.docks.bring_forward("photos")
     button = window.photos_panel.results
     shown: list[list[bool]] = []

@@ -62,7 +62,7 @@ def laid(window, outcrop):
     settle(panel)
     assert shown_codes(panel.figures.empty) == {"grid.not-begun"}
     assert not panel.figures.toPlainText()
-    press(panel.lay)
+    press(panel.create_button)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
     wait(lambda: window.studio.workspace.grids.exposed(grid_of(window).id), "its cells")
     settle(panel)

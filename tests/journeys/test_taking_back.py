@@ -248,7 +248,7 @@ def test_mistakes_of_marking_cells(ready):
 
 
 def lay(window, panel: LookedAtPanel) -> None:
-    QTest.mouseClick(panel.lay, LEFT, NONE, panel.lay.rect().center())
+    QTest.mouseClick(panel.create_button, LEFT, NONE, panel.create_button.rect().center())
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
     driver.focus(window)
 

@@ -119,7 +119,7 @@ def test_letters_typed_into_a_field_stay_letters(window, studio):
     before = dict(studio.records)
     for field in (
         window.table._filter,
-        window.view_panel.typed,
+        window.view_panel.direction_field,
         driver.tool_panel(window, TracePanel).set_edit,
     ):
         field.setFocus()
@@ -202,7 +202,7 @@ def direction(trend: float, plunge: float) -> np.ndarray:
 )
 def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
     looks = Looks(window)
-    field = window.view_panel.typed
+    field = window.view_panel.direction_field
     field.setFocus()
     QTest.keyClicks(field, text)
     QTest.keyClick(field, Qt.Key.Key_Return)
@@ -213,8 +213,8 @@ def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
 @pytest.mark.parametrize("text", ["", "north", "125/126", "400/10/3"])
 def test_what_is_no_direction_is_refused_in_words(window, studio, text):
     looks = Looks(window)
-    window.view_panel.typed.setText(text)
-    QTest.keyClick(window.view_panel.typed, Qt.Key.Key_Return)
+    window.view_panel.direction_field.setText(text)
+    QTest.keyClick(window.view_panel.direction_field, Qt.Key.Key_Return)
     assert looks.at == []
     assert window.message_bar.isVisible()
     assert window.message_bar.text
@@ -271,7 +271,7 @@ def test_from_the_other_side_is_the_opposite_direction(window):
     window.view_panel.show_direction(30.0, 12.0, True)
     window.view_panel._buttons["flip"].click()
     assert direction(*looks.at[0]) == pytest.approx(-direction(30.0, 12.0))
-    assert "orthographic" in window.view_panel.now.text()
+    assert "orthographic" in window.view_panel.current_label.text()
 
 
 # --- messages and badges ------------------------------------------------------------------------

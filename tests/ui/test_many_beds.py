@@ -53,7 +53,7 @@ def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
     late = panel._bedding.search()
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
     panel._store_axis(late())
-    assert not panel._bedding.known
+    assert not panel._bedding.is_known
     driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
 
 

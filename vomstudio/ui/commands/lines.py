@@ -99,7 +99,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         Command(
             "along_line",
             tr("Look along the &line"),
-            directions.along_line,
+            directions.look_along_line,
             shortcut="I",
             tip=tr("Orthographic view along the selected lineation or intersection."),
             why_not=directions.why_no_line,

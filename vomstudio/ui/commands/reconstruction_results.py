@@ -32,7 +32,7 @@ def commands(
 
     def find_results() -> Path | None:
         """Return the reconstruction folder of the Photos panel, else of an open model."""
-        out = survey.out()
+        out = survey.output_folder()
         if out is not None and is_aligned(out):
             return out
         return out if out is not None and survey.rows else cameras.folder()

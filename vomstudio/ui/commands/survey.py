@@ -54,10 +54,10 @@ def commands(
     def reconstruct() -> None:
         # Hours of work must not be saved in a folder that the user does not know.
         if survey.folder is not None and choose_place(survey.folder.name):
-            survey.make()
+            survey.reconstruct()
 
     def why_no_settings() -> Finding | None:
-        if survey.making is not None:
+        if survey.reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         return None if survey.rows else Finding("action.no-photos")
 
@@ -101,7 +101,7 @@ def commands(
             reconstruct,
             icon="cube-scan",
             tip=tr("Align the photos and make a dense, textured model, in the background."),
-            why_not=survey.why_not_make,
+            why_not=survey.why_not_reconstruct,
         ),
         Command(
             "pause_model",
@@ -109,7 +109,9 @@ def commands(
             survey.pause,
             icon="pause",
             tip=tr("Stop the reconstruction; finished stages are kept."),
-            why_not=lambda: None if survey.making else Finding("action.no-reconstruction"),
+            why_not=lambda: (
+                None if survey.reconstruction_job else Finding("action.no-reconstruction")
+            ),
         ),
     ]
 

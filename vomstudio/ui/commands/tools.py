@@ -240,7 +240,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
         Command(
             "along_beta",
             tr("Look along fold axis &beta"),
-            directions.along_beta,
+            directions.look_along_beta,
             shortcut="B",
             tip=tr("Orthographic view along the fold axis of the bedding."),
             why_not=directions.why_no_beta,

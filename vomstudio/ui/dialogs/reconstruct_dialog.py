@@ -235,7 +235,7 @@ class ReconstructDialog(QDialog):
             control=control,
             marks=marks,
             # Other changes confirm control files that were found automatically.
-            found=previous.found and is_same_control and crs is None,
+            has_sidecar_control=previous.has_sidecar_control and is_same_control and crs is None,
             crs=crs,
             threads=resources.threads,
             seed=resources.seed,
@@ -258,7 +258,7 @@ class ReconstructDialog(QDialog):
         self._apply_timer.stop()
         settings = self._shown_settings = self._settings()
         if settings != self._survey.settings:
-            self._survey.choose(settings)
+            self._survey.apply_settings(settings)
         self._show_forecast()
 
     # --- forecast ----------------------------------------------------------------------------
@@ -275,7 +275,7 @@ class ReconstructDialog(QDialog):
         memory = None if survey.forecast is None else survey.forecast.memory
         if memory is not None:
             self.memory.setText(_describe_memory(memory))
-        problem = survey.why_not_make() or self._crs_problem() or self._missing_file()
+        problem = survey.why_not_reconstruct() or self._crs_problem() or self._missing_file()
         allow(self.start_button, problem)
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
@@ -292,7 +292,7 @@ class ReconstructDialog(QDialog):
     def _verdict_text(self, facts: ControlFacts | None) -> str:
         if (missing := self._missing_file()) is not None:
             return missing.message
-        if self._survey.forecasting:
+        if self._survey.is_forecasting:
             return tr("Checking the control points…")
         if facts is None:
             note = self._survey.control_note
@@ -341,10 +341,10 @@ class ReconstructDialog(QDialog):
 
     def _reconstruct(self) -> None:
         self._apply()
-        if self._survey.why_not_make() is None:
+        if self._survey.why_not_reconstruct() is None:
             self._make_action.trigger()
             # The user may have cancelled the choice of a project folder.
-            if self._survey.making is not None:
+            if self._survey.reconstruction_job is not None:
                 self.close()
 
     def done(self, result: int) -> None:

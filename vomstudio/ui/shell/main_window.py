@@ -154,7 +154,9 @@ class MainWindow(QMainWindow):
         return [
             *survey_commands.commands(studio, survey, asked, opened, self.files.choose_place),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
-            *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
+            *photo_commands.commands(
+                self.photo_opening, lambda: self.photos_panel.selected_photo()
+            ),
             *self.photo_tab.commands(),
             *outcrop_photo_commands.commands(
                 studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
@@ -237,12 +239,12 @@ class MainWindow(QMainWindow):
         self.tree = ProjectTree(studio, menus, self._open_types, photos)
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
-        self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
+        self.display_panel.set_clip_callback(actions["clipping_box"].trigger)
         keep = actions["keep_intersection"]
         self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
-        photos.chosen.connect(self.photos_panel.choose)
+        photos.chosen.connect(self.photos_panel.select_photo)
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )
@@ -309,7 +311,7 @@ class MainWindow(QMainWindow):
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
-        self.photos_panel.chosen.connect(self.cameras.choose)
+        self.photos_panel.selection_changed.connect(self.cameras.choose)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
@@ -352,12 +354,12 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
-        self.cameras.chosen.connect(self.photos_panel.choose)
+        self.cameras.chosen.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
-        self.in_photos.listed.connect(self.actions_table.refresh)
+        self.in_photos.list_changed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
         self.actions_table.give_keys_to(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)

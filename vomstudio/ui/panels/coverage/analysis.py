@@ -19,12 +19,12 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import compute_coverage
 
-_PROPOSED = 8.0
+_CELLS_PER_SIDE = 8.0
 """Cells along the longer side of a face, of the side that is proposed."""
 
 
 @dataclass(frozen=True, eq=False)
-class NewGrid:
+class GridRequest:
     """points : (n, 3) that it lies over, model file frame or, where `world`, World; plane : of the
     face, None for the one that faces the view, trend and plunge; cell_m : None for the proposed"""
 
@@ -36,29 +36,29 @@ class NewGrid:
     cell_m: float | None
 
 
-def lay(asked: NewGrid) -> FaceGrid:
+def create_face_grid(request: GridRequest) -> FaceGrid:
     """Create a sampling grid on the face. Runs in a worker thread."""
-    rows = transform.matrix(asked.model.to_world)
-    direction = Line(*asked.view).vector() if asked.plane is None else -asked.plane.normal()
+    rows = transform.matrix(request.model.to_world)
+    direction = Line(*request.view).vector() if request.plane is None else -request.plane.normal()
     frame = ViewFrame.looking(direction)
-    points = asked.points if asked.world else transform.apply(rows, asked.points)
+    points = request.points if request.world else transform.apply(rows, request.points)
     points = points[np.isfinite(points).all(axis=1)]
-    middle = points.mean(axis=0) if len(points) else np.zeros(3)
-    cell = asked.cell_m or proposed_cell(points, frame)
-    grid = create_grid(points - middle, frame.right, -frame.down, cell)
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    cell = request.cell_m or proposed_cell(points, frame)
+    grid = create_grid(points - centre, frame.right, -frame.down, cell)
     back = transform.invert(rows)
     scale = transform.scale_of(rows)
-    origin = transform.apply(back, [grid.origin + middle])[0]
-    turn = rows[:3, :3].T / scale
-    model = asked.model
+    origin = transform.apply(back, [grid.origin + centre])[0]
+    rotation = rows[:3, :3].T / scale
+    model = request.model
     return FaceGrid(
         new_id("grid"),
         "",
         model.id,
         model.content_hash,
         _tuple(origin),
-        _tuple(turn @ grid.right),
-        _tuple(turn @ grid.up),
+        _tuple(rotation @ grid.right),
+        _tuple(rotation @ grid.up),
         grid.cell / scale,
         grid.columns,
         grid.rows,
@@ -70,12 +70,12 @@ def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
     if not len(points):
         return 1.0
     across = points @ np.stack([frame.right, frame.down], axis=1)
-    wanted = float(np.ptp(across, axis=0).max()) / _PROPOSED
-    if not wanted > 0.0:
+    target_m = float(np.ptp(across, axis=0).max()) / _CELLS_PER_SIDE
+    if not target_m > 0.0:
         return 1.0
-    power = 10.0 ** math.floor(math.log10(wanted))
+    power = 10.0 ** math.floor(math.log10(target_m))
     return float(
-        min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(math.log(k * power / wanted))) * power
+        min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(math.log(k * power / target_m))) * power
     )
 
 
@@ -85,22 +85,22 @@ def _tuple(vector: FloatArray) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class ShareQuestion:
+class CoverageRequest:
     grid: FaceGrid
     model: Model | None
     exposed: ExposedArea
     lines: list[FloatArray]
 
 
-def answer(question: ShareQuestion) -> FaceCoverage:
+def compute_share(request: CoverageRequest) -> FaceCoverage:
     """In a thread."""
-    return compute_coverage(question.grid, question.model, question.exposed, question.lines)
+    return compute_coverage(request.grid, request.model, request.exposed, request.lines)
 
 
-def figures_html(found: FaceCoverage, unit: str) -> str:
+def figures_html(coverage: FaceCoverage, unit: str) -> str:
     """unit : of lengths, "m" where they are metres"""
     rows = [
-        (tr("Looked at"), _percent(found.looked_at_share)),
+        (tr("Looked at"), _percent(coverage.looked_at_share)),
         *(
             (
                 name,
@@ -114,26 +114,26 @@ def figures_html(found: FaceCoverage, unit: str) -> str:
                 ),
             )
             for name, part in (
-                (tr("Done"), found.done),
-                (tr("Empty"), found.empty),
-                (tr("Unmeasurable"), found.unmeasurable),
-                (tr("Not looked at"), found.not_looked_at),
+                (tr("Done"), coverage.done),
+                (tr("Empty"), coverage.empty),
+                (tr("Unmeasurable"), coverage.unmeasurable),
+                (tr("Not looked at"), coverage.not_looked_at),
             )
         ),
         (
             tr("Counted over"),
-            tr("{area} {unit}² (done and empty)", area=f"{found.counted_m2:.4g}", unit=unit),
+            tr("{area} {unit}² (done and empty)", area=f"{coverage.counted_m2:.4g}", unit=unit),
         ),
-        (tr("Features there"), str(found.features)),
-        (tr("Density"), _per(found.density_1_per_m2, f"1/{unit}²")),
-        (tr("P21"), _per(found.P21_1_per_m, f"1/{unit}")),
+        (tr("Features there"), str(coverage.features)),
+        (tr("Density"), _per(coverage.density_1_per_m2, f"1/{unit}²")),
+        (tr("P21"), _per(coverage.P21_1_per_m, f"1/{unit}")),
     ]
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
-        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
-        for name, said in rows
+        f"<td style='padding:1px 2px'>{escape(value)}</td></tr>"
+        for name, value in rows
     )
-    notes = "".join(f"<p>{escape(reason.message)}</p>" for reason in found.reasons)
+    notes = "".join(f"<p>{escape(reason.message)}</p>" for reason in coverage.reasons)
     return f"<table width='100%'>{cells}</table>{notes}"
 
 

@@ -14,7 +14,7 @@ from vomstudio.ui.widgets.photo_canvas import Drawn
 _MAX_EDGES = 3000
 """Maximum number of edges of a patch that are drawn."""
 _STEP_PX = 5.0
-_AT_ONCE = 25
+_BATCH_SIZE = 25
 
 
 def draw_features(
@@ -24,16 +24,16 @@ def draw_features(
     drawings: Sequence[FeatureDrawing],
 ) -> list[Drawn]:
     """Draw features over one photo in their order; deliver those drawn so far now and then."""
-    drawn: list[Drawn] = []
+    overlays: list[Drawn] = []
     for number, drawing in enumerate(drawings, start=1):
-        drawn += _drawn(photos, view, drawing)
+        overlays += _draw_feature(photos, view, drawing)
         request.check()
-        if number % _AT_ONCE == 0:
-            request.emit(list(drawn))
-    return drawn
+        if number % _BATCH_SIZE == 0:
+            request.emit(list(overlays))
+    return overlays
 
 
-def _drawn(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
+def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
     """A feature over a photo; nothing where it does not reach into it."""
     views = photos.views
     pairs = False

@@ -32,8 +32,8 @@ from vomstudio.project.records import Asset, ImageMark, MarkedPoint, Mask, Photo
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
-_TOGETHER_S = 1.5
-_OWN = (PhotoSet, MarkedPoint, ImageMark, Mask)
+_JOIN_DELAY_S = 1.5
+_RECORD_TYPES = (PhotoSet, MarkedPoint, ImageMark, Mask)
 
 
 class PhotoDocument(QObject):
@@ -52,11 +52,11 @@ class PhotoDocument(QObject):
         self.folder: Path | None = None
         self._last: tuple[object, int, float] | None = None
         self._masks: dict[str, Asset] = {}
-        self._home: Path | None = None
+        self._project_folder: Path | None = None
         studio.edited.connect(self._edited)
         studio.history_changed.connect(self._follow_project)
 
-    def look_at(self, folder: Path | None) -> None:
+    def set_folder(self, folder: Path | None) -> None:
         """From now on show the records of this folder; None for none."""
         self.folder = folder
         self._last = None
@@ -79,32 +79,32 @@ class PhotoDocument(QObject):
 
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
         """Where a set of photos is to be found; None where it is gone."""
-        home = self._studio.project.folder
+        project_folder = self._studio.project.folder
         # A project may have been moved together with its photos.
-        places = (home / photo_set.path, home.parent / photo_set.name)
+        places = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
         return next((place for place in places if is_folder(place)), None)
 
-    def moved_from(self) -> PhotoSet | None:
+    def find_moved_set(self) -> PhotoSet | None:
         """The record of a folder of this name that is not where it was: it is this one, moved."""
         if self.folder is None or self.photo_set is not None:
             return None
-        home = self._studio.project.folder
+        project_folder = self._studio.project.folder
         sets = [s for s in photo_sets(self._studio.records) if s.name == self.folder.name]
-        gone = [s for s in sets if not is_folder(home / s.path)]
-        return gone[0] if len(gone) == 1 else None
+        missing_sets = [s for s in sets if not is_folder(project_folder / s.path)]
+        return missing_sets[0] if len(missing_sets) == 1 else None
 
     @property
-    def taken_in(self) -> bool:
+    def is_imported(self) -> bool:
         return self.photo_set is not None
 
     def marking(self) -> Marking:
         """Points and marks as the records say."""
-        found = self.photo_set
-        if found is None:
+        photo_set = self.photo_set
+        if photo_set is None:
             return Marking()
         records = self._studio.records
-        points = points_of(records, found.id)
-        marks = marks_of(records, found.id)
+        points = points_of(records, photo_set.id)
+        marks = marks_of(records, photo_set.id)
         marked = {point.id for point, _ in marks}
         return Marking(
             tuple(
@@ -118,10 +118,10 @@ class PhotoDocument(QObject):
 
     def masks(self) -> dict[str, Asset]:
         """The file of each photo's mask, by the name of the photo."""
-        found = self.photo_set
-        if found is None:
+        photo_set = self.photo_set
+        if photo_set is None:
             return {}
-        return {name: m.file for name, m in masks_of(self._studio.records, found.id).items()}
+        return {name: m.file for name, m in masks_of(self._studio.records, photo_set.id).items()}
 
     def mask_path(self, photo: str) -> Path | None:
         """Where a photo's mask is. Raises InputError where it is gone."""
@@ -138,11 +138,11 @@ class PhotoDocument(QObject):
 
     def _follow_project(self) -> None:
         """A project that is saved elsewhere takes its files along."""
-        if self._home != self._studio.project.folder:
-            self._home = self._studio.project.folder
+        if self._project_folder != self._studio.project.folder:
+            self._project_folder = self._studio.project.folder
             self.masks_changed.emit(frozenset())
 
-    def give_masks(self, rows: Sequence[PhotoRow]) -> None:
+    def fill_mask_paths(self, rows: Sequence[PhotoRow]) -> None:
         """Enter into each row where its mask and thumbnail are."""
         thumbnails = self._studio.project.cache / "thumbnails"
         for row in rows:
@@ -152,46 +152,50 @@ class PhotoDocument(QObject):
                 path = self.mask_path(row.name)
                 row.mask = None if path is None else str(path)
 
-    def written(self) -> dict[str, str]:
+    def export_hashes(self) -> dict[str, str]:
         """The SHA-256 of files beside the photos as they were last taken in or written."""
-        found = self.photo_set
-        kept = {} if found is None else self._studio.project.journal.view(f"exports {found.id}", {})
-        return dict(kept) if isinstance(kept, dict) else {}
+        photo_set = self.photo_set
+        hashes = (
+            {}
+            if photo_set is None
+            else self._studio.project.journal.view(f"exports {photo_set.id}", {})
+        )
+        return dict(hashes) if isinstance(hashes, dict) else {}
 
-    def set_written(self, sums: Mapping[str, str]) -> None:
-        if (found := self.photo_set) is not None:
-            self._studio.project.journal.set_view(f"exports {found.id}", dict(sums))
+    def set_export_hashes(self, sums: Mapping[str, str]) -> None:
+        if (photo_set := self.photo_set) is not None:
+            self._studio.project.journal.set_view(f"exports {photo_set.id}", dict(sums))
 
     # --- changing ----------------------------------------------------------------------------
     def set_marking(
-        self, words: str, made: Marking, join: object = None, crs: str | None = None
+        self, title: str, marking: Marking, join: object = None, crs: str | None = None
     ) -> bool:
         """Give the photos these points and marks, as one step of the history; steps that follow
         each other at once under the same `join` are one."""
-        points, marks = _states(made)
+        points, marks = _states(marking)
 
-        def make(records: Mapping[str, Record], set_id: str) -> Edit:
-            return set_points(records, set_id, points, marks, words, crs=crs)
+        def build_edit(records: Mapping[str, Record], set_id: str) -> Edit:
+            return set_points(records, set_id, points, marks, title, crs=crs)
 
-        return self._apply(make, join)
+        return self._apply(build_edit, join)
 
     def store_mask(self, png: bytes) -> Asset:
         """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
         return self._studio.project.assets.store(png, ".png")
 
-    def set_masks(self, words: str, masks: Mapping[str, Asset | None]) -> bool:
-        return self._apply(lambda records, set_id: set_masks(records, set_id, masks, words), None)
+    def set_masks(self, title: str, masks: Mapping[str, Asset | None]) -> bool:
+        return self._apply(lambda records, set_id: set_masks(records, set_id, masks, title), None)
 
-    def _apply(self, make: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
-        found = self.photo_set
-        if found is None:
+    def _apply(self, build_edit: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
+        photo_set = self.photo_set
+        if photo_set is None:
             return False
         last, now = self._last, time.monotonic()
         joins = None
         if last is not None and join is not None and last[0] == join:
-            joins = last[1] if now - last[2] < _TOGETHER_S else None
+            joins = last[1] if now - last[2] < _JOIN_DELAY_S else None
         try:
-            edit = make(self._studio.records, found.id)
+            edit = build_edit(self._studio.records, photo_set.id)
             if not edit.after:
                 return True
             number = self._studio.session.apply(edit, joins=joins)
@@ -218,27 +222,27 @@ class PhotoDocument(QObject):
         self._studio.redo_edit()
 
     def _edited(self, edit: Edit) -> None:
-        changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
-        if not any(isinstance(r, _OWN) for r in changed):
+        records = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
+        if not any(isinstance(r, _RECORD_TYPES) for r in records):
             return
         masks = self.masks()
-        other = {n for n in {*masks, *self._masks} if masks.get(n) != self._masks.get(n)}
+        changed_photos = {n for n in {*masks, *self._masks} if masks.get(n) != self._masks.get(n)}
         self._masks = masks
-        if any(isinstance(r, PhotoSet | MarkedPoint | ImageMark) for r in changed):
+        if any(isinstance(r, PhotoSet | MarkedPoint | ImageMark) for r in records):
             self.points_changed.emit()
-        if other:
-            self.masks_changed.emit(frozenset(other))
+        if changed_photos:
+            self.masks_changed.emit(frozenset(changed_photos))
 
 
 def _states(
-    made: Marking,
+    marking: Marking,
 ) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-    points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in made.control]
-    points += [PointState(label) for label in made.labels if made.point(label) is None]
-    return points, {(m.label, m.photo): (m.x, m.y) for m in made.marks}
+    points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in marking.control]
+    points += [PointState(label) for label in marking.labels if marking.point(label) is None]
+    return points, {(m.label, m.photo): (m.x, m.y) for m in marking.marks}
 
 
-def photo_of(edit: Edit) -> str:
+def edited_photo(edit: Edit) -> str:
     """The photo in which an edit of marks or masks is to be seen; "" where it is in none."""
     for id_ in edit.ids:
         record = edit.after[id_] or edit.before[id_]

@@ -39,23 +39,23 @@ class PhotoMarks(QObject):
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
         self._predictions: dict[str, tuple[object, MarkPrediction]] = {}
-        self._missing: list[Finding] | None = None
-        document.points_changed.connect(self._read)
+        self._missing_items: list[Finding] | None = None
+        document.points_changed.connect(self._reload)
 
     def close(self) -> None:
-        self._document.points_changed.disconnect(self._read)
+        self._document.points_changed.disconnect(self._reload)
 
-    def _read(self) -> None:
+    def _reload(self) -> None:
         self.marking = self._document.marking()
-        self._renew()
+        self._notify()
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
         self._cameras = cameras
         self._predictions.clear()
-        self._renew()
+        self._notify()
 
-    def _renew(self) -> None:
-        self._missing = None
+    def _notify(self) -> None:
+        self._missing_items = None
         self.changed.emit()
 
     # --- looking -----------------------------------------------------------------------------
@@ -66,22 +66,22 @@ class PhotoMarks(QObject):
     @property
     def crs(self) -> str | None:
         """Of the control points, "EPSG:n", where their file stated it."""
-        found = self._document.photo_set
-        return found.crs or None if found is not None else None
+        photo_set = self._document.photo_set
+        return photo_set.crs or None if photo_set is not None else None
 
     def prediction(self, label: str) -> MarkPrediction:
         """Predicted positions and residuals of a point; NO_PREDICTION before the alignment."""
         if self._cameras is None:
             return NO_PREDICTION
         marking = self.marking
-        own = tuple(marking.of(label).items())
+        pixels = tuple(marking.of(label).items())
         # What is not marked twice is found by the other points.
-        rest = marking if marking.point(label) is not None else None
-        kept = self._predictions.get(label)
-        if kept is None or kept[0] != (own, rest):
-            kept = (own, rest), self._cameras.predict(marking, label)
-            self._predictions[label] = kept
-        return kept[1]
+        other_points = marking if marking.point(label) is not None else None
+        entry = self._predictions.get(label)
+        if entry is None or entry[0] != (pixels, other_points):
+            entry = (pixels, other_points), self._cameras.predict(marking, label)
+            self._predictions[label] = entry
+        return entry[1]
 
     def epipolar_line(self, label: str, photo: str) -> FloatArray:
         """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
@@ -90,23 +90,23 @@ class PhotoMarks(QObject):
             return np.zeros((0, 2))
         return self._cameras.epipolar_line(self.marking, label, photo)
 
-    def missing(self) -> list[Finding]:
+    def missing_items(self) -> list[Finding]:
         """Return what is still needed before the points can place the model."""
-        if self._missing is None:
-            self._missing = missing(self.marking, self._cameras)
-        return self._missing
+        if self._missing_items is None:
+            self._missing_items = missing(self.marking, self._cameras)
+        return self._missing_items
 
     # --- changing ----------------------------------------------------------------------------
     def change(
-        self, words: str, made: Marking, join: object = None, *, goes_on: bool = False
+        self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
     ) -> None:
         """Take another state of the points, as a step of the history, unless a drag goes on."""
-        if goes_on:
-            self.marking = made
-            self._renew()
-        elif not self._document.set_marking(words, made, join):
+        if is_ongoing:
+            self.marking = marking
+            self._notify()
+        elif not self._document.set_marking(title, marking, join):
             # It could not be written: what is shown is what is kept.
-            self._read()
+            self._reload()
 
     def import_points(self, path: Path) -> int:
         """Take the points of a table, in place of those with the same label. Raises InputError."""
@@ -116,19 +116,19 @@ class PhotoMarks(QObject):
                 Finding("control.other-crs", crs=crs, project_crs=self.crs),
                 file=path,
             )
-        made = self.marking
+        marking = self.marking
         for point in points:
-            made = made.placed(point)
-        self._document.set_marking(tr("Import {file}", file=path.name), made, crs=crs)
+            marking = marking.placed(point)
+        self._document.set_marking(tr("Import {file}", file=path.name), marking, crs=crs)
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, Finding | None]:
         """Take the marks of a table, in place of those of the same point and photo. Their number,
         and a warning or None. Raises InputError."""
         marks = read_marks(path)
-        made, strangers = self.marking.add_marks(marks, self.photos)
-        self.change(tr("Import {file}", file=path.name), made)
-        return len(marks), unknown_photos(strangers) if strangers else None
+        marking, unknown = self.marking.add_marks(marks, self.photos)
+        self.change(tr("Import {file}", file=path.name), marking)
+        return len(marks), unknown_photos(unknown) if unknown else None
 
 
 def unknown_photos(photos: Sequence[str]) -> Finding:

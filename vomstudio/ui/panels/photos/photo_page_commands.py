@@ -33,8 +33,8 @@ _WINDOW_KEYS = {
     "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
 }
 # The main window has the others, and gives them to the photo that is seen (`over_photo`).
-_MIDDLE_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
-_SAME = {
+_TAB_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
+_PHOTO_COMMANDS = {
     "undo": "undo",
     "redo": "redo",
     "previous_photo": "previous",
@@ -43,20 +43,20 @@ _SAME = {
 }
 
 
-def give_keys(table: Actions, *, in_own_window: bool) -> None:
+def set_shortcuts(table: Actions, *, is_own_window: bool) -> None:
     """Keys that act wherever in the page the focus is. in_own_window : the page is one, and no
     other part of it has the same keys"""
-    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if in_own_window else _MIDDLE_KEYS
-    for name, own in keys.items():
+    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if is_own_window else _TAB_KEYS
+    for name, shortcuts in keys.items():
         action = table.all[name]
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        action.setShortcuts([QKeySequence(key) for key in own])
+        action.setShortcuts([QKeySequence(key) for key in shortcuts])
 
 
-def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command:
+def photo_command(command: Command, table: Callable[[], Actions | None]) -> Command:
     """A command of the main window that does in an open photo what it means there, where one is
     seen. table : the commands of the photo that is seen, or None"""
-    name = _SAME.get(command.name)
+    name = _PHOTO_COMMANDS.get(command.name)
     if name is None:
         return command
 
@@ -78,11 +78,15 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         step = photo.what(name)
         if step is None:
             return command.text
-        words = step_title(step).replace("&", "&&")
-        return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
+        step_text = step_title(step).replace("&", "&&")
+        return (
+            tr("&Undo {step}", step=step_text)
+            if name == "undo"
+            else tr("&Redo {step}", step=step_text)
+        )
 
-    named = command if command.text_now is None else replace(command, text_now=text)
-    return replace(named, run=run, why_not=why_not)
+    base = command if command.text_now is None else replace(command, text_now=text)
+    return replace(base, run=run, why_not=why_not)
 
 
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
@@ -101,8 +105,8 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
 def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
     """Commands that change the photo, the view or the tool."""
 
-    def take_up(name: str) -> Callable[[], None]:
-        return lambda: tools.take_up(name)
+    def activate(name: str) -> Callable[[], None]:
+        return lambda: tools.set_tool(name)
 
     def is_tool(name: str) -> Callable[[], bool]:
         return lambda: canvas.tool == name
@@ -113,7 +117,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "look",
             tr("Navigate"),
-            take_up(LOOK),
+            activate(LOOK),
             "hand-back-right-outline",
             "V",
             tr("Pan and zoom."),
@@ -123,7 +127,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "mark",
             tr("Mark"),
-            take_up(MARK),
+            activate(MARK),
             "target",
             "M",
             tr("Mark control points, check points and tie points."),
@@ -133,7 +137,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "polygon",
             tr("Polygon"),
-            take_up(POLYGON),
+            activate(POLYGON),
             "vector-polygon",
             "P",
             tr("Mask or unmask a polygon."),
@@ -143,7 +147,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "brush",
             tr("Brush"),
-            take_up(BRUSH),
+            activate(BRUSH),
             "brush",
             "B",
             tr("Mask or unmask with a brush."),
@@ -176,14 +180,14 @@ def undo_commands(
             (),
             "",
             lambda: (
-                masks.busy
+                masks.busy_reason
                 or (
                     None
-                    if tools.corners or document.undo_label
+                    if tools.corner_count or document.undo_label
                     else Finding("edit.nothing-to-undo")
                 )
             ),
-            what=lambda: tr("Last vertex") if tools.corners else document.undo_label,
+            what=lambda: tr("Last vertex") if tools.corner_count else document.undo_label,
         ),
         Command(
             "redo",
@@ -193,7 +197,8 @@ def undo_commands(
             (),
             "",
             lambda: (
-                masks.busy or (None if document.redo_label else Finding("edit.nothing-to-redo"))
+                masks.busy_reason
+                or (None if document.redo_label else Finding("edit.nothing-to-redo"))
             ),
             what=lambda: document.redo_label,
         ),
@@ -205,18 +210,18 @@ def mask_commands(
 ) -> list[Command]:
     """Commands that change the brush, and the mask as a whole."""
 
-    def no_mask() -> Finding | None:
-        if masks.busy or masks.used(photo.name) is not None:
-            return masks.busy
+    def why_no_mask() -> Finding | None:
+        if masks.busy_reason or masks.used(photo.name) is not None:
+            return masks.busy_reason
         return Finding("mask.pending")
 
     def clear() -> None:
         used = masks.used(photo.name)
         if used is not None:
-            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), hides=False)
+            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), is_masking=False)
 
     return [
-        Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", in_viewport=True),
+        Command("turn_over", tr("Mask or unmask"), box.toggle_masking, None, "X", in_viewport=True),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
@@ -252,7 +257,7 @@ def mask_commands(
             "invert-colors",
             (),
             tr("Mask what is not masked, and unmask what is masked."),
-            no_mask,
+            why_no_mask,
         ),
         Command(
             "clear_mask",
@@ -261,7 +266,7 @@ def mask_commands(
             "image-outline",
             (),
             tr("Unmask the whole photo."),
-            no_mask,
+            why_no_mask,
         ),
     ]
 

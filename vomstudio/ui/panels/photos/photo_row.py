@@ -32,23 +32,23 @@ class PhotoRow:
     blur: float | None = None
     views: float | None = None
     findings: list[str] = field(default_factory=list)
-    found_mask: str | None = None
+    sidecar_mask: str | None = None
     found_sha256: str = ""
     gsd: float | None = None
 
 
 def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
     """Enter into each row what a survey check has found about its photo."""
-    by_name = {row.name: row for row in rows}
+    rows_by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []
     for facts in report.photos:
-        seen = by_name.get(facts.name)
-        if seen is not None:
-            seen.gsd_m, seen.gsd, seen.views = facts.gsd_m, facts.gsd, facts.views
+        match = rows_by_name.get(facts.name)
+        if match is not None:
+            match.gsd_m, match.gsd, match.views = facts.gsd_m, facts.gsd, facts.views
             if facts.blur is not None:
-                seen.blur = facts.blur
+                match.blur = facts.blur
     for finding in report.findings:
         for name in finding.values["photos"]:
-            if name in by_name:
-                by_name[name].findings.append(finding.message)
+            if name in rows_by_name:
+                rows_by_name[name].findings.append(finding.message)

@@ -24,25 +24,25 @@ from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
-from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings, asked_for
+from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings, read_request
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
 # A direction that is steeper has no arrow on a map.
-_LEAST_ARROW = 0.2
+_MIN_ARROW_LENGTH = 0.2
 
 
-def folder_for(project: Path, photos: Path, quality: str) -> Path:
+def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
     """Where the model of these photos in this quality is made, or was begun. One of another quality
     or of another folder of this name, which may have been measured on, stays as it is."""
-    place = project / RECONSTRUCTIONS
+    folder = project / RECONSTRUCTIONS
     for number in itertools.count(1):
-        again = "" if number == 1 else f"-{number}"
-        out = place / f"{photos.name}{again}-{quality}"
-        asked = asked_for(out / REQUEST)
-        if asked is None or _same_photos(asked[0], photos):
+        suffix = "" if number == 1 else f"-{number}"
+        out = folder / f"{photos.name}{suffix}-{quality}"
+        request = read_request(out / REQUEST)
+        if request is None or _same_photos(request[0], photos):
             return out
     raise AssertionError("counting ends never")
 
@@ -52,7 +52,7 @@ def is_begun(out: Path) -> bool:
     return (out / "work").is_dir() and not (out / "report.html").exists()
 
 
-def keep_failure(out: Path, reason: str) -> None:
+def store_failure(out: Path, reason: str) -> None:
     """Write beside the finished stages why the run failed, for the next start of the program; ""
     once it is made again. A disk that takes nothing has told so already."""
     with contextlib.suppress(OSError, TargetError):
@@ -63,13 +63,13 @@ def keep_failure(out: Path, reason: str) -> None:
             (out / _FAILURE).unlink(missing_ok=True)
 
 
-def tell_failure(studio: Studio, out: Path, event: Failed) -> None:
+def report_failure(studio: Studio, out: Path, event: Failed) -> None:
     """Keep why the run failed, and report it now."""
-    keep_failure(out, event.message)
+    store_failure(out, event.message)
     studio.warn(event.to_error(), "error")
 
 
-def failure(out: Path) -> str:
+def read_failure(out: Path) -> str:
     """Why the last run failed, as a sentence; "" where it did not."""
     try:
         return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
@@ -77,28 +77,28 @@ def failure(out: Path) -> str:
         return ""
 
 
-def aligned(out: Path, photos: Path) -> Path | None:
+def find_alignment(out: Path, photos: Path) -> Path | None:
     """A reconstruction of these photos with cameras: in `out`, else the newest one."""
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
     folders = [each.parent for each in cameras if is_regular(each)]
-    asked = {each: asked_for(each / REQUEST) for each in folders}
-    mine = [
+    requests = {each: read_request(each / REQUEST) for each in folders}
+    matches = [
         each
-        for each, found in asked.items()
-        if found is not None and _same_photos(found[0], photos)
+        for each, request in requests.items()
+        if request is not None and _same_photos(request[0], photos)
     ]
-    return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
+    return max(matches, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
 
-def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
+def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings of the newest reconstruction, where the photos are to be found."""
-    found_requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
-    requests = [path for path in found_requests if is_regular(path)]
+    paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
+    requests = [path for path in paths if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
-        if (found := asked_for(request)) is not None:
-            folder, settings = found
+        if (stored := read_request(request)) is not None:
+            folder, settings = stored
             # A project that was moved together with its photos.
             for place in (folder, project.parent / folder.name):
                 if is_folder(place):
@@ -106,28 +106,28 @@ def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     return None
 
 
-def earlier_survey(out: Path) -> SurveyReport | None:
+def read_survey_report(out: Path) -> SurveyReport | None:
     """The survey report of a finished reconstruction; None where there is none."""
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
-        found = read_json(out / RESULT)
-        return serialisation.decode(SurveyReport, found["survey"])
+        result = read_json(out / RESULT)
+        return serialisation.decode(SurveyReport, result["survey"])
     except (OSError, ValueError, TypeError, KeyError, WorkerError):
         return None
 
 
-def record(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
+def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
     """Add a finished reconstruction and its registration to the records of the project."""
     try:
-        made = read_reconstruction(folder, photo_set_id, name)
+        records = read_reconstruction(folder, photo_set_id, name)
     except VomError as error:
         studio.fail(error)
         return
-    studio.attempt(add_reconstruction, *made)
+    studio.attempt(add_reconstruction, *records)
 
 
-def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
+def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
     """Enter into the rows the positions and headings of the aligned cameras. True where north is
     known, False in a local frame, None where nothing has been aligned."""
     if not (out / FILE_NAME).exists():
@@ -144,10 +144,10 @@ def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
             dx, dy, _ = view.direction
             size = (dx * dx + dy * dy) ** 0.5
             row.place = (float(x), float(y))
-            row.looks = (float(dx / size), float(dy / size)) if size > _LEAST_ARROW else None
+            row.looks = (float(dx / size), float(dy / size)) if size > _MIN_ARROW_LENGTH else None
     return cameras.crs is not None
 
 
-def _same_photos(asked: Path, folder: Path) -> bool:
+def _same_photos(stored_folder: Path, folder: Path) -> bool:
     """Whether a reconstruction was made of these photos; those that are gone have been moved."""
-    return not asked.is_dir() or asked.resolve() == folder.resolve()
+    return not stored_folder.is_dir() or stored_folder.resolve() == folder.resolve()

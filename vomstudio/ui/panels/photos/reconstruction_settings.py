@@ -35,22 +35,24 @@ class ReconstructionSettings:
     quality: str = "medium"
     control: Path | None = None
     marks: Path | None = None
-    found: bool = False
+    has_sidecar_control: bool = False
     crs: str | None = None
     threads: int | None = None
     seed: int = 0
     scheduler: str | None = None
 
-    def for_photos(self, folder: Path) -> ReconstructionSettings:
+    def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
         """The same with the ground control that lies beside these photos, and no CRS."""
         control, marks = find_control(folder) or (None, None)
-        return replace(self, control=control, marks=marks, found=control is not None, crs=None)
+        return replace(
+            self, control=control, marks=marks, has_sidecar_control=control is not None, crs=None
+        )
 
-    def without_control(self) -> ReconstructionSettings:
+    def drop_control(self) -> ReconstructionSettings:
         """The same without ground control."""
-        return replace(self, control=None, marks=None, found=False)
+        return replace(self, control=None, marks=None, has_sidecar_control=False)
 
-    def order(self, photos: Path, out: Path) -> ReconstructionRequest:
+    def build_request(self, photos: Path, out: Path) -> ReconstructionRequest:
         """The order for a worker: photos, folder of the results, and these settings."""
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
@@ -67,20 +69,20 @@ class ReconstructionSettings:
         )
 
 
-def asked_for(request: Path) -> tuple[Path, ReconstructionSettings] | None:
+def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings that a reconstruction noted down; None where they cannot be read."""
     from vomstudio.photogrammetry.base.settings import QUALITIES
 
     try:
-        asked = read_json(request)
-        quality, threads, seed = asked["quality"], asked.get("threads"), asked.get("seed", 0)
-        files = [asked.get(name) and Path(asked[name]) for name in ("control", "marks")]
+        values = read_json(request)
+        quality, threads, seed = values["quality"], values.get("threads"), values.get("seed", 0)
+        files = [values.get(name) and Path(values[name]) for name in ("control", "marks")]
         if quality not in QUALITIES or not all(isinstance(n, int | None) for n in (threads, seed)):
             return None
         control, marks = files if files[0] and is_regular(files[0]) else (None, None)
         settings = ReconstructionSettings(
-            quality, control or None, marks or None, False, asked.get("crs"), threads, seed or 0
+            quality, control or None, marks or None, False, values.get("crs"), threads, seed or 0
         )
-        return Path(asked["photos"]), settings
+        return Path(values["photos"]), settings
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

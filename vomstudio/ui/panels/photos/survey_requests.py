@@ -15,18 +15,18 @@ from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSet
 Masks = dict[str, Path]
 
 
-def listing(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
+def list_request(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
     """It looks at the masks that lie beside the photos."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
 
-def check(
+def check_request(
     folder: Path, cache: Path, masks: Masks | None
 ) -> tuple[Job[PhotosRequest, SurveyReport], PhotosRequest]:
     return CHECK_PHOTOS, PhotosRequest(folder, cache, masks)
 
 
-def forecast(
+def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
 ) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
     """What the settings mean for these photos."""

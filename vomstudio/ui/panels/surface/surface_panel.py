@@ -30,7 +30,7 @@ class SurfacePanel(QTabWidget):
         self.addTab(self._pages["fields"], tr("Fields"))
         self.addTab(self._pages["facets"], tr("Facets"))
         self.addTab(self._pages["traces"], tr("Traces"))
-        studio.surface_wanted.connect(self._bring)
+        studio.surface_wanted.connect(self._show_page)
 
-    def _bring(self, page: str) -> None:
+    def _show_page(self, page: str) -> None:
         self.setCurrentWidget(self._pages[page])

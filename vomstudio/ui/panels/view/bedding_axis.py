@@ -22,7 +22,7 @@ class BeddingAxis:
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
         self._axis: FoldAxis | Finding | None = None
-        self._searched = False
+        self._is_searched = False
         self._ids: frozenset[str] = frozenset()
         self.planes: FoldPlanes | None = None
 
@@ -37,13 +37,13 @@ class BeddingAxis:
             self._axis = self.search()()
         return self._axis
 
-    def keep(self, axis: FoldAxis | Finding) -> None:
+    def store(self, axis: FoldAxis | Finding) -> None:
         """Store the result of the last `search`, unless the bedding has changed since."""
-        if self._searched:
+        if self._is_searched:
             self._axis = axis
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """Whether the axis, or why there is none, has been found."""
         return self._axis is not None
 
@@ -57,33 +57,33 @@ class BeddingAxis:
         axis = self.axis_or_reason()
         return axis if isinstance(axis, Finding) else None
 
-    def forget(self, *_: object) -> None:
+    def invalidate(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
-        self._axis, self._searched = None, False
+        self._axis, self._is_searched = None, False
 
-    def renew(self) -> None:
+    def update_bedding(self) -> None:
         """Its bedding is known at once, the axis when it is asked for."""
-        self.forget()
+        self.invalidate()
         self._ids = frozenset(f.id for f in self._studio.fold.features())
 
-    def edited(self, touched: Iterable[str]) -> None:
+    def follow_edit(self, touched: Iterable[str]) -> None:
         # Thousands of planes are asked for it: most edits are of other features.
         ids = set(touched)
         if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
             # How many there are decides whether the axis is looked for beside the window.
-            self.renew()
+            self.update_bedding()
 
     def search(self) -> Callable[[], FoldAxis | Finding]:
         """Return a function that computes the axis of the present bedding.
 
         It may run in a worker thread, since thousands of planes take seconds.
         """
-        self._searched = True
+        self._is_searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
         planes = self.planes = self._studio.fold.planes()
         if len(planes) < 2:
-            few = self._too_few(len(planes))
-            return lambda: few
+            reason = self._too_few(len(planes))
+            return lambda: reason
 
         def find() -> FoldAxis | Finding:
             try:
@@ -98,12 +98,12 @@ class BeddingAxis:
         code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
         return Finding(code, count=count, minimum=2)
 
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """A sentence on planes that are not good, and on those that were left out."""
         from vomstudio.geology.table_folds import not_good_warning
 
         planes = self.planes
         if planes is None:
             return ()
-        left = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
-        return (*map(str, not_good_warning(planes.not_good, len(planes))), *left)
+        exclusions = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
+        return (*map(str, not_good_warning(planes.not_good, len(planes))), *exclusions)
