@@ -1,4 +1,4 @@
-"""The display panel: mode, point size, lighting, scalar field and its range, clipping box."""
+"""Display panel: mode, point size, lighting, scalar field, range and clipping box."""
 
 from __future__ import annotations
 
@@ -68,7 +68,15 @@ _KIND_NAMES = {
 
 
 class DisplayPanel(QWidget):
-    """current : gives the model whose field is chosen here"""
+    """Panel of the display settings.
+
+    Parameters
+    ----------
+    studio : Studio
+    actions : dict of QAction
+    current : callable
+        Returns the model whose field is shown, or None.
+    """
 
     def __init__(
         self,
@@ -102,8 +110,14 @@ class DisplayPanel(QWidget):
         self.refresh()
 
     def watch(self, viewport: Viewport, models_box: Callable[[], ClipBox | None]) -> None:
-        """Show the field ranges of this viewport from now on. models_box : around all visible
-        models"""
+        """Show the field ranges of a viewport.
+
+        Parameters
+        ----------
+        viewport : Viewport
+        models_box : callable
+            Returns the box around all visible models, or None.
+        """
         self._models_box = models_box
         self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
@@ -208,7 +222,7 @@ class DisplayPanel(QWidget):
         return self.clip
 
     def set_clip_callback(self, toggle: Callable[[], None]) -> None:
-        """toggle : switches the clipping box on or off"""
+        """Set the function that switches the clipping box on or off."""
         self._toggle_clip = toggle
 
     # --- what is done here -------------------------------------------------------------------
@@ -312,7 +326,7 @@ class DisplayPanel(QWidget):
         return self._view_display.scale_of(model.id)
 
     def refresh(self, *changes: object) -> None:
-        """Show the settings as they are now. what : as in `Display.changed`."""
+        """Show the current settings. `changes` are the arguments of `Display.changed`."""
         if changes == ("box",):
             self._show_clip()
             return
@@ -412,7 +426,7 @@ class DisplayPanel(QWidget):
 
 
 def _short(value: float) -> str:
-    """No more digits than a narrow field shows; of large numbers those behind the point as well."""
+    """Format a number for a narrow field, with decimals of large numbers."""
     return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.10g}"
 
 

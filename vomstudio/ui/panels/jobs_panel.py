@@ -1,4 +1,4 @@
-"""The jobs that run in the background, and those that have ended."""
+"""Panel of running and finished background jobs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MIN_DURATION_S = 2.0
 
 
 class JobsPanel(QTableWidget):
-    """Running jobs, each with a button that stops it, above those that have ended."""
+    """Table of running jobs, each with a stop button, above finished jobs."""
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__(0, len(_COLUMNS))
@@ -111,7 +111,7 @@ class JobsPanel(QTableWidget):
 
 
 def _end_text(job: RunningJob) -> str:
-    """How and when a job has ended, in words."""
+    """Return how and when a job has ended."""
     now = datetime.now()
     if job.outcome == "stopped" and job.resumable:
         return tr("Paused at {time:%H:%M}", time=now)

@@ -1,4 +1,4 @@
-"""What the dock of what was looked at asks, worked out in a thread."""
+"""Requests and results of the coverage panel, computed in a worker thread."""
 
 from __future__ import annotations
 
@@ -25,8 +25,19 @@ _CELLS_PER_SIDE = 8.0
 
 @dataclass(frozen=True, eq=False)
 class GridRequest:
-    """points : (n, 3) that it lies over, model file frame or, where `world`, World; plane : of the
-    face, None for the one that faces the view, trend and plunge; cell_m : None for the proposed"""
+    """Request for a sampling grid.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Points to be covered, in the model file frame, or World if `world` is True.
+    plane : Plane or None
+        Plane of the face, None for the plane that faces the view.
+    view : (float, float)
+        Trend and plunge of the view.
+    cell_m : float or None
+        Side of a cell, None for the proposed side.
+    """
 
     model: Model
     points: FloatArray
@@ -66,7 +77,7 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
 
 
 def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
-    """A round number of metres: 1, 2 or 5 times a power of ten."""
+    """Return a cell side of 1, 2 or 5 times a power of ten, metres."""
     if not len(points):
         return 1.0
     across = points @ np.stack([frame.right, frame.down], axis=1)
@@ -93,12 +104,12 @@ class CoverageRequest:
 
 
 def compute_share(request: CoverageRequest) -> FaceCoverage:
-    """In a thread."""
+    """Compute the coverage of a grid. Runs in a worker thread."""
     return compute_coverage(request.grid, request.model, request.exposed, request.lines)
 
 
 def figures_html(coverage: FaceCoverage, unit: str) -> str:
-    """unit : of lengths, "m" where they are metres"""
+    """Return the figures of a coverage as HTML; `unit` is "m" for metric lengths."""
     rows = [
         (tr("Looked at"), _percent(coverage.looked_at_share)),
         *(

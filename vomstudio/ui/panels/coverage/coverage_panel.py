@@ -1,4 +1,4 @@
-"""The dock of what was looked at: a grid over the face, and how far one has come in it."""
+"""Panel of sampling grids over faces and of their coverage."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             self.grids.setCurrentIndex(max(self.grids.findData(selected_id), 0) if grids else -1)
 
     def grid(self) -> FaceGrid | None:
-        """The chosen one."""
+        """Return the selected grid."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
     def _question(self) -> CoverageRequest:

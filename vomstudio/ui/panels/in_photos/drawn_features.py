@@ -1,4 +1,4 @@
-"""The features that a photo shows, drawn in a thread."""
+"""Drawing of features over a photo, in a worker thread."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def draw_features(
     view: int,
     drawings: Sequence[FeatureDrawing],
 ) -> list[Drawn]:
-    """Draw features over one photo in their order; deliver those drawn so far now and then."""
+    """Draw features over a photo in their order, and emit the result in batches."""
     overlays: list[Drawn] = []
     for number, drawing in enumerate(drawings, start=1):
         overlays += _draw_feature(photos, view, drawing)
@@ -34,7 +34,7 @@ def draw_features(
 
 
 def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
-    """A feature over a photo; nothing where it does not reach into it."""
+    """Return the drawing of a feature over a photo, empty if it is not visible."""
     views = photos.views
     pairs = False
     if len(drawing.line) > 1:

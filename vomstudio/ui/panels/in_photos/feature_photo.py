@@ -1,4 +1,4 @@
-"""One photo of a model with the features drawn over it. A gesture in it acts on the model."""
+"""Photo of a model with features drawn over it; its gestures act on the model."""
 
 from __future__ import annotations
 
@@ -27,12 +27,22 @@ _PLACE, _FEATURES = "place", "features"
 
 
 class FeaturePhoto(QObject):
-    """`photos` are those of a model, `view` says which of them is shown, `target` holds the World
-    points (n, 3) that are to be seen in it.
+    """Photo of a model with features drawn over it.
 
-    pointer : a gesture in the photo as the viewport would tell it. sighted : which photos show the
-    target, with the token of the question. clicked : where a click without
-    a tool came down, and what of the model is there (a Hit or None).
+    Attributes
+    ----------
+    photos : ModelPhotos or None
+        Photos of the model.
+    view : int or None
+        Number of the photo that is shown.
+    target : (n, 3) array
+        World points that should be visible.
+    pointer : Signal
+        Emitted with each gesture as a PointerEvent of the viewport.
+    sightings_ready : Signal
+        Emitted with the token of a request and the photos that show the target.
+    clicked : Signal
+        Emitted with a click without a tool, and the Hit on the model or None.
     """
 
     pointer = Signal(object)
@@ -62,7 +72,7 @@ class FeaturePhoto(QObject):
         viewport.left.connect(lambda: self.canvas.set_cross(None))
 
     def close(self) -> None:
-        """Stop background work; what it still delivers is ignored."""
+        """Stop background work and ignore its results."""
         self.photos = self.view = None
         self.images.close()
         self._background.stop(wait_s=PATIENCE_S)
@@ -70,17 +80,17 @@ class FeaturePhoto(QObject):
     # --- the photo ---------------------------------------------------------------------------
     @property
     def name(self) -> str | None:
-        """Of the photo that is shown."""
+        """Name of the photo, None without one."""
         if self.photos is None or self.view is None:
             return None
         return self.photos.views.views[self.view].name
 
     def set_photos(self, photos: ModelPhotos | None) -> None:
-        """Of another model, or none; no photo is shown."""
+        """Set the photos of a model; no photo is shown."""
         self.photos, self.view = photos, None
 
     def request_sightings(self, token: int, target: FloatArray) -> None:
-        """Ask which photos of the model show World points (n, 3); `sighted` answers."""
+        """Search for the photos that show World points (n, 3); emits `sightings_ready`."""
         self.target = target
         if self.photos is not None:
             views = self.photos.views
@@ -92,17 +102,17 @@ class FeaturePhoto(QObject):
             )
 
     def clear_features(self) -> None:
-        """Draw no feature until `draw` is called."""
+        """Remove the features until `draw` is called."""
         self.canvas.set_drawn((), frozenset())
 
     def clear_photo(self) -> None:
-        """Show no photo at all."""
+        """Remove the photo."""
         self.canvas.set_photo(1, 1)
         self.canvas.look_through = None
         self.canvas.set_spot(None)
 
     def show(self, view: int, zoom: bool = True) -> None:
-        """Show the photo of this number. look : zoom to the target"""
+        """Show the photo of this number, and zoom to the target if `zoom` is True."""
         photos = self.photos
         assert photos is not None
         self.view = view
@@ -124,7 +134,7 @@ class FeaturePhoto(QObject):
             self.look_at_target()
 
     def show_message(self, message: str) -> None:
-        """In place of the photo."""
+        """Show a message in place of the photo."""
         self.canvas.message = message
         self.canvas.update()
 
@@ -144,7 +154,7 @@ class FeaturePhoto(QObject):
             )
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
-        """Zoom to the target; with `only_if_lost` only where it is not in view."""
+        """Zoom to the target; with `only_if_lost` only if it is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
@@ -161,7 +171,7 @@ class FeaturePhoto(QObject):
         return views.pixels(self.view, points), visible
 
     def draw(self, place: FloatArray | None) -> None:
-        """Features, tool and cross over the photo. place : a World point (3,) that was asked for"""
+        """Draw features, tool and cross; `place` is the requested World point (3,)."""
         if self.photos is None or self.view is None:
             return
         views, spot = self.photos.views, None
@@ -197,7 +207,7 @@ class FeaturePhoto(QObject):
         self.canvas.set_preview(preview)
 
     def _follow_cursor(self, event: PointerEvent) -> None:
-        """Where the cursor over the outcrop is in the photo."""
+        """Show the position of the viewport's cursor in the photo."""
         photos = self.photos
         if event.kind is not Pointer.MOVE or not self.canvas.isVisible():
             return
@@ -247,7 +257,7 @@ class FeaturePhoto(QObject):
 
 
 def world_point(studio: Studio, hit: Hit) -> FloatArray | None:
-    """A place on a model as a World point (3,)."""
+    """Return a hit on a model as World point (3,), None if the model is unknown."""
     model = studio.records.get(hit.model_id)
     if not isinstance(model, Model):
         return None

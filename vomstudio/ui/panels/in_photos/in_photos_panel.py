@@ -1,4 +1,4 @@
-"""The In photos panel: the photos in which the selection is visible, and one of them."""
+"""In photos panel: photos in which the selection is visible, and one of them."""
 
 from __future__ import annotations
 
@@ -38,8 +38,17 @@ _MAX_POINTS = 80  # of a feature, to find the photos that show it
 
 
 class InPhotosPanel(QWidget):
-    """shown : the photo that is drawn; list : the photos in which the selection is visible.
-    listed : the list has changed."""
+    """Panel with a list of photos that show the selection, and one of these photos.
+
+    Attributes
+    ----------
+    feature_photo : FeaturePhoto
+        The photo that is shown.
+    list : SightingList
+        Photos in which the selection is visible.
+    list_changed : Signal
+        Emitted when the list has changed.
+    """
 
     list_changed = Signal()
 
@@ -123,12 +132,12 @@ class InPhotosPanel(QWidget):
     # --- state -------------------------------------------------------------------------------
     @property
     def photo(self) -> str | None:
-        """The name of the photo that is shown."""
+        """Name of the photo that is shown."""
         return self.feature_photo.name
 
     @property
     def names(self) -> list[str]:
-        """The photos in the list."""
+        """Names of the photos in the list."""
         return self.list.names
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
@@ -166,7 +175,7 @@ class InPhotosPanel(QWidget):
         self._schedule_refresh()
 
     def show_place(self, point: FloatArray | None) -> None:
-        """Ask for the photos that show a World point (3,)."""
+        """Show the photos in which a World point (3,) is visible."""
         self._place, self._follow = point, True
         self._schedule_refresh()
 
@@ -191,7 +200,7 @@ class InPhotosPanel(QWidget):
         self._draw()
 
     def _set_photos(self, photos: ModelPhotos | None) -> None:
-        """The photos of another model, or as they are now."""
+        """Show the photos of another model, or the changed photos of the same model."""
         previous = self.photo
         self.feature_photo.set_photos(photos)
         self._sightings = []
@@ -200,7 +209,7 @@ class InPhotosPanel(QWidget):
             self._show(photos.views.row(previous), zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
-        """Of the selected feature's model, or of the first that has photos."""
+        """Return the photos of the selected feature's model, or else of the first model."""
         records, ids = self._studio.records, self._links.models()
         tool = self._studio.open_tool
         candidates = [getattr(getattr(tool, "feature", None), "model_id", None)]
@@ -213,7 +222,7 @@ class InPhotosPanel(QWidget):
         return None
 
     def _find_target(self) -> tuple[FloatArray, str]:
-        """World points (n, 3) to be seen, and what they are in words."""
+        """Return World points (n, 3) that should be visible, and their description."""
         tool = self._studio.open_tool
         feature = getattr(tool, "feature", None)
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
@@ -273,7 +282,7 @@ class InPhotosPanel(QWidget):
         self._update_summary()
 
     def _choose_photo(self) -> None:
-        """The best photo for something new; the present one as long as it shows as much."""
+        """Show the best photo for a new target; keep the current one if it shows the target."""
         follow, self._follow = self._follow, False
         self._is_user_choice = False
         photos, view = self.feature_photo.photos, self.feature_photo.view
@@ -306,7 +315,7 @@ class InPhotosPanel(QWidget):
 
     # --- clicks ------------------------------------------------------------------------------
     def _follow_click(self, event: PointerEvent) -> None:
-        """A click on the outcrop asks for a place."""
+        """Show the photos of a place that was clicked on the outcrop."""
         if not self.isVisible() or self.feature_photo.name is None:
             return
         if (
@@ -318,7 +327,7 @@ class InPhotosPanel(QWidget):
             self.show_place(None if event.hit is None else world_point(self._studio, event.hit))
 
     def _navigate(self, at: PhotoPointer, hit: Hit | None) -> None:
-        """A click without a tool selects, or turns the viewport to the place."""
+        """Select the feature at a click without a tool, or move the viewport's pivot."""
         feature_id = self.canvas.feature_at(at.x, at.y)
         self._is_user_choice = True
         if feature_id is not None and at.ctrl:
@@ -334,7 +343,7 @@ class InPhotosPanel(QWidget):
 
     # --- words -------------------------------------------------------------------------------
     def _metric(self) -> bool:
-        """Whether the lengths of the model are metres."""
+        """Return whether the lengths of the model are metres."""
         photos = self.feature_photo.photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
         return isinstance(model, Model) and model.frame.has_metres
@@ -353,7 +362,7 @@ class InPhotosPanel(QWidget):
         self.summary.setText(text)
 
     def _update_message(self) -> None:
-        """The message of an empty panel, and the buttons that help."""
+        """Show the message of an empty panel, and the buttons that help."""
         button_names: set[str] = set()
         message = ""
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]

@@ -1,4 +1,4 @@
-"""The list of photos in which something is visible, with GSD and viewing angle of each."""
+"""List of photos in which a target is visible, with GSD and viewing angle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 
 
 class SightingList(QListWidget):
-    """chosen : the name of a photo that the user has chosen; listed : the list has changed."""
+    """List of photos in which a target is visible.
+
+    Attributes
+    ----------
+    photo_selected : Signal
+        Emitted with the name of a photo that the user selected.
+    list_changed : Signal
+        Emitted when the list has changed.
+    """
 
     photo_selected = Signal(str)
     list_changed = Signal()
@@ -41,11 +49,11 @@ class SightingList(QListWidget):
 
     @property
     def names(self) -> list[str]:
-        """The photos in the list."""
+        """Names of the photos in the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
-        """Show these photos. rows : name and text of each; path_of : its file, or None."""
+        """Show photos, given by name and text. `path_of` returns the file of a photo, or None."""
         paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
         if rows == self._rows and paths == self._paths and self.count() == len(rows):
             return
@@ -67,13 +75,13 @@ class SightingList(QListWidget):
         self.list_changed.emit()
 
     def select_photo(self, name: str | None) -> None:
-        """Show which of them is looked at."""
+        """Select a photo without emitting `photo_selected`."""
         names = self.names
         with QSignalBlocker(self):
             self.setCurrentRow(names.index(name) if name in names else -1)
 
     def step(self, offset: int) -> None:
-        """The next photo of the list, or one before."""
+        """Select the photo `offset` rows further, cyclically."""
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 
@@ -94,7 +102,7 @@ class SightingList(QListWidget):
 
 
 def sighting_text(sighting: Sighting, metric: bool) -> str:
-    """In lines: GSD of metric models, angle between line of sight and normal, visible share."""
+    """Return GSD of metric models, viewing angle to the normal and visible share, in lines."""
     parts = []
     if metric:
         gsd = sighting.gsd_m

@@ -1,4 +1,4 @@
-"""A photo on which masks are drawn and points are marked, with a magnifier at the cursor."""
+"""Photo canvas for drawing masks and marking points, with a magnifier at the cursor."""
 
 from __future__ import annotations
 
@@ -49,8 +49,17 @@ _ARROWS = {
 
 @dataclass(frozen=True)
 class ShownMark:
-    """A mark as it is drawn. pixel : of the photo as stored; expected : not a mark, but where the
-    aligned cameras predict one. worst : it has the largest residual of its point."""
+    """Mark as drawn on the canvas.
+
+    Attributes
+    ----------
+    pixel : Pixel
+        In the photo as stored.
+    is_predicted : bool
+        Whether it is a predicted position instead of a mark.
+    is_worst : bool
+        Whether it has the largest residual of its point.
+    """
 
     label: str
     role: str
@@ -62,11 +71,16 @@ class ShownMark:
 
 
 class MarkCanvas(PhotoCanvas):
-    """A photo with its mask in colour, its marks, and a magnifier at the cursor.
+    """Photo canvas with a coloured mask, marks, and a magnifier at the cursor.
 
-    nudged: (x, y) in pixels of the stored photo by which the chosen mark is to move.
-    radius_asked: the factor by which the brush is to grow. hides: what is drawn is masked, else
-    unmasked.
+    Attributes
+    ----------
+    nudged : Signal
+        Emitted with the shift (x, y) of the selected mark, pixels of the stored photo.
+    brush_scaled : Signal
+        Emitted with the factor by which the brush radius is to change.
+    is_masking : bool
+        Whether drawing masks pixels; otherwise it unmasks them.
     """
 
     nudged = Signal(float, float)
@@ -91,7 +105,7 @@ class MarkCanvas(PhotoCanvas):
 
     # --- what is shown -----------------------------------------------------------------------
     def set_tool(self, tool: str) -> None:
-        """LOOK, MARK, POLYGON or BRUSH."""
+        """Set the tool to LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
         self.left_paints = tool == BRUSH
         shape = Qt.CursorShape.ArrowCursor if tool == LOOK else Qt.CursorShape.CrossCursor
@@ -99,12 +113,12 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     def set_used(self, used: BoolArray | None) -> None:
-        """(h, w) True where the photo is used; it may change afterwards, see `mask_changed`."""
+        """Set the (h, w) array that is True at used pixels; call `update_mask` after changes."""
         self._mask = used
         self.update_mask()
 
     def update_mask(self) -> None:
-        """Draw the mask anew: its values have changed in place."""
+        """Redraw the mask after a change of its values."""
         self._version += 1
         self.update()
 
@@ -121,17 +135,17 @@ class MarkCanvas(PhotoCanvas):
         return self._marks
 
     def set_epipolar_line(self, pixels: FloatArray) -> None:
-        """(k, 2) pixels of the stored photo along which the chosen point must lie."""
+        """Set the epipolar line of the selected point, (k, 2) pixels of the stored photo."""
         self._epipolar_line = pixels
         self.update()
 
     def set_corners(self, corners: Sequence[Pixel]) -> None:
-        """Of the polygon that is being drawn."""
+        """Set the vertices of the unfinished polygon."""
         self._corners = list(corners)
         self.update()
 
     def look_closely(self, pixel: Pixel) -> None:
-        """Bring a place into the middle, at one to one or closer."""
+        """Centre the view on a pixel, at a scale of one to one or more."""
         self.fit()
         scale = max(1.0, 2.5 * self._scale)
         centre = self._turn.map(QPointF(*pixel))
@@ -157,8 +171,10 @@ class MarkCanvas(PhotoCanvas):
         return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def pixel_of_drag(self, at: Pixel) -> Pixel:
-        """Where a dragged mark is while the cursor is at this pixel: it keeps its distance from the
-        cursor, and with Shift held goes slower."""
+        """Return the pixel of a dragged mark for a pixel of the cursor.
+
+        The mark keeps its distance from the cursor, and moves more slowly with Shift.
+        """
         if self._grab is None:
             return at
         start, mark = self._grab
@@ -366,8 +382,10 @@ class MarkCanvas(PhotoCanvas):
 def _tint_mask(
     mask: BoolArray, size: tuple[int, int], m: QTransform, width: int, height: int
 ) -> QImage | None:
-    """What the mask hides, in colour, as it is on a screen of this size. Only pixels of the screen
-    are looked up: a photo of 100 megapixels is tinted as soon as a small one."""
+    """Return the masked pixels as a coloured image of the screen, None if none is visible.
+
+    Only pixels of the screen are sampled, so that the size of the photo does not matter.
+    """
     mask_height, mask_width = mask.shape
     across, down = np.arange(width) + 0.5, np.arange(height) + 0.5
     kx, ky = mask_width / size[0], mask_height / size[1]

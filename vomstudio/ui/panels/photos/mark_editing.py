@@ -1,4 +1,4 @@
-"""Points and their marks as they are shown, placed, moved and removed in an opened photo."""
+"""Editing of points and marks in an open photo."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ from vomstudio.ui.panels.photos.points_box import PointsBox
 
 
 class MarkEditing(QObject):
-    """Edits the points and marks as the user clicks, drags and types.
+    """Edits points and marks by mouse and keyboard.
 
-    message : a sentence for the user, and its level
+    Attributes
+    ----------
+    message : Signal
+        Emitted with a message for the user and its level.
     """
 
     message = Signal(object, str)
@@ -47,8 +50,7 @@ class MarkEditing(QObject):
 
     # --- showing -----------------------------------------------------------------------------
     def show(self) -> None:
-        """Draw the marks of this photo, the predicted positions of the other points, and the
-        epipolar line of the chosen one."""
+        """Draw marks and predicted positions, and the epipolar line of the selected point."""
         marking, selected_label, photo = self._marks.marking, self._points.label, self._photo.name
         pixels = marking.within(photo)
         symbols = []
@@ -68,7 +70,7 @@ class MarkEditing(QObject):
         self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
     def look_at_point(self, *, again: bool = False) -> None:
-        """While points are marked, the photo is opened where the point is, or should be."""
+        """Zoom to the position of the selected point while the mark tool is active."""
         label, photo = self._points.label, self._photo.name
         if self._canvas.tool != MARK or not label:
             return
@@ -84,18 +86,18 @@ class MarkEditing(QObject):
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> Finding | None:
-        """Return that no point is chosen; None if one is."""
+        """Return a finding if no point is selected, else None."""
         return None if self._points.label else Finding("action.no-point")
 
     def why_no_mark(self) -> Finding | None:
-        """Return that the chosen point is not marked in this photo; None if it is."""
+        """Return a finding if the selected point is not marked in this photo, else None."""
         if (reason := self.why_no_point()) is not None:
             return reason
         is_marked = self._photo.name in self._marks.marking.of(self._points.label)
         return None if is_marked else Finding("action.no-mark")
 
     def new_point(self) -> None:
-        """Add a point with a free label, choose it and take up the mark tool."""
+        """Add a tie point with a free label, select it and activate the mark tool."""
         label = self._marks.marking.free_label()
         new_marking = self._marks.marking.begun_with(label)
         self._marks.change(tr("New point"), new_marking)
@@ -104,14 +106,23 @@ class MarkEditing(QObject):
         self._canvas.setFocus()
 
     def remove_point(self) -> None:
-        """Remove the chosen point with all its marks."""
+        """Remove the selected point with all its marks."""
         label = self._points.label
         new_marking = self._marks.marking.removed(label)
         self._marks.change(tr("Remove {label}", label=label), new_marking)
         self._points.select_point("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
-        """Ask for a file, beginning in `folder`, and import its control points or its marks."""
+        """Import control points or marks from a file that the user selects.
+
+        Parameters
+        ----------
+        folder : Path
+            Folder where the file dialog begins.
+        parent : QWidget
+        marks : bool
+            Whether to import marks instead of control points.
+        """
         title = tr("Import image marks") if marks else tr("Import control points")
         name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), file_filters.control())
         if not name:
@@ -140,7 +151,7 @@ class MarkEditing(QObject):
         self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
-        """Mark the chosen point here; without one, a new tie point."""
+        """Mark the selected point, or a new tie point if none is selected."""
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
         key = None if join is None else (join, label, photo)

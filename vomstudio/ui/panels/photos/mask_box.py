@@ -1,4 +1,4 @@
-"""How masks are drawn: the tools' settings, and what is done to a whole mask."""
+"""Settings of the mask tools, and buttons for whole masks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MIN_RADIUS_PX, _MAX_RADIUS_PX = 2.0, 600.0
 
 
 class MaskBox(QGroupBox):
-    """How much of the photo is masked, whether drawing masks or unmasks, and the brush's size."""
+    """Box with the masked share, the drawing mode and the brush radius."""
 
     def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(tr("Mask"))
@@ -91,12 +91,12 @@ class MaskBox(QGroupBox):
         self.set_radius(canvas.radius)
 
     def set_actions(self, actions: Mapping[str, QAction]) -> None:
-        """The actions of the buttons, by their names."""
+        """Assign actions by name to the buttons."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
     def set_radius(self, radius: float) -> None:
-        """Of the brush, in pixels of the photo."""
+        """Set the brush radius, pixels of the photo."""
         self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
             # Each step is by the same factor.

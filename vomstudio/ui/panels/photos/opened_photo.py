@@ -1,4 +1,4 @@
-"""The photo that is open: its picture, and where it is looked at."""
+"""Picture and view of the open photo."""
 
 from __future__ import annotations
 
@@ -15,8 +15,13 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 
 class OpenedPhoto(QObject):
-    """Shows one photo at a time in a canvas. turned : the orientation of the photo that was opened
-    last has only now been read."""
+    """Shows one photo at a time on a canvas.
+
+    Attributes
+    ----------
+    orientation_changed : Signal
+        Emitted when the orientation of the photo has been read after it was opened.
+    """
 
     orientation_changed = Signal()
 
@@ -34,7 +39,7 @@ class OpenedPhoto(QObject):
         return self.rows.get(self.name)
 
     def show(self, name: str) -> None:
-        """Open the photo of this name, and read it if it is not at hand."""
+        """Open the photo of this name, and read it if it is not cached."""
         row = self.rows[name]
         self.name, self._viewed_label = name, ""
         self._canvas.set_used(None)
@@ -64,16 +69,16 @@ class OpenedPhoto(QObject):
 
     # --- where it is looked at ---------------------------------------------------------------
     def is_viewing_point(self, label: str) -> bool:
-        """Whether the view went to this point last."""
+        """Return whether the view was last moved to this point."""
         return self._viewed_label == label
 
     def zoom_to_point(self, label: str, place: Pixel) -> None:
-        """Go close to a pixel at which a point is marked or predicted."""
+        """Zoom to the pixel where a point is marked or predicted."""
         self._viewed_label = label
         self._canvas.look_closely(place)
 
     def set_viewed_point(self, label: str) -> None:
-        """The user looks at the point already."""
+        """Note that the point is already in view."""
         self._viewed_label = label
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Opening a photo, of whichever set of photos in the project."""
+"""Commands that open a photo of any photo set of the project."""
 
 from __future__ import annotations
 
@@ -20,7 +20,14 @@ if TYPE_CHECKING:
 
 
 def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) -> list[Command]:
-    """chosen : the name of the photo that is selected in the list"""
+    """Return the commands that open and re-import photos.
+
+    Parameters
+    ----------
+    opening : PhotoOpening
+    selected_photo : callable
+        Returns the name of the photo selected in the list.
+    """
     return [
         Command(
             "open_photo",
@@ -47,9 +54,12 @@ def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) ->
 
 
 class PhotoOpening(QObject):
-    """One photo is open at a time: the next one takes its page.
+    """Opens one photo at a time in a common page.
 
-    shown : PhotoPage, which is to be looked at now
+    Attributes
+    ----------
+    page_shown : Signal
+        Emitted with the PhotoPage to be shown.
     """
 
     page_shown = Signal(object)
@@ -70,16 +80,16 @@ class PhotoOpening(QObject):
         return None
 
     def import_sidecars(self) -> None:
-        """Import again what lies beside the photos."""
+        """Import the files beside the photos again."""
         self._survey.import_sidecars()
 
     @property
     def page(self) -> PhotoPage | None:
-        """The page of the photo that is open."""
+        """Page of the open photo, None if no photo is open."""
         return self._page
 
     def open(self, name: str | None = None) -> None:
-        """The photo of this name, or the first, of the photos in the panel."""
+        """Open the photo of this name, or the first photo of the panel."""
         from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
         self._pending_request = None
@@ -96,8 +106,7 @@ class PhotoOpening(QObject):
         page.canvas.setFocus()
 
     def open_set(self, photo_set: PhotoSet) -> bool:
-        """Show a set of photos in the panel; False, with the reason said, where its folder is not
-        to be found."""
+        """Show a photo set in the panel; return False, with a warning, if its folder is missing."""
         document = self._survey.document
         if (current_set := document.photo_set) is not None and current_set.id == photo_set.id:
             return True
@@ -111,7 +120,7 @@ class PhotoOpening(QObject):
         return True
 
     def open_set_photo(self, photo_set: PhotoSet, name: str | None = None) -> None:
-        """A photo of a set, which is first shown in the panel where another one is."""
+        """Open a photo of a set, after showing the set in the panel."""
         if not self.open_set(photo_set):
             return
         if self.why_not() is None:
@@ -133,7 +142,7 @@ class PhotoOpening(QObject):
         self._page = None
 
     def may_close(self) -> bool:
-        """Whether the program may end over what was drawn in photos."""
+        """Return whether the open photo can be closed, and close it."""
         page = self._page
         if page is None:
             return True

@@ -1,7 +1,7 @@
-"""The photos that are looked at, as the document holds them: points, marks and masks are records.
+"""Records of a photo set: points, marks and masks.
 
-Whatever changes them is an edit of the one history of the program; tables and masks beside the
-photos are exports (`photo_exports`).
+Each change is an edit of the project's history. Tables and masks beside the photos are exports
+(`photo_exports`).
 """
 
 from __future__ import annotations
@@ -37,10 +37,15 @@ _RECORD_TYPES = (PhotoSet, MarkedPoint, ImageMark, Mask)
 
 
 class PhotoDocument(QObject):
-    """The records of one folder of photos.
+    """Records of a folder of photos.
 
-    points_changed : points or marks of these photos; masks_changed : a frozenset of the names of
-    photos whose mask has changed, an empty one where only the project has moved
+    Attributes
+    ----------
+    points_changed : Signal
+        Emitted when points or marks of these photos have changed.
+    masks_changed : Signal
+        Emitted with a frozenset of names of photos whose mask has changed; it is empty if only the
+        folder of the project has changed.
     """
 
     points_changed = Signal()
@@ -57,7 +62,7 @@ class PhotoDocument(QObject):
         studio.history_changed.connect(self._follow_project)
 
     def set_folder(self, folder: Path | None) -> None:
-        """From now on show the records of this folder; None for none."""
+        """Show the records of a folder, or none."""
         self.folder = folder
         self._last = None
         self._masks = self.masks()
@@ -66,26 +71,26 @@ class PhotoDocument(QObject):
     # --- looking -----------------------------------------------------------------------------
     @property
     def photo_set(self) -> PhotoSet | None:
-        """The record of the folder; None as long as it was not taken in."""
+        """Record of the folder, None before its import."""
         if self.folder is None:
             return None
         stored = stored_path(self._studio.project.folder, self.folder)
         return next((s for s in photo_sets(self._studio.records) if s.path == stored), None)
 
     def last_folder(self) -> Path | None:
-        """The photos that were added last, where they are to be found."""
+        """Return the existing folder of photos that was added last."""
         sets = reversed(list(photo_sets(self._studio.records)))
         return next((f for each in sets if (f := self.folder_of(each)) is not None), None)
 
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
-        """Where a set of photos is to be found; None where it is gone."""
+        """Return the folder of a photo set, None if it is missing."""
         project_folder = self._studio.project.folder
         # A project may have been moved together with its photos.
         places = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
         return next((place for place in places if is_folder(place)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
-        """The record of a folder of this name that is not where it was: it is this one, moved."""
+        """Return the photo set of the same name whose folder is missing, None without one."""
         if self.folder is None or self.photo_set is not None:
             return None
         project_folder = self._studio.project.folder
@@ -98,7 +103,7 @@ class PhotoDocument(QObject):
         return self.photo_set is not None
 
     def marking(self) -> Marking:
-        """Points and marks as the records say."""
+        """Return the points and marks of the records."""
         photo_set = self.photo_set
         if photo_set is None:
             return Marking()
@@ -117,19 +122,19 @@ class PhotoDocument(QObject):
         )
 
     def masks(self) -> dict[str, Asset]:
-        """The file of each photo's mask, by the name of the photo."""
+        """Return the mask file of each photo by its name."""
         photo_set = self.photo_set
         if photo_set is None:
             return {}
         return {name: m.file for name, m in masks_of(self._studio.records, photo_set.id).items()}
 
     def mask_path(self, photo: str) -> Path | None:
-        """Where a photo's mask is. Raises InputError where it is gone."""
+        """Return the path of a photo's mask. Raises InputError if it is missing."""
         file = self._masks.get(photo)
         return None if file is None else self._studio.project.assets.path(file)
 
     def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-        """Points and marks as edits take them."""
+        """Return points and marks in the form that edits take."""
         return _states(self.marking())
 
     @property
@@ -137,13 +142,13 @@ class PhotoDocument(QObject):
         return self._studio.project.folder
 
     def _follow_project(self) -> None:
-        """A project that is saved elsewhere takes its files along."""
+        """Emit `masks_changed` if the project has been saved in another folder."""
         if self._project_folder != self._studio.project.folder:
             self._project_folder = self._studio.project.folder
             self.masks_changed.emit(frozenset())
 
     def fill_mask_paths(self, rows: Sequence[PhotoRow]) -> None:
-        """Enter into each row where its mask and thumbnail are."""
+        """Set the paths of mask and thumbnail in each row."""
         thumbnails = self._studio.project.cache / "thumbnails"
         for row in rows:
             if row.thumbnail is not None:
@@ -153,7 +158,7 @@ class PhotoDocument(QObject):
                 row.mask = None if path is None else str(path)
 
     def export_hashes(self) -> dict[str, str]:
-        """The SHA-256 of files beside the photos as they were last taken in or written."""
+        """Return the SHA-256 of files beside the photos as last imported or written."""
         photo_set = self.photo_set
         hashes = (
             {}
@@ -170,8 +175,23 @@ class PhotoDocument(QObject):
     def set_marking(
         self, title: str, marking: Marking, join: object = None, crs: str | None = None
     ) -> bool:
-        """Give the photos these points and marks, as one step of the history; steps that follow
-        each other at once under the same `join` are one."""
+        """Set points and marks as one edit.
+
+        Parameters
+        ----------
+        title : str
+            Title of the edit.
+        marking : Marking
+        join : object, optional
+            Consecutive edits with an equal `join` become one.
+        crs : str, optional
+            CRS of the control points.
+
+        Returns
+        -------
+        bool
+            Whether the edit was applied.
+        """
         points, marks = _states(marking)
 
         def build_edit(records: Mapping[str, Record], set_id: str) -> Edit:
@@ -180,7 +200,7 @@ class PhotoDocument(QObject):
         return self._apply(build_edit, join)
 
     def store_mask(self, png: bytes) -> Asset:
-        """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
+        """Store a mask and return its file. Thread-safe. Raises TargetError."""
         return self._studio.project.assets.store(png, ".png")
 
     def set_masks(self, title: str, masks: Mapping[str, Asset | None]) -> bool:
@@ -243,7 +263,7 @@ def _states(
 
 
 def edited_photo(edit: Edit) -> str:
-    """The photo in which an edit of marks or masks is to be seen; "" where it is in none."""
+    """Return the photo in which an edit of marks or masks is visible, "" for other edits."""
     for id_ in edit.ids:
         record = edit.after[id_] or edit.before[id_]
         if isinstance(record, ImageMark | Mask):

@@ -1,5 +1,7 @@
-"""Tables of points and marks, and masks, written beside the photos for the command line and other
-programs. The records of the project are the truth; these files follow them."""
+"""Export of points, marks and masks to files beside the photos.
+
+The files serve the command line and other programs. They follow the records of the project.
+"""
 
 from __future__ import annotations
 
@@ -30,10 +32,20 @@ _WRITE_DELAY_MS = 300
 
 
 class PhotoExports(QObject):
-    """Keeps the files beside the photos as the records are.
+    """Keeps the files beside the photos consistent with the records.
 
-    message : a sentence for the user, and its level. tables_written : control.csv or marks.csv has
-    been written; mask_written : the name of a photo, and the file of its mask or None
+    Attributes
+    ----------
+    message : Signal
+        Emitted with a message for the user and its level.
+    tables_written : Signal
+        Emitted when control.csv or marks.csv has been written.
+    mask_written : Signal
+        Emitted with the name of a photo, and the file of its mask or None.
+    problem : Finding or None
+        Reason why the files are not up to date.
+    foreign_files : list of str
+        Names of files beside the photos that other programs have changed.
     """
 
     message = Signal(object, str)
@@ -68,9 +80,17 @@ class PhotoExports(QObject):
     def begin(
         self, rows: Sequence[PhotoRow], *, is_external: bool, sidecars: SidecarData | None = None
     ) -> None:
-        """The photos are taken in: from now on their files follow the records. given: the points
-        came from files elsewhere, which are never written; with the first change all are written.
-        just_read: what lies beside the photos, where it has been taken in now"""
+        """Begin to export the records of the imported photos.
+
+        Parameters
+        ----------
+        rows : sequence of PhotoRow
+        is_external : bool
+            Whether the points were imported from files elsewhere. These are never written, so the
+            first change writes all tables.
+        sidecars : SidecarData, optional
+            Data of the files beside the photos, if they have just been imported.
+        """
         self._rows = {row.name: row for row in rows}
         paths = [Path(row.path) for row in rows]
         self._mask_paths = {row.name: mask_path(Path(row.path), paths) for row in rows}
@@ -87,8 +107,7 @@ class PhotoExports(QObject):
             self._store_sidecar_hashes(sidecars.unread)
 
     def _find_foreign_files(self) -> list[str]:
-        """Names of files beside the photos that are neither what was taken in nor what was written
-        here: another program, or a person, has changed them since."""
+        """Return the names of files that were changed since they were imported or written."""
         files = self._document.masks()
         names = self._find_foreign_tables()
         for row in self._rows.values():
@@ -102,7 +121,7 @@ class PhotoExports(QObject):
         return names
 
     def _find_foreign_tables(self) -> list[str]:
-        """Names of tables whose content differs from the records, whoever wrote them."""
+        """Return the names of tables whose content differs from the records."""
         tables = {name: self.table(name) for name in (CONTROL, MARKS)}
         names = [
             name
@@ -126,7 +145,7 @@ class PhotoExports(QObject):
         return names
 
     def _store_sidecar_hashes(self, unread: Sequence[str]) -> None:
-        """What lies beside the photos now was taken in, but for tables that cannot be read."""
+        """Store the hashes of imported files, except for tables that cannot be read."""
         for name in {CONTROL, MARKS} - set(unread):
             self._hashes[name] = _hash_file(self.table(name))
         for row in self._rows.values():
@@ -136,7 +155,7 @@ class PhotoExports(QObject):
         self.foreign_files = []
 
     def end(self) -> None:
-        """Other photos are looked at: what waits is written first."""
+        """Write pending files before other photos are opened."""
         self.finish()
         self._rows, self._mask_paths, self._sidecar_masks = {}, {}, {}
 
@@ -149,7 +168,7 @@ class PhotoExports(QObject):
         return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
-        """Where a table is: beside the photos, or in the project where that cannot be written."""
+        """Return the path of a table beside the photos, or else in the project."""
         paths = (folder / name for folder in self._folders)
         return next((path for path in paths if is_regular(path)), None)
 
@@ -172,7 +191,7 @@ class PhotoExports(QObject):
         self.tables_written.emit()
 
     def _write_table(self, name: str, marking: Marking) -> None:
-        """Raises TargetError."""
+        """Write a table beside the photos, or else in the project. Raises TargetError."""
         folder, fallback = self._folders
         target = self.table(name) or folder / name
         try:
@@ -219,8 +238,8 @@ class PhotoExports(QObject):
         self._timer.start()
 
     @property
-    def busy(self) -> bool:
-        """Masks wait to be written."""
+    def is_busy(self) -> bool:
+        """Whether masks are waiting to be written."""
         return self._task is not None or bool(self._pending)
 
     def _write_next_mask(self) -> None:
@@ -279,7 +298,7 @@ class PhotoExports(QObject):
         self.mask_written.emit(name, path)
 
     def finish(self) -> None:
-        """Write what waits, at once."""
+        """Write all pending masks immediately."""
         self._timer.stop()
         if (task := self._task) is not None:
             # Its result must be noted in this project: the next one may have other photos.
@@ -295,7 +314,7 @@ class PhotoExports(QObject):
 
 
 class _OneTimeTask:
-    """Work that is done once, by a thread or by a caller that cannot wait for the thread."""
+    """Task that runs once, in a worker thread or in a caller that cannot wait for it."""
 
     def __init__(self, name: str, work: Callable[[], object]) -> None:
         self.name = name
@@ -304,7 +323,7 @@ class _OneTimeTask:
         self._lock = Lock()
 
     def result(self) -> object:
-        """Do the work, or return what it gave."""
+        """Run the task if it has not run, and return its result."""
         with self._lock:
             if self._work is not None:
                 self._result, self._work = self._work(), None
@@ -312,8 +331,7 @@ class _OneTimeTask:
 
 
 def _hash_key(path: str | None) -> str:
-    """Under which the sum of a mask is kept: names differ within a folder of photos, and in its
-    folders too as a rule."""
+    """Return the key of a mask's hash: its file name, which is usually unique in a folder."""
     return "" if path is None else Path(path).name
 
 
@@ -322,7 +340,7 @@ def _is_same(one: Marking, other: Marking) -> bool:
 
 
 def _hash_file(path: Path | None) -> str:
-    """Of a file; "" for none."""
+    """Return the SHA-256 of a file, "" without a file."""
     try:
         if path is None:
             return ""

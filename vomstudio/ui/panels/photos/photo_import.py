@@ -1,4 +1,4 @@
-"""Import of the control points, marks and masks that lie beside photos: they become records."""
+"""Import of control points, marks and masks beside photos as records of the project."""
 
 from __future__ import annotations
 
@@ -32,10 +32,13 @@ _TITLE = to_translate("Importing points and masks")
 
 
 class PhotoImport:
-    """Imports what lies beside a folder of photos.
+    """Importer of the control points, marks and masks beside a folder of photos.
 
-    given_from : the control points that the settings named, from which those of the project were
-    begun; such a file is never written
+    Attributes
+    ----------
+    named_control : Path or None
+        Control points named in the settings, from which those of the project were imported.
+        This file is never written.
     """
 
     def __init__(self, studio: Studio, document: PhotoDocument, exports: PhotoExports) -> None:
@@ -50,9 +53,23 @@ class PhotoImport:
         *,
         again: bool = False,
     ) -> RunningJob | None:
-        """Import what lies beside the photos, if that was not done before or `again` is True, then
-        call `then` with None or with the failure. given : files of control points and of marks,
-        for photos that have none beside them. The job, or None where there was nothing to do."""
+        """Import the files beside the photos, if they are new or `again` is True.
+
+        Parameters
+        ----------
+        rows : sequence of PhotoRow
+        named_tables : (Path or None, Path or None)
+            Files of control points and of marks, for photos without such files beside them.
+        then : callable
+            Called with None, or with the failure.
+        again : bool, default False
+            Whether to repeat an earlier import.
+
+        Returns
+        -------
+        RunningJob or None
+            None if there is nothing to import.
+        """
         folder, project = self._document.folder, self._studio.project
         if folder is not None and (moved_set := self._document.find_moved_set()) is not None:
             path = stored_path(project.folder, folder)
@@ -90,7 +107,7 @@ class PhotoImport:
     def _store(
         self, folder: Path, sidecars: SidecarData, rows: Sequence[PhotoRow], *, has_tables: bool
     ) -> None:
-        """As one edit."""
+        """Store the data of the files in one edit."""
         for problem in sidecars.problems:
             self._studio.warn(Finding("file.unchanged", reason=as_sentence(problem)))
         unknown = {photo for _, photo, _, _ in sidecars.marks} - {row.name for row in rows}
@@ -112,7 +129,7 @@ class PhotoImport:
     def _show_records(
         self, rows: Sequence[PhotoRow], *, sidecars: SidecarData | None = None
     ) -> None:
-        """The records are what is shown."""
+        """Show the records of the folder and begin to export them."""
         self._document.set_folder(self._document.folder)
         self._exports.begin(rows, is_external=self.named_control is not None, sidecars=sidecars)
         names = self._exports.foreign_files
@@ -122,7 +139,7 @@ class PhotoImport:
 
 
 def _add_default_marks(tables: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
-    """Control points with the marks that lie beside them where none are named."""
+    """Complete control points by the marks beside their file, if none are named."""
     control, marks = tables
     if control is not None and marks is None:
         with contextlib.suppress(VomError):

@@ -1,4 +1,4 @@
-"""The list of photos beside an open one, with those first that can show the chosen point."""
+"""List of photos beside an open photo, sorted by their use for the selected point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 
 class PhotoList(QListWidget):
-    """Each photo with its thumbnail and state. opened : the name of the photo that was chosen."""
+    """List of photos with thumbnails and states.
+
+    Attributes
+    ----------
+    opened : Signal
+        Emitted with the name of the photo that the user selected.
+    """
 
     opened = Signal(str)
 
@@ -48,16 +54,16 @@ class PhotoList(QListWidget):
 
     @property
     def names(self) -> list[str]:
-        """In the order of the list."""
+        """Names of the photos in the order of the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def set_label(self, label: str) -> None:
-        """Choose the point for which the photos are sorted; "" for none."""
+        """Sort the photos for the point of this label; "" for no point."""
         self._label = label
         self.refresh()
 
     def refresh(self) -> None:
-        """Sort the photos and renew what is said of each."""
+        """Sort the photos and update their texts."""
         marking, label = self._marks.marking, self._label
         prediction = self._marks.prediction(label) if label else None
         marked_pixels = marking.of(label) if label else {}
@@ -125,7 +131,7 @@ class PhotoList(QListWidget):
         self.setCurrentItem(self._items[name])
 
     def step(self, offset: int) -> None:
-        """Open the photo so many rows further, from the last to the first."""
+        """Open the photo `offset` rows further, cyclically."""
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 

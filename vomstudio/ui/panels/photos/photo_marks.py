@@ -1,4 +1,4 @@
-"""The points that are marked in a set of photos, as the window works with them."""
+"""Points marked in a photo set, with their predicted positions."""
 
 from __future__ import annotations
 
@@ -25,9 +25,14 @@ from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 
 
 class PhotoMarks(QObject):
-    """Points, marks, and where aligned cameras predict them.
+    """Points, marks and predicted positions of marks.
 
-    changed : points, marks, or cameras. message : a sentence for the user, and its level
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when points, marks or cameras have changed.
+    message : Signal
+        Emitted with a message for the user and its level.
     """
 
     changed = Signal()
@@ -65,12 +70,12 @@ class PhotoMarks(QObject):
 
     @property
     def crs(self) -> str | None:
-        """Of the control points, "EPSG:n", where their file stated it."""
+        """CRS of the control points, "EPSG:n", None if their file does not state one."""
         photo_set = self._document.photo_set
         return photo_set.crs or None if photo_set is not None else None
 
     def prediction(self, label: str) -> MarkPrediction:
-        """Predicted positions and residuals of a point; NO_PREDICTION before the alignment."""
+        """Return predicted positions and residuals of a point; NO_PREDICTION before alignment."""
         if self._cameras is None:
             return NO_PREDICTION
         marking = self.marking
@@ -84,14 +89,16 @@ class PhotoMarks(QObject):
         return entry[1]
 
     def epipolar_line(self, label: str, photo: str) -> FloatArray:
-        """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
-        (0, 2) where it is marked in none or in several."""
+        """Return the epipolar line, (k, 2) pixels, of a point marked in exactly one other photo.
+
+        The array is empty if the point is marked in no or in several other photos.
+        """
         if self._cameras is None or not label:
             return np.zeros((0, 2))
         return self._cameras.epipolar_line(self.marking, label, photo)
 
     def missing_items(self) -> list[Finding]:
-        """Return what is still needed before the points can place the model."""
+        """Return findings on the points and marks still needed to place the model."""
         if self._missing_items is None:
             self._missing_items = missing(self.marking, self._cameras)
         return self._missing_items
@@ -100,7 +107,7 @@ class PhotoMarks(QObject):
     def change(
         self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
     ) -> None:
-        """Take another state of the points, as a step of the history, unless a drag goes on."""
+        """Apply a new state of the points as one edit, or only show it while `is_ongoing`."""
         if is_ongoing:
             self.marking = marking
             self._notify()
@@ -109,7 +116,7 @@ class PhotoMarks(QObject):
             self._reload()
 
     def import_points(self, path: Path) -> int:
-        """Take the points of a table, in place of those with the same label. Raises InputError."""
+        """Import a table of points, replacing points of the same label. Raises InputError."""
         points, crs = read_control(path), crs_of(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
@@ -123,8 +130,19 @@ class PhotoMarks(QObject):
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, Finding | None]:
-        """Take the marks of a table, in place of those of the same point and photo. Their number,
-        and a warning or None. Raises InputError."""
+        """Import a table of marks, replacing marks of the same point and photo.
+
+        Returns
+        -------
+        count : int
+            Number of marks.
+        warning : Finding or None
+            Marks in photos which the folder does not contain.
+
+        Raises
+        ------
+        InputError
+        """
         marks = read_marks(path)
         marking, unknown = self.marking.add_marks(marks, self.photos)
         self.change(tr("Import {file}", file=path.name), marking)

@@ -1,4 +1,4 @@
-"""The masks of a folder of photos while they are drawn; each shape is a step of the history."""
+"""Masks of a folder of photos while they are drawn; each shape is one edit."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ _MAX_STATES = 32
 
 
 class _MaskCache:
-    """What masks were lately, by their files: taking a step back waits for no disk."""
+    """Cache of recent masks by their files, so that undo needs no disk access."""
 
     def __init__(self) -> None:
         self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
 
     def store(self, file: Asset, used: BoolArray) -> None:
-        """Remember the values (height, width) of a mask file."""
+        """Store the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
         self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
         for path in list(self._packed)[:-_MAX_STATES]:
             del self._packed[path]
 
     def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
-        """(height, width) of its own; None where it must be read."""
+        """Return a copy (height, width) of a mask, None if it must be read from its file."""
         if file is None:
             return np.ones(size, np.bool_)
         if file.path not in self._packed:
@@ -49,7 +49,7 @@ class _MaskCache:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What was drawn last, and whether it hides."""
+    """Shape drawn last, and whether it masks."""
 
     areas: tuple[Area, ...]
     is_masking: bool
@@ -57,10 +57,18 @@ class Shape:
 
 
 class PhotoMasks(QObject):
-    """Masks as arrays while they are edited. True in an array means that the pixel is used.
+    """Masks as arrays while they are edited; True at used pixels.
 
-    drawn : the name of a photo whose mask has been read or has changed. message : a message
-    for the user, and its level. busy_changed : drawing on many photos has begun, gone on or ended
+    Attributes
+    ----------
+    mask_changed : Signal
+        Emitted with the name of a photo whose mask has been read or has changed.
+    message : Signal
+        Emitted with a message for the user and its level.
+    busy_changed : Signal
+        Emitted when drawing in many photos has begun, continued or ended.
+    busy_reason : Finding or None
+        Reason why no further mask can be drawn.
     """
 
     mask_changed = Signal(str)
@@ -85,11 +93,11 @@ class PhotoMasks(QObject):
 
     # --- looking -----------------------------------------------------------------------------
     def used(self, name: str) -> BoolArray | None:
-        """(height, width), True where the photo is used; None before it has been read."""
+        """Return the mask (height, width), True at used pixels; None before it has been read."""
         return self._masks.get(name)
 
     def open(self, name: str) -> None:
-        """Have a photo's mask at hand; `drawn` tells when."""
+        """Read the mask of a photo; emits `mask_changed`."""
         self._current_photo = name
         if name in self._masks:
             self.mask_changed.emit(name)
@@ -115,7 +123,7 @@ class PhotoMasks(QObject):
         return load_mask(mask, row.width, row.height).copy()
 
     def _reload(self, names: frozenset[str]) -> None:
-        """A step was taken back or done again: the masks are read anew."""
+        """Reload masks after undo or redo."""
         files = self._document.masks()
         for name in names - self._pending_names:
             if name not in self._masks:
@@ -132,17 +140,17 @@ class PhotoMasks(QObject):
 
     @property
     def is_drawing(self) -> bool:
-        """A stroke goes on."""
+        """Whether a stroke is unfinished."""
         return self._is_drawing
 
     # --- drawing -----------------------------------------------------------------------------
     def begin(self, name: str, is_masking: bool) -> None:
-        """A shape of several areas begins."""
+        """Begin a shape of one or more areas."""
         self._has_changed, self._is_drawing = False, True
         self.last_shape = Shape((), is_masking, name)
 
     def draw(self, area: Area) -> None:
-        """Add an area to the shape that was begun."""
+        """Add an area to the current shape."""
         shape = self.last_shape
         assert shape is not None
         used = self._masks.get(shape.photo)
@@ -154,7 +162,7 @@ class PhotoMasks(QObject):
             self.mask_changed.emit(shape.photo)
 
     def end(self) -> None:
-        """The shape is done; it can be taken back as a whole."""
+        """Finish the current shape as one edit."""
         has_changed, self._has_changed = self._has_changed, False
         self._is_drawing = False
         shape = self.last_shape
@@ -168,14 +176,14 @@ class PhotoMasks(QObject):
         self.end()
 
     def invert(self, name: str) -> None:
-        """Swap what is masked and what is not in this photo."""
+        """Invert the mask of a photo."""
         used = self._masks.get(name)
         if used is not None:
             np.logical_not(used, out=used)
             self._store(tr("Invert mask"), name)
 
     def _store(self, title: str, name: str) -> None:
-        """The mask as it is now becomes a record; where it cannot be written it is as before."""
+        """Store the current mask as a record; restore the previous mask if this fails."""
         try:
             file = self._store_file(self._masks[name])
         except VomError as error:
@@ -220,7 +228,7 @@ class PhotoMasks(QObject):
         ]
 
     def repeat(self) -> None:
-        """Draw the last shape into all other photos of its size."""
+        """Draw the last shape in all other photos of the same size."""
         shape = self.last_shape
         if self.why_not_repeat() is not None or shape is None:
             return
@@ -280,7 +288,7 @@ class PhotoMasks(QObject):
         self.busy_changed.emit()
 
     def _trim(self) -> None:
-        """Masks of a thousand photos do not fit into memory."""
+        """Remove masks from memory, which cannot contain those of a thousand photos."""
         for name in [n for n in self._masks if n != self._current_photo][:-_MAX_MASKS]:
             del self._masks[name]
 

@@ -1,4 +1,4 @@
-"""An open photo, in which masks are drawn and points are marked."""
+"""Page of an open photo, for drawing masks and marking points."""
 
 from __future__ import annotations
 
@@ -54,11 +54,22 @@ _MIN_WIDTH_WITH_LIST_PX = 1000
 
 
 class PhotoPage(QWidget):
-    """It stands in the middle of the main window, or is a window beside that. Every mask and mark
-    is at once a step of the project's history, which both undo and redo.
+    """Page of an open photo, as a tab of the main window or as a separate window.
 
-    changed : another step would be undone or redone. hinted : its status line. wanted : it
-    has something to say. other_place_wanted : in a window of its own, or back. closed : for good
+    Each mask and mark is one edit of the project's history.
+
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when the next undo or redo step has changed.
+    hint_changed : Signal
+        Emitted with the text of the status line.
+    attention_requested : Signal
+        Emitted when the page has a message that the user must see.
+    window_toggle_requested : Signal
+        Emitted to move the page into its own window, or back.
+    closed : Signal
+        Emitted once when the page closes.
     """
 
     changed = Signal()
@@ -175,8 +186,10 @@ class PhotoPage(QWidget):
         self.set_own_window(False)
 
     def set_own_window(self, is_own_window: bool) -> None:
-        """Follow a change of place: the main window has a tab that says the photo's name, a status
-        line, buttons that take a step back, and keys of its own."""
+        """Adapt the page to its own window or to the main window.
+
+        The main window has a tab with the photo's name, a status line, undo buttons and shortcuts.
+        """
         set_shortcuts(self.actions_table, is_own_window=is_own_window)
         for name in ("undo", "redo"):
             self.actions_table.all[name].setVisible(is_own_window)
@@ -213,7 +226,7 @@ class PhotoPage(QWidget):
     # --- the photo ---------------------------------------------------------------------------
     @property
     def photo(self) -> str:
-        """The name of the photo that is shown."""
+        """Name of the open photo."""
         return self.opened_photo.name
 
     def show_photo(self, name: str) -> None:
@@ -290,7 +303,7 @@ class PhotoPage(QWidget):
         self._set_status(self._hint())
 
     def undo(self, is_redo: bool = False) -> None:
-        """Undo the last step, or the last vertex of a polygon; with `again` redo a step."""
+        """Undo the last edit, or the last vertex of a polygon; redo if `is_redo`."""
         if self.tools.corner_count and not is_redo:
             self.tools.remove_last_corner()
             return
@@ -307,7 +320,7 @@ class PhotoPage(QWidget):
         self.show_message(Finding("edit.redone" if is_redo else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:
-        """A step that was taken back in another photo is shown there."""
+        """Show the photo of an edit that was undone or redone."""
         photo = edited_photo(edit)
         if self._stepping and photo in self.opened_photo.rows and photo != self.photo:
             self.show_photo(photo)
@@ -321,7 +334,7 @@ class PhotoPage(QWidget):
             super().keyPressEvent(event)
 
     def show_message(self, message: Finding | VomError, level: str = "info") -> None:
-        """Information goes into the status line, the rest into the bar over the photo."""
+        """Show information in the status line, and other levels in the message bar."""
         if level == "info":
             self._set_status(str(message))
         else:
@@ -332,7 +345,7 @@ class PhotoPage(QWidget):
         self._show_status(f"x {x:.1f}  y {y:.1f}   {self._status_text}")
 
     def _set_status(self, text: str) -> None:
-        """A hint or a message: it stays until the next, whatever the cursor does."""
+        """Show a hint or message until the next one, beside the position of the cursor."""
         self._status_text = text
         self._show_status(text)
 
@@ -342,7 +355,7 @@ class PhotoPage(QWidget):
 
     @property
     def hint(self) -> str:
-        """What its status line says."""
+        """Text of the status line."""
         return self._status.text()
 
     def _hint(self) -> str:
@@ -394,7 +407,7 @@ class PhotoPage(QWidget):
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Whether all drawing is finished; if not, the user is told."""
+        """Return whether no masks are being written; otherwise warn the user."""
         self.tools.cancel()
         if self.masks.busy_reason is not None:
             self.attention_requested.emit()
@@ -410,8 +423,7 @@ class PhotoPage(QWidget):
         self.end()
 
     def end(self) -> None:
-        """Let everything go, whatever fails of it: a page that is half closed would hold its tab.
-        Calling it again does nothing."""
+        """Release all resources, even if some of them raise. Further calls have no effect."""
         if not self.is_open:
             return
         self.is_open = False
@@ -440,7 +452,7 @@ class PhotoPage(QWidget):
 
 
 def _stamp(out: Path | None) -> object:
-    """Changes when cameras are found anew."""
+    """Return a value that changes with the aligned cameras."""
     try:
         return None if out is None else (out, (out / FILE_NAME).stat().st_mtime_ns)
     except OSError:

@@ -44,8 +44,14 @@ _PHOTO_COMMANDS = {
 
 
 def set_shortcuts(table: Actions, *, is_own_window: bool) -> None:
-    """Keys that act wherever in the page the focus is. in_own_window : the page is one, and no
-    other part of it has the same keys"""
+    """Set the shortcuts that act anywhere in the page.
+
+    Parameters
+    ----------
+    table : Actions
+    is_own_window : bool
+        Whether the page is a window, so that no other widget has these shortcuts.
+    """
     keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if is_own_window else _TAB_KEYS
     for name, shortcuts in keys.items():
         action = table.all[name]
@@ -54,8 +60,14 @@ def set_shortcuts(table: Actions, *, is_own_window: bool) -> None:
 
 
 def photo_command(command: Command, table: Callable[[], Actions | None]) -> Command:
-    """A command of the main window that does in an open photo what it means there, where one is
-    seen. table : the commands of the photo that is seen, or None"""
+    """Return a command of the main window that acts on the open photo while it is visible.
+
+    Parameters
+    ----------
+    command : Command
+    table : callable
+        Returns the commands of the visible photo, or None.
+    """
     name = _PHOTO_COMMANDS.get(command.name)
     if name is None:
         return command
@@ -90,7 +102,7 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
 
 
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
-    """Takes the page out of the main window, or puts it back."""
+    """Return the command that moves the page into its own window, or back."""
     return Command(
         "own_window",
         tr("Own window"),
@@ -103,7 +115,7 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
 
 
 def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
-    """Commands that change the photo, the view or the tool."""
+    """Return the commands that change the photo, the view or the tool."""
 
     def activate(name: str) -> Callable[[], None]:
         return lambda: tools.set_tool(name)
@@ -170,7 +182,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
 def undo_commands(
     masks: PhotoMasks, tools: PhotoTools, document: PhotoDocument, undo: Callable[[bool], None]
 ) -> list[Command]:
-    """undo : undoes the last step, or with True redoes it"""
+    """Return the commands to undo and redo. `undo` is called with True to redo."""
     return [
         Command(
             "undo",
@@ -208,7 +220,7 @@ def undo_commands(
 def mask_commands(
     masks: PhotoMasks, box: MaskBox, canvas: MarkCanvas, photo: OpenedPhoto
 ) -> list[Command]:
-    """Commands that change the brush, and the mask as a whole."""
+    """Return the commands that change the brush or the whole mask."""
 
     def why_no_mask() -> Finding | None:
         if masks.busy_reason or masks.used(photo.name) is not None:
@@ -272,7 +284,16 @@ def mask_commands(
 
 
 def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
-    """folder : in which the file dialogs begin. parent : of the dialogs"""
+    """Return the commands on points and marks.
+
+    Parameters
+    ----------
+    editing : MarkEditing
+    folder : Path
+        Folder where the file dialogs begin.
+    parent : QWidget
+        Parent of the dialogs.
+    """
 
     def import_table(marks: bool) -> Callable[[], None]:
         return lambda: editing.import_table(folder, parent, marks=marks)

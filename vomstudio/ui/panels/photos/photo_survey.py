@@ -1,4 +1,4 @@
-"""A folder of photos and its reconstruction: workers list, check and reconstruct the photos."""
+"""Photo set with its survey check and reconstruction, computed by workers."""
 
 from __future__ import annotations
 
@@ -50,9 +50,20 @@ JobRequest = tuple[Job[Request, Result], Request]
 
 
 class PhotoSurvey(QObject):
-    """The folder of photos that the Photos panel shows.
+    """Folder of photos in the Photos panel.
 
-    changed: anything that is shown; rows_changed: the photos themselves
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when anything has changed that is shown.
+    rows_changed : Signal
+        Emitted when the photos have changed.
+    masks_changed : Signal
+        Emitted when masks of the photos have changed.
+    marks_changed : Signal
+        Emitted when tables of points or marks have been written.
+    edited : Signal
+        Emitted with each edit of the project.
     """
 
     changed = Signal()
@@ -113,7 +124,7 @@ class PhotoSurvey(QObject):
 
     @property
     def reconstruction_job(self) -> RunningJob | None:
-        """The running reconstruction."""
+        """Running reconstruction, None without one."""
         return self._reconstruction_job
 
     def why_not_reconstruct(self) -> Finding | None:
@@ -138,11 +149,11 @@ class PhotoSurvey(QObject):
 
     @property
     def control_facts(self) -> ControlFacts | None:
-        """None where no control is chosen or it has not been looked at."""
+        """Facts on the control points, None without control points or before their check."""
         return None if self.forecast is None else self.forecast.control
 
     def output_folder(self) -> Path | None:
-        """Where the model of these photos in this quality is made, or was begun."""
+        """Return the folder of the reconstruction in the current quality."""
         if self.folder is None:
             return None
         project = self._studio.project.folder
@@ -152,7 +163,7 @@ class PhotoSurvey(QObject):
         self.apply_settings(replace(self.settings, quality=quality))
 
     def apply_settings(self, settings: ReconstructionSettings) -> None:
-        """Make the next model like this."""
+        """Set the settings of the next reconstruction."""
         previous, self.settings = self.settings, settings
         if self.reconstruction_job is None and not self.is_reading and self.rows:
             if previous.quality != settings.quality:
@@ -163,14 +174,20 @@ class PhotoSurvey(QObject):
 
     @property
     def is_begun(self) -> bool:
-        """An earlier run has finished some stages and no more."""
+        """Whether an earlier run has finished some stages only."""
         out = self.output_folder()
         return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
-        """List the photos of a folder, then check them. settings: None for those of before, with
-        the control that lies beside these photos."""
+        """List the photos of a folder, then check them.
+
+        Parameters
+        ----------
+        folder : Path
+        settings : ReconstructionSettings, optional
+            By default the previous settings with the control points beside these photos.
+        """
         from vomstudio.ui.panels.photos.survey_requests import list_request
 
         self._stop_reading()
@@ -213,7 +230,7 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def _masks(self) -> dict[str, Path] | None:
-        """Those of the project, once the photos are taken in."""
+        """Return the masks of the project, None before the photos are imported."""
         if not self.document.is_imported:
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
@@ -241,7 +258,7 @@ class PhotoSurvey(QObject):
         return self._forecasting is not None
 
     def update_forecast(self) -> None:
-        """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
+        """Compute the forecast of the settings for these photos; emits `changed`."""
         from vomstudio.ui.panels.photos.survey_requests import forecast_request
 
         if self.folder is None:
@@ -284,8 +301,7 @@ class PhotoSurvey(QObject):
         self._forecasting = job
 
     def update_control(self) -> None:
-        """Control points or marks beside the photos are new: they are taken unless other files were
-        chosen that are not in them, and looked at again."""
+        """Use new control points or marks beside the photos, unless the user named other files."""
         self._tables_timer.stop()
         if self.folder is None:
             return
@@ -298,11 +314,11 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def control_findings(self) -> list[Finding]:
-        """Return what the control points allow."""
+        """Return the findings on the control points."""
         return control_findings(self.control_facts, self.control_note)
 
     def placed_models(self) -> list[Model]:
-        """Return the models made of these photos in this quality that have scale or north."""
+        """Return the models of these photos in this quality that have scale or north."""
         out = self.output_folder()
         if out is None:
             return []
@@ -315,7 +331,7 @@ class PhotoSurvey(QObject):
         ]
 
     def placement_findings(self) -> list[str]:
-        """Return a sentence on the scale, north and resolution of each of these models."""
+        """Return a sentence on the scale, north and resolution of each placed model."""
         opened = self._studio.models
         return [
             placement_text(model, opened[model.id].resolution if model.id in opened else None)
@@ -323,7 +339,7 @@ class PhotoSurvey(QObject):
         ]
 
     def metres_per_unit(self) -> float | None:
-        """Return the scale by which a model of these photos was placed, None if it has none."""
+        """Return the scale by which a model of these photos was placed, None without one."""
         scales = [
             transform.scale_of(model.to_world)
             for model in self.placed_models()
@@ -337,7 +353,7 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
     def _apply_report(self, report: SurveyReport) -> None:
-        """The findings of a survey check, before or after the alignment."""
+        """Show the findings of a survey check, before or after the alignment."""
         self.findings, self.verdict = report.findings, report.verdict
         add_findings(self.rows, report)
 
@@ -349,7 +365,7 @@ class PhotoSurvey(QObject):
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """The control points, with their marks, and the tie points that nobody has to name."""
+        """Return the files of the control points, or None, and of the marks."""
         if self.folder is None:
             return None, None
         if (sidecars := find_control(self.folder)) is not None:
@@ -358,7 +374,7 @@ class PhotoSurvey(QObject):
         return (None if marks is None else control), marks
 
     def import_sidecars(self) -> None:
-        """What lies beside the photos now, in place of what the project holds."""
+        """Replace the records by the files beside the photos."""
         if self.folder is not None and not self.is_reading and self.reconstruction_job is None:
             self._import_sidecars(again=True)
 
@@ -390,20 +406,20 @@ class PhotoSurvey(QObject):
         return replace(settings, control=control, marks=marks, has_sidecar_control=True)
 
     def alignment_folder(self) -> Path | None:
-        """A reconstruction of these photos with cameras: in this quality, else the newest one."""
+        """Return the reconstruction with cameras in this quality, or else the newest one."""
         out = self.output_folder()
         if out is None or self.folder is None:
             return None
         return reconstruction_folders.find_alignment(out, self.folder)
 
     def repeat_check(self) -> None:
-        """Masks have changed what the photos are worth."""
+        """Repeat the survey check after masks have changed."""
         if not self.is_reading and self.reconstruction_job is None and self.rows:
             self._check()
 
     # --- the model ---------------------------------------------------------------------------
     def reconstruct(self) -> None:
-        """Reconstruct as the settings say, or continue an earlier run that was stopped."""
+        """Start a reconstruction, or continue a paused one."""
         from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
 
         out, folder = self.output_folder(), self.folder
@@ -461,14 +477,14 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def stop_to_move(self) -> None:
-        """The project's folder is about to be moved: stop the work, which then goes on there."""
+        """Stop the work before the project's folder moves; it then continues there."""
         if self._reconstruction_job is not None:
             self._restart_pending = True
             self.pause()
             self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOP_TIMEOUT_S)
 
     def pause(self) -> None:
-        """Stop the work; finished stages are kept, and `make` continues after them."""
+        """Pause the reconstruction; `reconstruct` continues after the finished stages."""
         if self._reconstruction_job is not None:
             self._studio.jobs.cancel(self._reconstruction_job)
 

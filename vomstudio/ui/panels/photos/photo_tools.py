@@ -1,4 +1,4 @@
-"""Gestures in an opened photo become marks, polygon vertices or brush strokes."""
+"""Tools of an open photo: gestures become marks, polygon vertices or brush strokes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
 
 class PhotoTools(QObject):
-    """The tools of an open photo.
+    """Tools of an open photo.
 
-    marked : (x, y) at which the chosen point is to be marked; moved : (label, x, y, whether the
-    drag goes on) of a mark; picked : the label of a mark that was clicked
+    Attributes
+    ----------
+    mark_requested : Signal
+        Emitted with the position (x, y) at which the selected point is to be marked.
+    mark_moved : Signal
+        Emitted with label, x, y of a mark, and whether the drag continues.
+    mark_picked : Signal
+        Emitted with the label of a mark that was clicked.
     """
 
     mark_requested = Signal(float, float)
@@ -50,19 +56,19 @@ class PhotoTools(QObject):
         self.photo, self.size = name, (width, height)
 
     def set_tool(self, tool: str) -> None:
-        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is dropped."""
+        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is discarded."""
         self.cancel()
         self._canvas.set_tool(tool)
         self.tool_changed.emit()
 
     def cancel(self) -> None:
-        """Forget the polygon that is not closed, end the stroke that is not lifted."""
+        """Discard the unfinished polygon, and finish the stroke."""
         self.end_stroke()
         self._dragged_label = ""
         self._set_corners([])
 
     def end_stroke(self) -> None:
-        """What was painted so far is done, though the button is still down."""
+        """Finish the stroke, even if the button is still pressed."""
         if self._last_point is not None:
             self._last_point = None
             self._masks.end()
@@ -120,7 +126,7 @@ class PhotoTools(QObject):
             self._set_corners(corners)
 
     def close_polygon(self) -> None:
-        """Mask or unmask what lies within the polygon, if it has three vertices."""
+        """Mask or unmask the area of the polygon, if it has three vertices."""
         if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
             area = polygon_area(self._corners, *self.size)
             self._masks.draw_once(self.photo, area, self.is_masking)

@@ -1,4 +1,4 @@
-"""The Photos panel: the photos of a folder, the survey check, and the reconstruction."""
+"""Photos panel: photos of a folder, survey check and reconstruction."""
 
 from __future__ import annotations
 
@@ -66,8 +66,21 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """actions: the commands of `survey_commands` by their names. chosen: the names of the selected
-    photos, a set."""
+    """Panel with the photos of a folder, the survey findings and the reconstruction.
+
+    Parameters
+    ----------
+    survey : PhotoSurvey
+    actions : dict
+        Commands of `survey_commands` by name.
+
+    Attributes
+    ----------
+    selection_changed : Signal
+        Emitted with the set of names of the selected photos.
+    opened : Signal
+        Emitted with the name of a photo to be opened.
+    """
 
     selection_changed = Signal(object)
     opened = Signal(str)
@@ -132,7 +145,6 @@ class PhotosPanel(QWidget):
         self._fill()
 
     def _make_empty_page(self) -> QWidget:
-        """The page that is shown while no folder is chosen."""
         page = QWidget()
         column = QVBoxLayout(page)
         label = Label(tr("Choose a folder of overlapping photos, or drop it here."))
@@ -321,12 +333,12 @@ class PhotosPanel(QWidget):
         return tr("{photos}, {warnings}", photos=photos, warnings=warning_text)
 
     def _read_failure(self) -> str:
-        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
+        """Return the reason why the previous run failed, "" if it did not fail or was paused."""
         out = self._survey.output_folder() if self._survey.reconstruction_job is None else None
         return "" if out is None else as_sentence(reconstruction_folders.read_failure(out))
 
     def _show_failure(self) -> None:
-        """Above the findings."""
+        """Show the failure of the previous run above the findings."""
         reason = self._read_failure()
         if reason == self._failure_text:
             return
@@ -358,7 +370,7 @@ class PhotosPanel(QWidget):
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
     def selected_photo(self) -> str | None:
-        """The first of the photos that are selected."""
+        """Return the first of the selected photos, None if none is selected."""
         names = self._selected_names()
         return next((row.name for row in self._survey.rows if row.name in names), None)
 
@@ -381,7 +393,7 @@ class PhotosPanel(QWidget):
                 self.table.scrollTo(self.table.model().index(number, 0))
 
     def _select_photos_of_finding(self) -> None:
-        """Select the photos that the finding is about."""
+        """Select the photos of the selected findings."""
         names: set[str] = set()
         for item in self._findings.selectedItems():
             names.update(item.data(Qt.ItemDataRole.UserRole) or ())
@@ -399,7 +411,7 @@ def _mask_text(row: PhotoRow) -> str:
 
 
 def _truncate(text: str) -> str:
-    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+    """Return the beginning of a finding; the list and the tool tip contain all of it."""
     return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 

@@ -1,4 +1,4 @@
-"""A plan of the camera positions."""
+"""Plan view of the camera positions."""
 
 from __future__ import annotations
 
@@ -18,8 +18,13 @@ _GOOD, _FLAGGED, _SELECTED = "#0072b2", "#e69f00", "#d55e00"
 
 
 class PlanView(QWidget):
-    """Each photo at its position with a line along its heading; those with findings in another
-    colour and shape. clicked : called with a photo's name."""
+    """Plan of the photos with viewing directions; photos with findings are highlighted.
+
+    Parameters
+    ----------
+    on_click : callable, optional
+        Called with the name of a photo.
+    """
 
     def __init__(self, on_click: object = None) -> None:
         super().__init__()
@@ -34,14 +39,14 @@ class PlanView(QWidget):
         return QSize(260, 220)
 
     def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], has_north: bool) -> None:
-        """has_north: places are metres, with north upwards; else of a local frame without scale."""
+        """Show photos. `has_north` states whether positions are metres with north upwards."""
         self._has_north = has_north
         self._rows = [row for row in rows if row.place is not None]
         self._selection = selection
         self.update()
 
     def _scale(self) -> tuple[float, float, float]:
-        """Pixels per metre, and the middle in metres."""
+        """Return pixels per metre, and the centre in metres."""
         xs = [row.place[0] for row in self._rows if row.place]
         ys = [row.place[1] for row in self._rows if row.place]
         width, height = max(xs) - min(xs), max(ys) - min(ys)

@@ -1,4 +1,4 @@
-"""The list of points, the coordinates and mark of the chosen one, and what is still missing."""
+"""List of points, form of the selected point, and findings on missing points."""
 
 from __future__ import annotations
 
@@ -39,8 +39,16 @@ from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 
 
 class PointsBox(QGroupBox):
-    """chosen : the label of the chosen point; "" for none. message : a sentence for the user, and
-    its level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
+    """Box with the points, and the coordinates and mark of the selected point.
+
+    Attributes
+    ----------
+    point_selected : Signal
+        Emitted with the label of the selected point, "" without one.
+    message : Signal
+        Emitted with a message for the user and its level.
+    mark_edited : Signal
+        Emitted with the position (x, y) of the point's mark in the open photo, pixels as stored.
     """
 
     point_selected = Signal(str)
@@ -154,13 +162,13 @@ class PointsBox(QGroupBox):
         return self.form
 
     def set_actions(self, actions: Mapping[str, QAction]) -> None:
-        """The actions of the buttons, by their names."""
+        """Assign actions by name to the buttons."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
     # --- showing -----------------------------------------------------------------------------
     def refresh(self) -> None:
-        """Renew the list, the form, and what is missing."""
+        """Update the list, the form and the findings."""
         marking = self._marks.marking
         labels = marking.labels
         with QSignalBlocker(self.table):
@@ -222,7 +230,7 @@ class PointsBox(QGroupBox):
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:
-        """Show the mark in this photo, of so many pixels as stored."""
+        """Show the mark in this photo. `width` and `height` are pixels as stored."""
         self.photo = name
         with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
             self.mark_x.setMaximum(width)
@@ -254,7 +262,7 @@ class PointsBox(QGroupBox):
 
     # --- choosing and typing -----------------------------------------------------------------
     def select_point(self, label: str) -> None:
-        """Make this the point that is edited and marked; "" for none."""
+        """Select the point of this label; "" for no point."""
         if label != self.label:
             self.label = label
             self.refresh()

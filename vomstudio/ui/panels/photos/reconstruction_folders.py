@@ -1,4 +1,4 @@
-"""The folders of a project in which models were made of photos, and what is found there."""
+"""Folders of the reconstructions in a project, and their files."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ _MIN_ARROW_LENGTH = 0.2
 
 
 def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
-    """Where the model of these photos in this quality is made, or was begun. One of another quality
-    or of another folder of this name, which may have been measured on, stays as it is."""
+    """Return the folder for a reconstruction of these photos in this quality.
+
+    Folders of another quality, or of other photos with the same folder name, are not reused.
+    """
     folder = project / RECONSTRUCTIONS
     for number in itertools.count(1):
         suffix = "" if number == 1 else f"-{number}"
@@ -48,13 +50,15 @@ def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
 
 
 def is_begun(out: Path) -> bool:
-    """An earlier run has finished some stages and no more."""
+    """Return whether an earlier run has finished some stages only."""
     return (out / "work").is_dir() and not (out / "report.html").exists()
 
 
 def store_failure(out: Path, reason: str) -> None:
-    """Write beside the finished stages why the run failed, for the next start of the program; ""
-    once it is made again. A disk that takes nothing has told so already."""
+    """Store why the run failed for the next start of the program; "" removes the file.
+
+    Errors of the disk are ignored, since the run has reported them.
+    """
     with contextlib.suppress(OSError, TargetError):
         if reason:
             make_folder((out / _FAILURE).parent)
@@ -64,13 +68,13 @@ def store_failure(out: Path, reason: str) -> None:
 
 
 def report_failure(studio: Studio, out: Path, event: Failed) -> None:
-    """Keep why the run failed, and report it now."""
+    """Store why the run failed, and report it to the user."""
     store_failure(out, event.message)
     studio.warn(event.to_error(), "error")
 
 
 def read_failure(out: Path) -> str:
-    """Why the last run failed, as a sentence; "" where it did not."""
+    """Return why the last run failed, as a sentence; "" if it did not fail."""
     try:
         return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
     except (InputError, OSError):
@@ -78,7 +82,7 @@ def read_failure(out: Path) -> str:
 
 
 def find_alignment(out: Path, photos: Path) -> Path | None:
-    """A reconstruction of these photos with cameras: in `out`, else the newest one."""
+    """Return a reconstruction of these photos with cameras: `out`, or else the newest one."""
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
@@ -93,7 +97,7 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
 
 
 def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Photos and settings of the newest reconstruction, where the photos are to be found."""
+    """Return photos and settings of the newest reconstruction, None if its photos are missing."""
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     requests = [path for path in paths if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
@@ -107,7 +111,7 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 
 
 def read_survey_report(out: Path) -> SurveyReport | None:
-    """The survey report of a finished reconstruction; None where there is none."""
+    """Return the survey report of a finished reconstruction, None if it has none."""
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
@@ -128,8 +132,13 @@ def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name:
 
 
 def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
-    """Enter into the rows the positions and headings of the aligned cameras. True where north is
-    known, False in a local frame, None where nothing has been aligned."""
+    """Set positions and headings of the aligned cameras in the rows.
+
+    Returns
+    -------
+    bool or None
+        True if north is known, False in a local frame, None without an alignment.
+    """
     if not (out / FILE_NAME).exists():
         return None
     try:
@@ -149,5 +158,8 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
 
 
 def _same_photos(stored_folder: Path, folder: Path) -> bool:
-    """Whether a reconstruction was made of these photos; those that are gone have been moved."""
+    """Return whether a reconstruction was made of these photos.
+
+    Photos that are missing have been moved.
+    """
     return not stored_folder.is_dir() or stored_folder.resolve() == folder.resolve()

@@ -1,4 +1,4 @@
-"""Settings of a reconstruction, as the window asks for them."""
+"""Settings of a reconstruction in the window."""
 
 from __future__ import annotations
 
@@ -25,11 +25,21 @@ Depth maps are measured along their long side."""
 
 @dataclass(frozen=True)
 class ReconstructionSettings:
-    """control, marks : of ground control; None for the cameras' GPS, or a local frame; marks alone
-        None where they are in the file of the control, or in `marks.csv` beside it
-    found : these files were not named, they lay beside the photos
-    crs : "EPSG:n"; None for what the control or the GPS says
-    threads : None for all processors; scheduler : address of a Dask cluster
+    """Settings of a reconstruction.
+
+    Attributes
+    ----------
+    control, marks : Path or None
+        Files of ground control. Without control the cameras' GPS is used, or a local frame. Without
+        marks they are in the control file, or in `marks.csv` beside it.
+    has_sidecar_control : bool
+        Whether the files of control were found beside the photos instead of named by the user.
+    crs : str or None
+        "EPSG:n", None for the CRS of the control or the GPS.
+    threads : int or None
+        None for all processors.
+    scheduler : str or None
+        Address of a Dask cluster.
     """
 
     quality: str = "medium"
@@ -42,18 +52,18 @@ class ReconstructionSettings:
     scheduler: str | None = None
 
     def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
-        """The same with the ground control that lies beside these photos, and no CRS."""
+        """Return a copy with the ground control beside these photos, and no CRS."""
         control, marks = find_control(folder) or (None, None)
         return replace(
             self, control=control, marks=marks, has_sidecar_control=control is not None, crs=None
         )
 
     def drop_control(self) -> ReconstructionSettings:
-        """The same without ground control."""
+        """Return a copy without ground control."""
         return replace(self, control=None, marks=None, has_sidecar_control=False)
 
     def build_request(self, photos: Path, out: Path) -> ReconstructionRequest:
-        """The order for a worker: photos, folder of the results, and these settings."""
+        """Return the request for a worker."""
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
         return ReconstructionRequest(
@@ -70,7 +80,7 @@ class ReconstructionSettings:
 
 
 def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Photos and settings that a reconstruction noted down; None where they cannot be read."""
+    """Return photos and settings of a stored request, None if it cannot be read."""
     from vomstudio.photogrammetry.base.settings import QUALITIES
 
     try:

@@ -1,4 +1,4 @@
-"""What workers are asked about a set of photos. Imported when somebody first asks."""
+"""Requests to workers about a photo set, imported only when needed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Masks = dict[str, Path]
 
 
 def list_request(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
-    """It looks at the masks that lie beside the photos."""
+    """Return job and request to list the photos, with the masks beside them."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
 
@@ -29,7 +29,7 @@ def check_request(
 def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
 ) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
-    """What the settings mean for these photos."""
+    """Return job and request to forecast a reconstruction with these settings."""
     return FORESEE, ForecastRequest(
         folder,
         tuple((row.width, row.height) for row in rows),

@@ -1,4 +1,4 @@
-"""A wheel of the colours of dip directions, North up as on the net."""
+"""Colour wheel of dip directions, north up as on the stereonet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,15 @@ _GRADIENT_STOPS = 36
 
 
 class DirectionWheel(QWidget):
-    """palette : the name of the colours, one of matplotlib's maps that close in a circle"""
+    """Colour wheel of dip directions.
+
+    Attributes
+    ----------
+    map_name : str
+        Name of a cyclic colour map of matplotlib.
+    has_letters : bool
+        Whether compass letters are drawn instead of angles.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -29,12 +37,12 @@ class DirectionWheel(QWidget):
         return QSize(_SIZE_PX, _SIZE_PX)
 
     def show_map(self, name: str, *, north_known: bool) -> None:
-        """The letters of the compass stand beside it where the model's north is known."""
+        """Show a colour map, with compass letters if the model's north is known."""
         self.map_name, self.has_letters = name, north_known
         self.update()
 
     def color_at(self, azimuth_deg: float) -> QColor:
-        """Of a dip direction."""
+        """Return the colour of a dip direction."""
         table = _table(self.map_name)
         return QColor(*table[int(azimuth_deg % 360.0 / 360.0 * len(table)) % len(table)])
 

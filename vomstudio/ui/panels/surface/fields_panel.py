@@ -1,5 +1,4 @@
-"""The dock of fields: how the outcrop dips, bends, and how planar it is, worked out in the
-background and painted on it."""
+"""Panel of surface fields: orientation, curvature and planarity of the outcrop."""
 
 from __future__ import annotations
 
@@ -66,7 +65,7 @@ _PLANE_KINDS = {
 
 
 class FieldsPanel(ModelPanel):
-    """Asks `studio.surfaces.surface_fields` for what is chosen here, and tells what came."""
+    """Panel that requests a surface field and shows its figures."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(
@@ -157,7 +156,7 @@ class FieldsPanel(ModelPanel):
 
     # --- what is there -----------------------------------------------------------------------
     def show_now(self) -> None:
-        """Follow model, selection and work."""
+        """Show the current model, selection and job."""
         super().show_now()
         studio, model = self._studio, self._model
         if model is not None and model.id in studio.models and self._form_model_id != model.id:
@@ -172,7 +171,7 @@ class FieldsPanel(ModelPanel):
         self._show_figures()
 
     def _set_model(self, model: Model) -> None:
-        """Another model: its likely radius, or what it shows already."""
+        """Show the field of a model, or the default radius and length for it."""
         self._form_model_id = model.id
         shown = self._fields.shown.get(model.id)
         radius = 0.0 if shown is None else shown.wanted.radius_m
@@ -207,7 +206,7 @@ class FieldsPanel(ModelPanel):
         self.other_model.setCurrentIndex(max(self.other_model.findData(previous), 0))
 
     def _show_plane(self) -> None:
-        """The plane of the feature that was selected last stays the one that is meant."""
+        """Show the plane of the feature that was selected last, even after deselection."""
         studio = self._studio
         if not studio.has_project:
             return
@@ -269,7 +268,7 @@ class FieldsPanel(ModelPanel):
         self._update_off_button()
 
     def _update_off_button(self) -> None:
-        """A cloud goes back to its own colours: it has no photo texture."""
+        """Enable the button, and name the display mode to which it returns."""
         opened = None if self._model is None else self._studio.models.get(self._model.id)
         self.off_button.setText(usual_look([] if opened is None else [opened.data]))
         shown = self._studio.display.mode == "field"
@@ -320,7 +319,7 @@ class FieldsPanel(ModelPanel):
 
     # --- what is done ------------------------------------------------------------------------
     def _change_kind(self, *_: object) -> None:
-        """A field that needs no work is shown at once."""
+        """Show the selected field at once if it has been computed."""
         self._show_rows()
         self._refresh_buttons()
         model, request = self._model, self._field_request()
@@ -339,7 +338,7 @@ class FieldsPanel(ModelPanel):
         self._fields.ask(model.id, request, palette if request.kind == "dip_direction" else None)
 
     def _recolour(self) -> None:
-        """The same field in other colours."""
+        """Show the current field with other colours."""
         self._show_rows()
         model = self._model
         shown = None if model is None else self._fields.shown.get(model.id)

@@ -1,4 +1,4 @@
-"""Which plane, and traces of which length, a map of measurable planes is of."""
+"""Form for the plane and trace length of a map of measurable planes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SELECTED = "selected"
 
 
 class MeasurablePlane(QWidget):
-    """Typed, the mean of a set, or the plane of the selected feature."""
+    """Form for a plane: typed, the mean of a set, or the plane of the selected feature."""
 
     changed = Signal()
 
@@ -56,7 +56,15 @@ class MeasurablePlane(QWidget):
         self.list_sources((), "", "")
 
     def list_sources(self, sets: Sequence[str], feature: str, name: str) -> None:
-        """sets : of the project; feature : id of the one selected last, with its name"""
+        """List the sources of planes.
+
+        Parameters
+        ----------
+        sets : sequence of str
+            Names of the sets of the project.
+        feature, name : str
+            Id and name of the feature that was selected last.
+        """
         self._feature = feature
         sources = [(tr("typed attitude"), PLANE_PREFIX)]
         sources += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
@@ -75,7 +83,7 @@ class MeasurablePlane(QWidget):
         self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
     def plane_source(self) -> str:
-        """As `measurable_planes.resolve_plane` reads it; "" where nothing can be meant."""
+        """Return the plane as read by `measurable_planes.resolve_plane`, "" if it is invalid."""
         key = str(self.source.currentData())
         if key == _SELECTED:
             return self._feature
@@ -88,7 +96,7 @@ class MeasurablePlane(QWidget):
         return f"{PLANE_PREFIX}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
 
     def show_request(self, source: str, length: float) -> None:
-        """What a project shows already."""
+        """Show the plane and trace length of the field on display."""
         with QSignalBlocker(self.length):
             self.length.setValue(length)
         if source.startswith(PLANE_PREFIX):

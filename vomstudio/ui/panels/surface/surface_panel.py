@@ -1,4 +1,4 @@
-"""The panel of the surface: its fields, and the facets and traces that are proposed on it."""
+"""Panel of the surface: its fields, and proposed facets and traces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
 
 class SurfacePanel(QTabWidget):
-    """A page for each."""
+    """Tabs for fields, facets and traces."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()

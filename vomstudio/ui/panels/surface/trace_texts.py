@@ -16,7 +16,7 @@ _FEATURE_TEXTS = {
 
 
 def cost_choices() -> list[tuple[str, str]]:
-    """Costs that lines are proposed by, without fields, and what they are called."""
+    """Return costs of proposed lines, except fields, with their titles."""
     return [(cost, tr(title)) for cost, title in COSTS if cost in _FEATURE_TEXTS]
 
 

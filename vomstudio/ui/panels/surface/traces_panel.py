@@ -338,7 +338,7 @@ class TracesPanel(ProposalsPanel):
 
 
 class _WrappedLabel(Label):
-    """A label that is never given less height than its lines need, where a panel is squeezed."""
+    """Label that keeps the height of its lines when the panel is too small."""
 
     def __init__(self) -> None:
         super().__init__()

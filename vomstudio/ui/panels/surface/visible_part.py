@@ -1,4 +1,4 @@
-"""Which part of the outcrop facets are tried on."""
+"""Part of the outcrop in view, for trial searches of facets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def part_in_view(studio: Studio) -> Sight | None:
-    """What is in the middle of the view, as it was when it came to rest; None before that."""
+    """Return the part in the middle of the saved view, None without a valid camera."""
     camera = studio.project.journal.view("camera")
     try:
         eye = np.array(camera["position"], np.float64)

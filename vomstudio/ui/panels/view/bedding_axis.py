@@ -1,4 +1,4 @@
-"""The fold axis of the bedding, kept until something that it rests on changes."""
+"""Cached fold axis of the bedding."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ if TYPE_CHECKING:
 
 
 class BeddingAxis:
-    """The axis of the planes of `Studio.fold`. count : of the bedding planes, of any quality;
-    planes : those that the last search has used"""
+    """Cached axis of the planes of `Studio.fold`.
+
+    Attributes
+    ----------
+    planes : FoldPlanes or None
+        Planes used by the last search.
+    """
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -28,7 +33,7 @@ class BeddingAxis:
 
     @property
     def count(self) -> int:
-        """Bedding planes that the axis may be computed from."""
+        """Number of bedding planes of any quality."""
         return len(self._ids)
 
     def axis_or_reason(self) -> FoldAxis | Finding:
@@ -44,7 +49,7 @@ class BeddingAxis:
 
     @property
     def is_known(self) -> bool:
-        """Whether the axis, or why there is none, has been found."""
+        """Whether the axis, or the reason for its absence, has been computed."""
         return self._axis is not None
 
     def why_not(self) -> Finding | None:
@@ -58,11 +63,11 @@ class BeddingAxis:
         return axis if isinstance(axis, Finding) else None
 
     def invalidate(self, *_: object) -> None:
-        """Every refresh of the commands asks for the axis: it is kept until something changes."""
+        """Discard the cached axis."""
         self._axis, self._is_searched = None, False
 
     def update_bedding(self) -> None:
-        """Its bedding is known at once, the axis when it is asked for."""
+        """Update the bedding and discard the cached axis."""
         self.invalidate()
         self._ids = frozenset(f.id for f in self._studio.fold.features())
 
@@ -99,7 +104,7 @@ class BeddingAxis:
         return Finding(code, count=count, minimum=2)
 
     def warnings(self) -> tuple[str, ...]:
-        """A sentence on planes that are not good, and on those that were left out."""
+        """Return warnings on planes that are not good, and on excluded planes."""
         from vomstudio.geology.table_folds import not_good_warning
 
         planes = self.planes

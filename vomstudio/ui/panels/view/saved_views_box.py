@@ -1,4 +1,4 @@
-"""Views of the outcrop by name: saved, looked at again, deleted."""
+"""Box of saved views: save, restore and delete views by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 
 class SavedViewsBox(QWidget):
-    """A name is typed and saved, or chosen and looked at."""
+    """Box to save, restore and delete views by name."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ class SavedViewsBox(QWidget):
         self.fill()
 
     def fill(self, *_: object) -> None:
-        """Show the views of the project that is open."""
+        """Show the saved views of the project."""
         self.names.clear()
         self.names.addItems([view.name for view in self._views.all()])
         self.names.setCurrentIndex(-1)
@@ -63,7 +63,7 @@ class SavedViewsBox(QWidget):
         return next((view for view in self._views.all() if view.name == name), None)
 
     def _apply_name(self) -> None:
-        """Enter looks at a view that is there, and saves one under a new name."""
+        """Restore the view of this name, or save a new one."""
         if self._find_view() is not None:
             self._restore_view()
         elif self.save.isEnabled():

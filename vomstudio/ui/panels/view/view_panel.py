@@ -1,5 +1,4 @@
-"""The panel of the view direction: typed, along the fold axis, along a line, along or facing a
-plane."""
+"""Panel of the view direction: typed, or along the fold axis, a line or a plane."""
 
 from __future__ import annotations
 
@@ -66,7 +65,7 @@ _MIN_EDGE_ON_SINE = 0.05
 
 
 class ViewPanel(QWidget):
-    """Directions for a view of the outcrop, and views that have a name."""
+    """Panel with view directions and saved views."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
@@ -173,7 +172,7 @@ class ViewPanel(QWidget):
         self._turn(line)
 
     def look_along_beta(self) -> None:
-        """Look along the fold axis of the bedding, where there is one."""
+        """Look along the fold axis of the bedding, if it is known."""
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
@@ -193,14 +192,16 @@ class ViewPanel(QWidget):
             self._turn_axis(line)
 
     def look_along_intersection(self) -> None:
-        """Look along the line in which the two selected planes meet: both are seen edge on."""
+        """Look along the intersection of the two selected planes, so that both are edge on."""
         direction = self._intersection()
         if isinstance(direction, Direction):
             self._turn_axis(direction.line)
 
     def look_along_slip_normal(self) -> None:
-        """Look along the line in the fault at right angles to the selected slip, which shows the
-        whole displacement."""
+        """Look along the normal of the selected slip in its fault plane.
+
+        This view shows the whole displacement.
+        """
         direction = self._slip_normal()
         if isinstance(direction, Direction):
             self._turn_axis(direction.line)
@@ -224,15 +225,17 @@ class ViewPanel(QWidget):
         self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
 
     def _turn_axis(self, axis: Line) -> None:
-        """Look along an axis: of its two views the one onto the exposed side; `Opposite side` gives
-        the other one. Where no side is known, or both are edge on, the view is down the axis."""
+        """Look along an axis from the exposed side of the outcrop.
+
+        If the side is unknown or both sides are edge on, the view is down the axis.
+        """
         view = self._exposed_view()
         if view is not None and axis.vector() @ view < -_MIN_EDGE_ON_SINE:
             axis = Line.from_vector(-axis.vector(), directed=True)
         self._turn(axis)
 
     def _exposed_view(self) -> FloatArray | None:
-        """Direction of a view onto the first mesh that is open."""
+        """Return the direction of a view of the first open mesh, None without a mesh."""
         for model_id, opened in self._studio.models.items():
             model = self._studio.records.get(model_id)
             if isinstance(model, Model) and isinstance(opened.data, Mesh):
@@ -254,12 +257,14 @@ class ViewPanel(QWidget):
         return self._bedding.why_not()
 
     def why_no_plane(self) -> Finding | None:
-        """Return why no plane can be faced; None if one is selected."""
+        """Return a finding if no plane is selected, else None."""
         return Finding("selection.no-plane") if self._plane() is None else None
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
-        """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
-        where it is known."""
+        """Return the measurement that defines a direction, and its 95 % error in degrees.
+
+        The error is None if it is unknown.
+        """
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             return _axis_text(axis), axis.error95_deg
@@ -282,17 +287,17 @@ class ViewPanel(QWidget):
         return text, None
 
     def why_no_line(self) -> Finding | None:
-        """Return why the view cannot be turned along a line; None if a line is selected."""
+        """Return a finding if no line is selected, else None."""
         return Finding("selection.no-line") if self._line() is None else None
 
     # --- what they are taken from ------------------------------------------------------------
     def _selected_measurements(self) -> list[Measurement]:
-        """Of all features that are selected."""
+        """Return the measurements of all selected features."""
         measured = self._studio.measured(self._studio.selection.ids)
         return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
 
     def _error_of(self, id_: str) -> float | None:
-        """95 %, together with the registration where that is known."""
+        """Return the 95 % error, including that of the registration if it is known."""
         measured = self._studio.measured([id_]).get(id_)
         return None if measured is None else measured.total95_deg
 
@@ -344,12 +349,14 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the fold axis with its verdict, and which directions there are now."""
+        """Show the fold axis with its verdict, and enable the possible directions."""
         self._schedule(self._show)
 
     def _schedule(self, show: Callable[[], None]) -> None:
-        """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
-        sees, and in a thread for one that is seen."""
+        """Call `show`, after computing the axis in a thread if there are many beds.
+
+        A hidden panel with many beds is updated when it is shown.
+        """
         if self._bedding.count <= _MANY_BEDS:
             call_after_notifications(show)
         elif self.visibleRegion().isEmpty():
@@ -398,7 +405,7 @@ class ViewPanel(QWidget):
             self._verdict.setText(escape(axis.message))
 
     def _offer(self, name: str, direction: Direction | Finding | None) -> None:
-        """A button that says, before it is pressed, where it looks and what that costs."""
+        """Enable a button, and state the direction and its cost in the tool tip."""
         button = self._buttons[name]
         if not isinstance(direction, Direction):
             allow(button, direction or Finding("action.no-direction"))
@@ -411,13 +418,13 @@ class ViewPanel(QWidget):
         button.setToolTip(f"{text} {self._cost_of(direction.line, direction.error95_deg)}".strip())
 
     def _cost_of(self, line: Line, error95_deg: float | None) -> str:
-        """Nothing without a model."""
+        """Return the cost of a direction's error, "" without a model."""
         studio = self._studio
         depth, metric = depth_along(line.vector(), studio.models, studio.records)
         return cost_of_direction(error95_deg, depth, metric=metric).message if depth else ""
 
     def _show_cost(self) -> None:
-        """From which measurement the present direction follows, and what its error costs."""
+        """Show the origin of the current direction and the cost of its error."""
         origin, error = self.origin_of(self._direction)
         self._cost.setText(f"{origin} {self._cost_of(self._direction, error)}".strip())
 
