@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.qt.display import Display
     from vomstudio.rendering.qt.viewport import Viewport
 
-# Of a field in the narrowest dock.
+# Width of a field in the narrowest dock.
 _MIN_FIELD_WIDTH_PX = 64
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
@@ -128,23 +128,23 @@ class DisplayPanel(QWidget):
         for value, text in display.MODES.items():
             self.mode.addItem(tr(text), value)
         self.mode.activated.connect(self._change_mode)
-        self.points = DoubleSpinBox()
-        self.points.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
-        self.points.setRange(0.0, 20.0)
-        self.points.setDecimals(0)
-        self.points.setSpecialValueText(tr("Automatic (fill gaps)"))
-        self.points.setSuffix(tr(" px"))
-        self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
-        self.lit = QCheckBox(tr("Lit"))
-        self.lit.clicked.connect(lambda on: self._display.set_lit(self._current_mode(), on))
+        self.point_size = DoubleSpinBox()
+        self.point_size.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
+        self.point_size.setRange(0.0, 20.0)
+        self.point_size.setDecimals(0)
+        self.point_size.setSpecialValueText(tr("Automatic (fill gaps)"))
+        self.point_size.setSuffix(tr(" px"))
+        self.point_size.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
+        self.lighting = QCheckBox(tr("Lit"))
+        self.lighting.clicked.connect(lambda on: self._display.set_lit(self._current_mode(), on))
         self.eye_dome = QCheckBox(tr("Eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
-        row.addWidget(self.lit)
+        row.addWidget(self.lighting)
         row.addWidget(self.eye_dome, 1)
         form = narrow_form()
         form.addRow(tr("Mode"), self.mode)
-        form.addRow(tr("Point size"), self.points)
+        form.addRow(tr("Point size"), self.point_size)
         form.addRow(tr("Lighting"), row)
         return form
 
@@ -162,8 +162,8 @@ class DisplayPanel(QWidget):
             edit.setObjectName(f"field_{name}")
             edit.setToolTip(tr("Leave empty to use the percentile."))
             edit.editingFinished.connect(lambda e=edit, n=name: self._set_limit(e, n))
-        self.first, self.last = DoubleSpinBox(), DoubleSpinBox()
-        for spin in (self.first, self.last):
+        self.first_percentile, self.last_percentile = DoubleSpinBox(), DoubleSpinBox()
+        for spin in (self.first_percentile, self.last_percentile):
             spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
             spin.setRange(0.0, 100.0)
             spin.setDecimals(1)
@@ -179,8 +179,10 @@ class DisplayPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Field"), self.field)
         form.addRow(tr("Colour map"), self.palette_box)
-        form.addRow(tr("Range"), _pair(self.low, self.high, tr("to")))
-        percentiles = _pair(self.first, self.last, tr("to"), self.reset_range)
+        form.addRow(tr("Range"), _pair_row(self.low, self.high, tr("to")))
+        percentiles = _pair_row(
+            self.first_percentile, self.last_percentile, tr("to"), self.reset_range
+        )
         form.addRow(tr("Percentiles"), percentiles)
         self.field_box.setLayout(form)
         form.setContentsMargins(8, 4, 8, 6)
@@ -225,7 +227,7 @@ class DisplayPanel(QWidget):
         """Set the function that switches the clipping box on or off."""
         self._toggle_clip = toggle
 
-    # --- what is done here -------------------------------------------------------------------
+    # --- actions -----------------------------------------------------------------------------
     def _change_mode(self, _: int) -> None:
         mode = self.mode.currentData()
         if mode == "field":
@@ -288,7 +290,7 @@ class DisplayPanel(QWidget):
         self._restyle(**{name: value})
 
     def _change_percentiles(self, _: float) -> None:
-        first, last = self.first.value(), self.last.value()
+        first, last = self.first_percentile.value(), self.last_percentile.value()
         if first < last:
             self._restyle(percentiles=(first, last), low=None, high=None)
         else:
@@ -318,7 +320,7 @@ class DisplayPanel(QWidget):
         point[axis] = value
         return check_near_model(point.tolist(), bounds)
 
-    # --- what is shown here ------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _scale(self) -> Scale | None:
         model = self._current()
         if model is None or self._view_display is None:
@@ -345,10 +347,10 @@ class DisplayPanel(QWidget):
         self.mode.setCurrentIndex(self.mode.findData(mode))
         self.mode.setToolTip(as_words("\n".join(reasons)))
         allow(self.mode, why_no_model(self._studio))
-        with QSignalBlocker(self.points):
-            self.points.setValue(settings.point_size or 0.0)
+        with QSignalBlocker(self.point_size):
+            self.point_size.setValue(settings.point_size or 0.0)
         for box, reason, is_on in (
-            (self.lit, display.why_not_lit(models), settings.lit[mode]),
+            (self.lighting, display.why_not_lit(models), settings.lit[mode]),
             (self.eye_dome, display.why_not_eye_dome(models), settings.eye_dome),
         ):
             allow(box, reason)
@@ -358,25 +360,25 @@ class DisplayPanel(QWidget):
 
     def _show_field(self) -> None:
         model = self._current()
-        opened = None if model is None else self._studio.models.get(model.id)
+        open_model = None if model is None else self._studio.models.get(model.id)
         reason = why_no_model(self._studio)
-        if opened is None and reason is None:
+        if open_model is None and reason is None:
             reason = Finding("model.not-open")
         allow(self.field_box, reason)
-        if model is None or opened is None:
+        if model is None or open_model is None:
             self.field_box.setTitle(tr("Scalar field"))
             self.field.clear()
             return
         self.field_box.setTitle(tr("Scalar field of {model}", model=model.name))
         with QSignalBlocker(self.field):
             self.field.clear()
-            for name in field_names(opened.data):
+            for name in field_names(open_model.data):
                 self.field.addItem(
                     tr("Elevation (Z)") if name == ELEVATION else field_title(name), name
                 )
         style = self._current_style()[1]
         if self.field.findData(style.name) < 0:
-            # A project keeps how a field is shown, and the field itself only where a file has it.
+            # A project stores the style of a field, but not always its values.
             with QSignalBlocker(self.field):
                 self.field.addItem(
                     tr("{field}: not there, calculate it again", field=field_title(style.name)),
@@ -400,13 +402,21 @@ class DisplayPanel(QWidget):
             (self.high, style.high, ends[1]),
         ):
             if not edit.hasFocus() or not edit.isModified():
-                edit.setText("" if value is None else _short(value))
+                edit.setText("" if value is None else _number_text(value))
                 edit.setCursorPosition(0)
             edit.setPlaceholderText(text)
-        for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
+        for spin, percent in zip(
+            (self.first_percentile, self.last_percentile), style.percentiles, strict=True
+        ):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
-        for widget in (self.low, self.high, self.first, self.last, self.reset_range):
+        for widget in (
+            self.low,
+            self.high,
+            self.first_percentile,
+            self.last_percentile,
+            self.reset_range,
+        ):
             allow(widget, None if has_range else Finding("action.field-without-ends"))
 
     def _show_clip(self) -> None:
@@ -425,18 +435,20 @@ class DisplayPanel(QWidget):
                 spin.setValue((box.low, box.high)[side][axis])
 
 
-def _short(value: float) -> str:
+def _number_text(value: float) -> str:
     """Format a number for a narrow field, with decimals of large numbers."""
     return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.10g}"
 
 
-def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:
+def _pair_row(
+    first: QWidget, second: QWidget, separator: str, extra: QWidget | None = None
+) -> QWidget:
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(first, 1)
-    layout.addWidget(Label(between))
+    layout.addWidget(Label(separator))
     layout.addWidget(second, 1)
-    if after is not None:
-        layout.addWidget(after)
+    if extra is not None:
+        layout.addWidget(extra)
     return row

@@ -27,7 +27,7 @@ _COLUMNS = (
     "",
 )
 _MAX_ENDED_JOBS = 50
-# What was over sooner than this is not worth a line.
+# Shorter jobs are not listed after their end.
 _MIN_DURATION_S = 2.0
 
 

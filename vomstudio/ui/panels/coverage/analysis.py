@@ -20,7 +20,7 @@ from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import compute_coverage
 
 _CELLS_PER_SIDE = 8.0
-"""Cells along the longer side of a face, of the side that is proposed."""
+"""Number of proposed cells along the longer side of a face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +63,16 @@ def create_face_grid(request: GridRequest) -> FaceGrid:
     rotation = rows[:3, :3].T / scale
     model = request.model
     return FaceGrid(
-        new_id("grid"),
-        "",
-        model.id,
-        model.content_hash,
-        _tuple(origin),
-        _tuple(rotation @ grid.right),
-        _tuple(rotation @ grid.up),
-        grid.cell / scale,
-        grid.columns,
-        grid.rows,
+        id=new_id("grid"),
+        name="",
+        model_id=model.id,
+        model_hash=model.content_hash,
+        origin=_tuple(origin),
+        right=_tuple(rotation @ grid.right),
+        up=_tuple(rotation @ grid.up),
+        cell=grid.cell / scale,
+        columns=grid.columns,
+        rows=grid.rows,
     )
 
 
@@ -80,8 +80,8 @@ def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
     """Return a cell side of 1, 2 or 5 times a power of ten, metres."""
     if not len(points):
         return 1.0
-    across = points @ np.stack([frame.right, frame.down], axis=1)
-    target_m = float(np.ptp(across, axis=0).max()) / _CELLS_PER_SIDE
+    projection = points @ np.stack([frame.right, frame.down], axis=1)
+    target_m = float(np.ptp(projection, axis=0).max()) / _CELLS_PER_SIDE
     if not target_m > 0.0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(target_m))
@@ -111,7 +111,7 @@ def compute_share(request: CoverageRequest) -> FaceCoverage:
 def figures_html(coverage: FaceCoverage, unit: str) -> str:
     """Return the figures of a coverage as HTML; `unit` is "m" for metric lengths."""
     rows = [
-        (tr("Looked at"), _percent(coverage.looked_at_share)),
+        (tr("Looked at"), _percent_text(coverage.looked_at_share)),
         *(
             (
                 name,
@@ -121,7 +121,7 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
                     part.cells,
                     area=f"{part.covered_m2:.4g}",
                     unit=unit,
-                    share=_percent(part.share),
+                    share=_percent_text(part.share),
                 ),
             )
             for name, part in (
@@ -136,8 +136,8 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
             tr("{area} {unit}² (done and empty)", area=f"{coverage.counted_m2:.4g}", unit=unit),
         ),
         (tr("Features there"), str(coverage.features)),
-        (tr("Density"), _per(coverage.density_1_per_m2, f"1/{unit}²")),
-        (tr("P21"), _per(coverage.P21_1_per_m, f"1/{unit}")),
+        (tr("Density"), _rate_text(coverage.density_1_per_m2, f"1/{unit}²")),
+        (tr("P21"), _rate_text(coverage.P21_1_per_m, f"1/{unit}")),
     ]
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
@@ -148,9 +148,9 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
     return f"<table width='100%'>{cells}</table>{notes}"
 
 
-def _percent(share: float | None) -> str:
+def _percent_text(share: float | None) -> str:
     return "–" if share is None else f"{100.0 * share:.0f} %"
 
 
-def _per(value: float | None, unit: str) -> str:
+def _rate_text(value: float | None, unit: str) -> str:
     return "–" if value is None else f"{value:.3g} {unit}"

@@ -104,7 +104,7 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.active_tool_changed.connect(lambda _: self._refresh())
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _list(self) -> None:
         self.model.list_models()
         self._list_grids()
@@ -114,18 +114,18 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
 
     def _list_grids(self) -> None:
         grids = [(grid.name, grid.id) for grid in self._studio.workspace.grids.all()]
-        listed = [
+        items = [
             (self.grids.itemText(i), self.grids.itemData(i)) for i in range(self.grids.count())
         ]
-        if listed == grids:
+        if items == grids:
             return
-        previous_id, listed_ids = self.grids.currentData(), {id_ for _, id_ in listed}
+        previous_id, listed_ids = self.grids.currentData(), {id_ for _, id_ in items}
         new_ids = [id_ for _, id_ in grids if id_ not in listed_ids]
         with QSignalBlocker(self.grids):
             self.grids.clear()
             for name, id_ in grids:
                 self.grids.addItem(name, id_)
-            # What was laid just now is meant.
+            # A new grid is selected.
             selected_id = new_ids[-1] if new_ids else previous_id
             self.grids.setCurrentIndex(max(self.grids.findData(selected_id), 0) if grids else -1)
 
@@ -194,7 +194,7 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             return cause_of(error)
         return None
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- actions -----------------------------------------------------------------------------
     def _selected(self) -> list[str]:
         records = self._studio.records
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
@@ -211,12 +211,12 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             lines = [drawn_points(each) for each in measured]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in lines if len(p))])
         request = GridRequest(
-            model,
-            points,
-            is_world,
-            self.plane.plane(),
-            self._view() or (0.0, 0.0),
-            parse_number(self.cell.text()) if self.cell.text().strip() else None,
+            model=model,
+            points=points,
+            world=is_world,
+            plane=self.plane.plane(),
+            view=self._view() or (0.0, 0.0),
+            cell_m=parse_number(self.cell.text()) if self.cell.text().strip() else None,
         )
         self._is_creating = True
         self._refresh()
@@ -237,8 +237,8 @@ class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self._soon()
         self._refresh()
 
-    def _mark(self, on: bool) -> None:
-        self._studio.activate(CellsTool.name if on else "navigate")
+    def _mark(self, is_on: bool) -> None:
+        self._studio.activate(CellsTool.name if is_on else "navigate")
 
     def _remove(self) -> None:
         if (grid := self.grid()) is not None:

@@ -77,7 +77,7 @@ class FeaturePhoto(QObject):
         self.images.close()
         self._background.stop(wait_s=PATIENCE_S)
 
-    # --- the photo ---------------------------------------------------------------------------
+    # --- photo -------------------------------------------------------------------------------
     @property
     def name(self) -> str | None:
         """Name of the photo, None without one."""
@@ -162,7 +162,7 @@ class FeaturePhoto(QObject):
         if len(pixels) and not (only_if_lost and self.canvas.sees(np.median(pixels, axis=0))):
             self.canvas.look_at(pixels)
 
-    # --- what is drawn over it ---------------------------------------------------------------
+    # --- drawing -----------------------------------------------------------------------------
     def _look_through(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.photos is not None
         assert self.view is not None
@@ -180,7 +180,7 @@ class FeaturePhoto(QObject):
         self.canvas.set_spot(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
-        # The selected ones are there first.
+        # Selected features are drawn first, since drawing takes time.
         drawings = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
         )
@@ -199,10 +199,10 @@ class FeaturePhoto(QObject):
         if not self.canvas.isVisible() or self.canvas.look_through is None:
             return
         if preview is not None:
-            # Between its corners the line runs below the surface.
+            # Between its vertices the line may run below the surface.
             lengths = np.linalg.norm(np.diff(preview.line, axis=0), axis=1)
             self._tolerance = 0.1 * float(lengths.max(initial=0.0))
-            # The panels have the rest, and the photo is small.
+            # The panels show the other readings, and the photo is small.
             preview = replace(preview, reading=preview.reading[:1], outline=None)
         self.canvas.set_preview(preview)
 
@@ -237,15 +237,15 @@ class FeaturePhoto(QObject):
             element = "point" if pick.weights is None else "face"
             hit = Hit(photos.model_id, element, pick.index, (x, y, z), pick.weights)
         event = PointerEvent(
-            at.kind,
-            at.x,
-            at.y,
-            at.button,
-            at.shift,
-            at.ctrl,
-            hit,
-            at.handle,
-            at.more,
+            kind=at.kind,
+            x=at.x,
+            y=at.y,
+            button=at.button,
+            shift=at.shift,
+            ctrl=at.ctrl,
+            hit=hit,
+            handle=at.handle,
+            more=at.more,
             in_photo=True,
             photo=self.name or "",
         )

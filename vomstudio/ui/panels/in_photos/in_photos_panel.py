@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
 
 
-_MAX_POINTS = 80  # of a feature, to find the photos that show it
+_MAX_POINTS = 80
+"""Maximum number of points of a feature in the search for photos that show it."""
 
 
 class InPhotosPanel(QWidget):
@@ -170,7 +171,7 @@ class InPhotosPanel(QWidget):
     def _follow_selection(self, ids: tuple[str, ...]) -> None:
         if ids:
             self._place = None
-        # What was selected in the photo is looked at in this photo.
+        # A selection in the photo does not change the photo.
         self._follow = not (self._is_user_choice or self.canvas.hasFocus())
         self._schedule_refresh()
 
@@ -179,7 +180,7 @@ class InPhotosPanel(QWidget):
         self._place, self._follow = point, True
         self._schedule_refresh()
 
-    # --- what is looked for ------------------------------------------------------------------
+    # --- target ------------------------------------------------------------------------------
     def refresh(self) -> None:
         """Search again for the photos in which the selection is visible."""
         if not self.isVisible():
@@ -247,12 +248,12 @@ class InPhotosPanel(QWidget):
             return self._place[None], tr("Clicked position")
         return np.zeros((0, 3)), ""
 
-    # --- the answers -------------------------------------------------------------------------
+    # --- results -----------------------------------------------------------------------------
     def _show_sightings(self, token: int, sightings: list[Sighting]) -> None:
         if token == self._token:
             self._list_photos(sightings)
 
-    # --- the list ----------------------------------------------------------------------------
+    # --- list --------------------------------------------------------------------------------
     def _list_photos(self, sightings: list[Sighting]) -> None:
         photos = self.feature_photo.photos
         if photos is None:
@@ -260,7 +261,7 @@ class InPhotosPanel(QWidget):
         self._sightings = sightings
         views = photos.views.views
         if len(self.feature_photo.target):
-            rows = [(s.name, sighting_text(s, self._metric())) for s in sightings]
+            rows = [(s.name, sighting_text(s, self._is_metric())) for s in sightings]
             text = tr_n(
                 "{what}: visible in {visible} of {count} photo",
                 "{what}: visible in {visible} of {count} photos",
@@ -310,7 +311,7 @@ class InPhotosPanel(QWidget):
         self.list.select_photo(self.photo)
 
     def _draw(self) -> None:
-        # What is selected takes the place of what was clicked.
+        # The selection replaces the clicked place.
         self.feature_photo.draw(None if self._studio.selection.ids else self._place)
 
     # --- clicks ------------------------------------------------------------------------------
@@ -341,8 +342,8 @@ class InPhotosPanel(QWidget):
             if self._viewport is not None:
                 self._viewport.moves.set_pivot(world)
 
-    # --- words -------------------------------------------------------------------------------
-    def _metric(self) -> bool:
+    # --- texts -------------------------------------------------------------------------------
+    def _is_metric(self) -> bool:
         """Return whether the lengths of the model are metres."""
         photos = self.feature_photo.photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
@@ -355,7 +356,7 @@ class InPhotosPanel(QWidget):
         if name is not None:
             photo = name.rpartition("/")[2]
             if current and len(self.feature_photo.target):
-                photo += f": {sighting_text(current[0], self._metric()).replace(chr(10), ', ')}"
+                photo += f": {sighting_text(current[0], self._is_metric()).replace(chr(10), ', ')}"
             elif len(self.feature_photo.target):
                 photo = tr("not visible in {photo}", photo=photo)
             text += f"   ·   {photo}"

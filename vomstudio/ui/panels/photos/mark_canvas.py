@@ -30,14 +30,14 @@ from vomstudio.ui.widgets.photo_canvas import HANDLE_PIXELS, PhotoCanvas
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
-"""Okabe and Ito's; with the role in words wherever they are listed."""
+"""Colours of Okabe and Ito; lists name the role as well."""
 
 _MASK_RGBA = (213, 60, 40, 110)
 _LOUPE_RADIUS_PX = 84.0
 _LOUPE_ZOOM = 5.0
 _MIN_LOUPE_SCALE, _MAX_LOUPE_SCALE = 4.0, 40.0
 _SLOW_FACTOR = 10.0
-"""With Shift held, a mark moves so many times slower than the mouse."""
+"""Factor by which a mark moves more slowly than the mouse with Shift."""
 _NUDGE_PX, _LARGE_NUDGE_PX = 0.1, 1.0
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -91,7 +91,7 @@ class MarkCanvas(PhotoCanvas):
         self.setObjectName("mark_canvas")
         self.tool = LOOK
         self.radius = 20.0
-        """Of the brush, in pixels of the photo."""
+        """Radius of the brush, pixels of the photo."""
         self.is_masking = True
         self._mask: BoolArray | None = None
         self._tint: QImage | None = None
@@ -103,7 +103,7 @@ class MarkCanvas(PhotoCanvas):
         self._grab: tuple[QPointF, Pixel] | None = None
         self._is_slow = False
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def set_tool(self, tool: str) -> None:
         """Set the tool to LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
@@ -190,11 +190,11 @@ class MarkCanvas(PhotoCanvas):
             self._grab = (QPointF(*self.pixel_at(event.position())), mark)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        if self._grab is not None and slow != self._is_slow and self._handle is not None:
+        is_slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if self._grab is not None and is_slow != self._is_slow and self._handle is not None:
             mark = self._marks[self._handle].pixel
             self._grab = (QPointF(*self.pixel_at(event.position())), mark)
-        self._is_slow = slow
+        self._is_slow = is_slow
         super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
@@ -216,7 +216,7 @@ class MarkCanvas(PhotoCanvas):
             return
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         step = _LARGE_NUDGE_PX if shift else _NUDGE_PX
-        # Up is up on the screen, however the photo is stored.
+        # The arrow keys follow the screen, whatever the orientation of the stored photo.
         t = self._turn
         back, _ = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0).inverted()
         vector = back.map(QPointF(*direction))
@@ -253,7 +253,9 @@ class MarkCanvas(PhotoCanvas):
         key = (self._version, self.size(), m.m11(), m.m12(), m.m21(), m.m22(), m.dx(), m.dy())
         if key != self._tint_key:
             self._tint_key = key
-            self._tint = _tint_mask(mask, self._size, m, self.width(), self.height())
+            self._tint = _tint_mask(
+                mask=mask, size=self._size, m=m, width=self.width(), height=self.height()
+            )
         if self._tint is not None:
             painter.drawImage(0, 0, self._tint)
 
@@ -303,7 +305,7 @@ class MarkCanvas(PhotoCanvas):
             painter.drawPolyline(QPolygonF(line))
         painter.setPen(QPen(painting.DARK, 1.2))
         for number, at in enumerate(points):
-            # A click on the first one closes it.
+            # A click on the first vertex closes the polygon.
             first = number == 0 and len(points) > 2
             painter.setBrush(QColor(COLORS[CONTROL]) if first else QColor("white"))
             painter.drawEllipse(at, 5.5 if first else 4.0, 5.5 if first else 4.0)
@@ -345,7 +347,7 @@ class MarkCanvas(PhotoCanvas):
         painter.fillPath(circle, QColor(38, 40, 43))
         painter.setTransform(to_loupe, True)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, zoom < 16.0)
-        # Only what it shows: scaling the whole photo would take a second.
+        # Scaling the whole photo would take a second.
         half_width = _LOUPE_RADIUS_PX / zoom + 2.0
         w, h = self._size
         part = QRectF(
@@ -387,13 +389,13 @@ def _tint_mask(
     Only pixels of the screen are sampled, so that the size of the photo does not matter.
     """
     mask_height, mask_width = mask.shape
-    across, down = np.arange(width) + 0.5, np.arange(height) + 0.5
+    screen_x, screen_y = np.arange(width) + 0.5, np.arange(height) + 0.5
     kx, ky = mask_width / size[0], mask_height / size[1]
     is_upright = abs(m.m11()) > abs(m.m12())
     if is_upright:
-        x, y = (across - m.dx()) / m.m11() * kx, (down - m.dy()) / m.m22() * ky
+        x, y = (screen_x - m.dx()) / m.m11() * kx, (screen_y - m.dy()) / m.m22() * ky
     else:
-        x, y = (down - m.dy()) / m.m12() * kx, (across - m.dx()) / m.m21() * ky
+        x, y = (screen_y - m.dy()) / m.m12() * kx, (screen_x - m.dx()) / m.m21() * ky
     inside_x, inside_y = (x >= 0) & (x < mask_width), (y >= 0) & (y < mask_height)
     column = np.clip(x, 0, mask_width - 1).astype(np.intp)
     row = np.clip(y, 0, mask_height - 1).astype(np.intp)
@@ -409,5 +411,5 @@ def _tint_mask(
     )
     pixels = np.where(hidden, value, np.uint32(0))
     image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
-    # The array goes at the end of this function.
+    # QImage does not own the array.
     return image.copy()

@@ -48,7 +48,7 @@ class MarkEditing(QObject):
         canvas.nudged.connect(self._nudge)
         photo.orientation_changed.connect(self._refocus)
 
-    # --- showing -----------------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show(self) -> None:
         """Draw marks and predicted positions, and the epipolar line of the selected point."""
         marking, selected_label, photo = self._marks.marking, self._points.label, self._photo.name
@@ -60,12 +60,28 @@ class MarkEditing(QObject):
             is_bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
             role = marking.role(label)
             symbols.append(
-                ShownMark(label, role, pixel, label == selected_label, False, residual, is_bad)
+                ShownMark(
+                    label=label,
+                    role=role,
+                    pixel=pixel,
+                    is_selected=label == selected_label,
+                    is_predicted=False,
+                    residual_px=residual,
+                    is_worst=is_bad,
+                )
             )
         for label in marking.labels:
             if label not in pixels and (at := self._marks.prediction(label).expected.get(photo)):
                 role = marking.role(label)
-                symbols.append(ShownMark(label, role, at, label == selected_label, True))
+                symbols.append(
+                    ShownMark(
+                        label=label,
+                        role=role,
+                        pixel=at,
+                        is_selected=label == selected_label,
+                        is_predicted=True,
+                    )
+                )
         self._canvas.set_marks(symbols)
         self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
@@ -130,17 +146,17 @@ class MarkEditing(QObject):
         try:
             if marks:
                 count, warning = self._marks.import_marks(Path(name))
-                imported = Finding("marks.imported", count=count)
+                notice = Finding("marks.imported", count=count)
             else:
                 count, warning = self._marks.import_points(Path(name)), None
-                imported = Finding("points.imported", count=count)
+                notice = Finding("points.imported", count=count)
         except VomError as error:
             self.message.emit(error, "error")
             return
         labels = self._marks.marking.labels
         if not self._points.label and labels:
             self._points.select_point(labels[0])
-        self.message.emit(imported, "info")
+        self.message.emit(notice, "info")
         if warning is not None:
             self.message.emit(warning, "warning")
 

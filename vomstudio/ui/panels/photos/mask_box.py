@@ -99,7 +99,7 @@ class MaskBox(QGroupBox):
         """Set the brush radius, pixels of the photo."""
         self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
-            # Each step is by the same factor.
+            # The scale of the slider is logarithmic.
             share = log(self._canvas.radius / _MIN_RADIUS_PX) / log(_MAX_RADIUS_PX / _MIN_RADIUS_PX)
             self.brush_size.setValue(round(_STEPS * share))
         self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))

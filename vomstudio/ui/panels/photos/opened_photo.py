@@ -58,7 +58,7 @@ class OpenedPhoto(QObject):
             self._canvas.message = ""
             self._canvas.set_picture(picture)
             if not self._has_picture:
-                # The whole picture, which comes later, leaves the view to the user.
+                # The full picture follows later and must not change the view.
                 self._has_picture = True
                 self.orientation_changed.emit()
         else:
@@ -67,7 +67,7 @@ class OpenedPhoto(QObject):
             )
             self._canvas.update()
 
-    # --- where it is looked at ---------------------------------------------------------------
+    # --- view --------------------------------------------------------------------------------
     def is_viewing_point(self, label: str) -> bool:
         """Return whether the view was last moved to this point."""
         return self._viewed_label == label

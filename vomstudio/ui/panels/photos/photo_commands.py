@@ -126,7 +126,7 @@ class PhotoOpening(QObject):
         if self.why_not() is None:
             self.open(name)
         elif self._survey.folder is not None:
-            # Opened once its photos are read.
+            # The photo is opened once the list has been read.
             self._pending_request = self._survey.folder, name
 
     def _survey_changed(self) -> None:
@@ -148,6 +148,6 @@ class PhotoOpening(QObject):
             return True
         if not page.may_close():
             return False
-        # First: what fails in an event of Qt's does not come back to whoever caused it.
+        # Before `close`: exceptions in Qt event handlers do not reach the caller.
         page.end()
         return page.close()

@@ -68,14 +68,14 @@ class PhotoDocument(QObject):
         self._masks = self.masks()
         self.points_changed.emit()
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     @property
     def photo_set(self) -> PhotoSet | None:
         """Record of the folder, None before its import."""
         if self.folder is None:
             return None
-        stored = stored_path(self._studio.project.folder, self.folder)
-        return next((s for s in photo_sets(self._studio.records) if s.path == stored), None)
+        path = stored_path(self._studio.project.folder, self.folder)
+        return next((s for s in photo_sets(self._studio.records) if s.path == path), None)
 
     def last_folder(self) -> Path | None:
         """Return the existing folder of photos that was added last."""
@@ -85,9 +85,9 @@ class PhotoDocument(QObject):
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
         """Return the folder of a photo set, None if it is missing."""
         project_folder = self._studio.project.folder
-        # A project may have been moved together with its photos.
-        places = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
-        return next((place for place in places if is_folder(place)), None)
+        # The project may have been moved together with its photos.
+        paths = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
+        return next((path for path in paths if is_folder(path)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
         """Return the photo set of the same name whose folder is missing, None without one."""
@@ -110,7 +110,7 @@ class PhotoDocument(QObject):
         records = self._studio.records
         points = points_of(records, photo_set.id)
         marks = marks_of(records, photo_set.id)
-        marked = {point.id for point, _ in marks}
+        marked_ids = {point.id for point, _ in marks}
         return Marking(
             tuple(
                 ControlPoint(p.label, p.position, p.sigma_m, p.check)
@@ -118,7 +118,7 @@ class PhotoDocument(QObject):
                 if p.position is not None
             ),
             tuple(Mark(point.label, mark.photo, mark.x, mark.y) for point, mark in marks),
-            tuple(p.label for p in points if p.position is None and p.id not in marked),
+            tuple(p.label for p in points if p.position is None and p.id not in marked_ids),
         )
 
     def masks(self) -> dict[str, Asset]:
@@ -167,11 +167,11 @@ class PhotoDocument(QObject):
         )
         return dict(hashes) if isinstance(hashes, dict) else {}
 
-    def set_export_hashes(self, sums: Mapping[str, str]) -> None:
+    def set_export_hashes(self, hashes: Mapping[str, str]) -> None:
         if (photo_set := self.photo_set) is not None:
-            self._studio.project.journal.set_view(f"exports {photo_set.id}", dict(sums))
+            self._studio.project.journal.set_view(f"exports {photo_set.id}", dict(hashes))
 
-    # --- changing ----------------------------------------------------------------------------
+    # --- edits -------------------------------------------------------------------------------
     def set_marking(
         self, title: str, marking: Marking, join: object = None, crs: str | None = None
     ) -> bool:
@@ -225,8 +225,8 @@ class PhotoDocument(QObject):
         self._last = None if join is None else (join, number, now)
         return True
 
-    # --- one history -------------------------------------------------------------------------
-    # A trace that is unfinished on the outcrop is not seen here, and stays as it is.
+    # --- history -----------------------------------------------------------------------------
+    # Undo in a photo does not change an unfinished trace on the outcrop.
     @property
     def undo_label(self) -> str | None:
         return self._studio.session.undo_label

@@ -59,8 +59,8 @@ class PhotoExports(QObject):
         self._disk_marking = Marking()
         self._external_marking: Marking | None = None
         self._hashes: dict[str, str] = {}
-        """The SHA-256 of the files as they were last taken in or written, by their names: others
-        are somebody else's, and put aside before they are replaced."""
+        """SHA-256 of files by name, as last imported or written. Files with another hash are
+        backed up before they are replaced."""
         self.foreign_files: list[str] = []
         self._mask_paths: dict[str, Path] = {}
         self._rows: dict[str, PhotoRow] = {}
@@ -69,7 +69,6 @@ class PhotoExports(QObject):
         self._task: _OneTimeTask | None = None
         self._write_lock = Lock()
         self.problem: Finding | None = None
-        """Why the files beside the photos are not up to date; None if they are."""
         document.points_changed.connect(self._points_changed)
         document.masks_changed.connect(self._masks_changed)
         self._timer = QTimer(self)
@@ -214,7 +213,7 @@ class PhotoExports(QObject):
         backup = None
         try:
             if path.exists() and _hash_file(path) != self._hashes.get(path.name):
-                # Somebody else has changed it since it was read here.
+                # Another program has changed the file since it was read.
                 backup = back_up(path)
                 path.unlink()
             photo_set = self._document.photo_set
@@ -267,7 +266,7 @@ class PhotoExports(QObject):
         find_mask = self._document.mask_path
 
         def write() -> object:
-            # Whoever comes last writes what is newest then.
+            # The last task writes the newest mask.
             with self._write_lock:
                 try:
                     mask = find_mask(name)
@@ -284,10 +283,10 @@ class PhotoExports(QObject):
 
     def _finish_mask(self, name: str, result: Any) -> None:
         if isinstance(result, VomError):
-            outdated = Finding("mask.files-outdated", reason=result)
-            if outdated != self.problem:
-                self.message.emit(outdated, "warning")
-            self.problem = outdated
+            problem = Finding("mask.files-outdated", reason=result)
+            if problem != self.problem:
+                self.message.emit(problem, "warning")
+            self.problem = problem
             return
         path, backup = result
         self.problem = None
@@ -301,7 +300,7 @@ class PhotoExports(QObject):
         """Write all pending masks immediately."""
         self._timer.stop()
         if (task := self._task) is not None:
-            # Its result must be noted in this project: the next one may have other photos.
+            # Its hash belongs to this project; the next project may have other photos.
             self._task = None
             self._finish_mask(task.name, task.result())
         for name in list(self._pending):
@@ -335,8 +334,8 @@ def _hash_key(path: str | None) -> str:
     return "" if path is None else Path(path).name
 
 
-def _is_same(one: Marking, other: Marking) -> bool:
-    return (one.control, one.marks) == (other.control, other.marks)
+def _is_same(first: Marking, second: Marking) -> bool:
+    return (first.control, first.marks) == (second.control, second.marks)
 
 
 def _hash_file(path: Path | None) -> str:

@@ -49,7 +49,7 @@ class PhotoImport:
         self,
         rows: Sequence[PhotoRow],
         named_tables: tuple[Path | None, Path | None],
-        then: Callable[[Failed | None], None],
+        callback: Callable[[Failed | None], None],
         *,
         again: bool = False,
     ) -> RunningJob | None:
@@ -60,7 +60,7 @@ class PhotoImport:
         rows : sequence of PhotoRow
         named_tables : (Path or None, Path or None)
             Files of control points and of marks, for photos without such files beside them.
-        then : callable
+        callback : callable
             Called with None, or with the failure.
         again : bool, default False
             Whether to repeat an earlier import.
@@ -76,7 +76,7 @@ class PhotoImport:
             self._studio.attempt(locate_photos, moved_set.id, path)
         if folder is None or (self._document.is_imported and not again):
             self._show_records(rows)
-            then(None)
+            callback(None)
             return None
         control, marks = sidecar_tables(project.folder, folder)
         control_source = None
@@ -86,11 +86,11 @@ class PhotoImport:
         from vomstudio.studio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 
         request = SidecarImport(
-            project.folder,
-            control,
-            marks,
-            {row.name: Path(row.sidecar_mask) for row in rows if row.sidecar_mask},
-            tuple(row.name for row in rows),
+            project=project.folder,
+            control=control,
+            marks=marks,
+            masks={row.name: Path(row.sidecar_mask) for row in rows if row.sidecar_mask},
+            names=tuple(row.name for row in rows),
         )
 
         def done(sidecars: SidecarData) -> None:
@@ -98,10 +98,10 @@ class PhotoImport:
                 self._store(folder, sidecars, rows, has_tables=(control, marks) != (None, None))
                 self.named_control = control_source
                 self._show_records(rows, sidecars=sidecars)
-                then(None)
+                callback(None)
 
         return self._studio.jobs.submit(
-            IMPORT_SIDECARS, request, title=tr(_TITLE), on_done=done, on_failed=then
+            IMPORT_SIDECARS, request, title=tr(_TITLE), on_done=done, on_failed=callback
         )
 
     def _store(

@@ -76,7 +76,7 @@ class PhotoList(QListWidget):
             name for name in self._rows if name not in marked_pixels and name not in ranked_photos
         ]
         if cameras is not None and marked_pixels:
-            # A second mark of the same part tells where the point is in all of it.
+            # A second mark in the same component predicts the point in all its photos.
             parts = {cameras.part_of(name) for name in marked_pixels}
             other_photos.sort(key=lambda name: cameras.part_of(name) not in parts)
         names = [*marked_photos, *ranked_photos, *other_photos]

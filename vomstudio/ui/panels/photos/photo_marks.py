@@ -63,7 +63,7 @@ class PhotoMarks(QObject):
         self._missing_items = None
         self.changed.emit()
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     @property
     def cameras(self) -> PlacedPhotos | None:
         return self._cameras
@@ -80,7 +80,7 @@ class PhotoMarks(QObject):
             return NO_PREDICTION
         marking = self.marking
         pixels = tuple(marking.of(label).items())
-        # What is not marked twice is found by the other points.
+        # A point with fewer than two marks is predicted from the other points.
         other_points = marking if marking.point(label) is not None else None
         entry = self._predictions.get(label)
         if entry is None or entry[0] != (pixels, other_points):
@@ -103,7 +103,7 @@ class PhotoMarks(QObject):
             self._missing_items = missing(self.marking, self._cameras)
         return self._missing_items
 
-    # --- changing ----------------------------------------------------------------------------
+    # --- edits -------------------------------------------------------------------------------
     def change(
         self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
     ) -> None:
@@ -112,7 +112,7 @@ class PhotoMarks(QObject):
             self.marking = marking
             self._notify()
         elif not self._document.set_marking(title, marking, join):
-            # It could not be written: what is shown is what is kept.
+            # Writing failed, so the records are shown again.
             self._reload()
 
     def import_points(self, path: Path) -> int:

@@ -86,12 +86,12 @@ class PhotoMasks(QObject):
         self._has_changed = False
         self._is_drawing = False
         self._pending_names: frozenset[str] = frozenset()
-        """Photos whose masks are already as the edit that is being made will have them."""
+        """Photos whose masks in memory already include the edit in progress."""
         self.last_shape: Shape | None = None
         self.busy_reason: Finding | None = None
         document.masks_changed.connect(self._reload)
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def used(self, name: str) -> BoolArray | None:
         """Return the mask (height, width), True at used pixels; None before it has been read."""
         return self._masks.get(name)
@@ -119,7 +119,7 @@ class PhotoMasks(QObject):
         mask = self._document.mask_path(row.name)
         if mask is None:
             return np.ones((row.height, row.width), np.bool_)
-        # Of its own: what is read may not be written.
+        # A copy, since the array that was read is read-only.
         return load_mask(mask, row.width, row.height).copy()
 
     def _reload(self, names: frozenset[str]) -> None:
@@ -209,7 +209,7 @@ class PhotoMasks(QObject):
         finally:
             self._pending_names = frozenset()
 
-    # --- the same in many photos -------------------------------------------------------------
+    # --- repetition --------------------------------------------------------------------------
     def why_not_repeat(self) -> Finding | None:
         """Return why the last shape cannot be drawn in other photos; None if it can."""
         shape = self.last_shape
@@ -264,14 +264,14 @@ class PhotoMasks(QObject):
 
         def done() -> None:
             current_masks = self._document.masks()
-            if stale := [
+            if stale_photos := [
                 name for name in previous_masks if current_masks.get(name) != previous_masks[name]
             ]:
-                # Somebody has drawn on these photos meanwhile.
-                for name in stale:
+                # The user has drawn on these photos in the meantime.
+                for name in stale_photos:
                     new_masks.pop(name, None)
                     previous_masks.pop(name)
-                queue.extend(stale)
+                queue.extend(stale_photos)
                 proceed()
                 return
             self._set_busy(None)

@@ -49,7 +49,7 @@ from vomstudio.ui.panels.photos.photo_tools import PhotoTools
 from vomstudio.ui.panels.photos.points_box import PointsBox
 from vomstudio.ui.widgets.messages_panel import MessageBar
 
-# Narrower, the photo has the room of the list.
+# The list is hidden on narrower pages.
 _MIN_WIDTH_WITH_LIST_PX = 1000
 
 
@@ -85,7 +85,7 @@ class PhotoPage(QWidget):
         self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
-        self._stepping = False
+        self._is_stepping = False
         self._steps: list[Finding | str | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
@@ -99,7 +99,11 @@ class PhotoPage(QWidget):
         self.mask_box = MaskBox(self.canvas)
         self.points = PointsBox(self.marks)
         self._editing = MarkEditing(
-            self.marks, self.points, self.opened_photo, self.canvas, self.tools
+            marks=self.marks,
+            points=self.points,
+            photo=self.opened_photo,
+            canvas=self.canvas,
+            tools=self.tools,
         )
         self._make_actions()
         self._status_text = ""
@@ -155,7 +159,7 @@ class PhotoPage(QWidget):
             elif name == "*title":
                 self._title.setMinimumWidth(self.fontMetrics().horizontalAdvance("M" * 16))
                 self._title.setContentsMargins(6, 0, 6, 0)
-                self._title_place = bar.addWidget(self._title)
+                self._title_action = bar.addWidget(self._title)
             else:
                 bar.addAction(actions[name])
                 button = bar.widgetForAction(actions[name])
@@ -193,7 +197,7 @@ class PhotoPage(QWidget):
         set_shortcuts(self.actions_table, is_own_window=is_own_window)
         for name in ("undo", "redo"):
             self.actions_table.all[name].setVisible(is_own_window)
-        self._title_place.setVisible(is_own_window)
+        self._title_action.setVisible(is_own_window)
         self._status.setVisible(is_own_window)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
@@ -204,7 +208,7 @@ class PhotoPage(QWidget):
         self.list.opened.connect(self.show_photo)
         self.masks.mask_changed.connect(self._update_mask)
         self.masks.busy_changed.connect(self._refresh)
-        # Another folder may have been opened meanwhile.
+        # Another folder may have been opened in the meantime.
         self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
         self.masks.message.connect(self.show_message)
         self.marks.message.connect(self.show_message)
@@ -219,11 +223,11 @@ class PhotoPage(QWidget):
         self.canvas.pointed.connect(self._show_position)
         self.survey.history_changed.connect(self._refresh)
         self.survey.edited.connect(self._edited)
-        # Where a run has found new cameras, and where another folder is looked at.
+        # After a new alignment, or when another folder is opened.
         self.survey.changed.connect(self._survey_changed)
         self.survey.rows_changed.connect(self._survey_changed)
 
-    # --- the photo ---------------------------------------------------------------------------
+    # --- photo -------------------------------------------------------------------------------
     @property
     def photo(self) -> str:
         """Name of the open photo."""
@@ -311,18 +315,18 @@ class PhotoPage(QWidget):
         label = self.document.redo_label if is_redo else self.document.undo_label
         if label is None:
             return
-        self._stepping = True
+        self._is_stepping = True
         try:
             (self.document.redo if is_redo else self.document.undo)()
         finally:
-            self._stepping = False
+            self._is_stepping = False
         step = step_title(label)
         self.show_message(Finding("edit.redone" if is_redo else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:
         """Show the photo of an edit that was undone or redone."""
         photo = edited_photo(edit)
-        if self._stepping and photo in self.opened_photo.rows and photo != self.photo:
+        if self._is_stepping and photo in self.opened_photo.rows and photo != self.photo:
             self.show_photo(photo)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
@@ -386,7 +390,7 @@ class PhotoPage(QWidget):
             for query in (self.actions_table.why_not, self.actions_table.what)
         ]
         if steps != self._steps:
-            # Not with every move of a mark: the main window has many commands.
+            # Refreshing the commands of the main window at each move of a mark would be slow.
             self._steps = steps
             self.changed.emit()
         used = self.masks.used(self.photo)
@@ -405,7 +409,7 @@ class PhotoPage(QWidget):
             )
         self.mask_box.status_label.setText(text)
 
-    # --- end ---------------------------------------------------------------------------------
+    # --- closing -----------------------------------------------------------------------------
     def may_close(self) -> bool:
         """Return whether no masks are being written; otherwise warn the user."""
         self.tools.cancel()

@@ -32,7 +32,7 @@ _WINDOW_KEYS = {
     "undo": ("Ctrl+Z",),
     "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
 }
-# The main window has the others, and gives them to the photo that is seen (`over_photo`).
+# The main window has the other shortcuts, and passes them to the photo (`photo_command`).
 _TAB_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
 _PHOTO_COMMANDS = {
     "undo": "undo",

@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
     from vomstudio.studio.jobs.survey_tasks import ControlFacts, Forecast
 
-# What does not listen is stopped the hard way before that.
+# Longer than the time after which a worker is killed.
 _STOP_TIMEOUT_S = 10.0
-# Marks come one soon after the other.
+# Marks are often set in quick succession.
 _TABLES_DELAY_MS = 1000
 
 JobRequest = tuple[Job[Request, Result], Request]
@@ -69,10 +69,8 @@ class PhotoSurvey(QObject):
     changed = Signal()
     rows_changed = Signal()
     masks_changed = Signal()
-    """Masks of the photos."""
     marks_changed = Signal()
     edited = Signal(object)
-    """Edit, of whatever in the project."""
     history_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
@@ -87,12 +85,12 @@ class PhotoSurvey(QObject):
         self.has_north = True
         self.control_note: Finding | None = None
         self.result: Reconstruction | None = None
-        self._reading: RunningJob | None = None
+        self._list_job: RunningJob | None = None
         self._reconstruction_job: RunningJob | None = None
         self._restart_pending = False
         self.settings = ReconstructionSettings()
         self.forecast: Forecast | None = None
-        self._forecasting: RunningJob | None = None
+        self._forecast_job: RunningJob | None = None
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
         self.sidecar_import = PhotoImport(studio, self.document, self.exports)
@@ -108,7 +106,7 @@ class PhotoSurvey(QObject):
         self._tables_timer.timeout.connect(self.update_control)
         studio.jobs.closed.connect(self._tables_timer.stop)
         self.marks_changed.connect(self._tables_timer.start)
-        # Once the next project is open, the masks of this one are not to be found any more.
+        # The masks of this project cannot be found after the next project has been opened.
         studio.workspace.projects.leaving.connect(self.exports.finish)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
@@ -120,7 +118,7 @@ class PhotoSurvey(QObject):
 
     @property
     def is_reading(self) -> bool:
-        return self._reading is not None
+        return self._list_job is not None
 
     @property
     def reconstruction_job(self) -> RunningJob | None:
@@ -140,7 +138,7 @@ class PhotoSurvey(QObject):
         if self._tables_timer.isActive():
             return Finding("control.pending")
         if self.settings.control is not None:
-            if self._forecasting is not None:
+            if self._forecast_job is not None:
                 return Finding("control.pending")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
@@ -211,20 +209,20 @@ class PhotoSurvey(QObject):
         self._read(request, tr("Checking the survey"), self._show_check)
 
     def _read(
-        self, request: JobRequest[Request, Result], title: str, then: Callable[[Result], None]
+        self, request: JobRequest[Request, Result], title: str, callback: Callable[[Result], None]
     ) -> None:
         def done(result: Result) -> None:
-            self._reading = None
-            then(result)
+            self._list_job = None
+            callback(result)
             self.changed.emit()
 
         def failed(event: Failed) -> None:
-            self._reading = None
+            self._list_job = None
             if not event.cancelled:
                 self.problem = event.message
             self.changed.emit()
 
-        self._reading = self._studio.jobs.submit(
+        self._list_job = self._studio.jobs.submit(
             *request, title=title, on_done=done, on_failed=failed
         )
         self.changed.emit()
@@ -255,7 +253,7 @@ class PhotoSurvey(QObject):
 
     @property
     def is_forecasting(self) -> bool:
-        return self._forecasting is not None
+        return self._forecast_job is not None
 
     def update_forecast(self) -> None:
         """Compute the forecast of the settings for these photos; emits `changed`."""
@@ -266,12 +264,12 @@ class PhotoSurvey(QObject):
         settings = self.settings
 
         def done(result: Forecast) -> None:
-            if self._forecasting is not job:
+            if self._forecast_job is not job:
                 return
-            self._forecasting = None
+            self._forecast_job = None
             facts = result.control
             if settings.has_sidecar_control and facts is not None and facts.problem:
-                # Nobody asked for these files: they are in the way of no model.
+                # The user did not name these files, so they must not prevent a reconstruction.
                 self.settings = settings.drop_control()
                 self.control_note = Finding(
                     "control.not-used",
@@ -284,8 +282,8 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         def failed(event: Failed) -> None:
-            if self._forecasting is job:
-                self._forecasting = None
+            if self._forecast_job is job:
+                self._forecast_job = None
                 if not event.cancelled:
                     self._studio.warn(event.to_error())
                 self.changed.emit()
@@ -298,7 +296,7 @@ class PhotoSurvey(QObject):
             on_failed=failed,
             quiet=True,
         )
-        self._forecasting = job
+        self._forecast_job = job
 
     def update_control(self) -> None:
         """Use new control points or marks beside the photos, unless the user named other files."""
@@ -332,9 +330,9 @@ class PhotoSurvey(QObject):
 
     def placement_findings(self) -> list[str]:
         """Return a sentence on the scale, north and resolution of each placed model."""
-        opened = self._studio.models
+        models = self._studio.models
         return [
-            placement_text(model, opened[model.id].resolution if model.id in opened else None)
+            placement_text(model, models[model.id].resolution if model.id in models else None)
             for model in self.placed_models()
         ]
 
@@ -358,10 +356,10 @@ class PhotoSurvey(QObject):
         add_findings(self.rows, report)
 
     def _stop_reading(self) -> None:
-        self._forecasting = None
-        if self._reading is not None:
-            self._studio.jobs.cancel(self._reading)
-            self._reading = None
+        self._forecast_job = None
+        if self._list_job is not None:
+            self._studio.jobs.cancel(self._list_job)
+            self._list_job = None
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
@@ -380,7 +378,7 @@ class PhotoSurvey(QObject):
 
     def _import_sidecars(self, *, again: bool = False) -> None:
         def done(failed: Failed | None) -> None:
-            self._reading = None
+            self._list_job = None
             if failed is not None and not failed.cancelled:
                 self.problem = failed.message
             elif failed is None:
@@ -392,7 +390,7 @@ class PhotoSurvey(QObject):
         named_tables = self.settings.control, self.settings.marks
         running = self.sidecar_import.begin(self.rows, named_tables, done, again=again)
         if running is not None:
-            self._reading = running
+            self._list_job = running
             self.changed.emit()
 
     def _show_masks(self, _: object = None) -> None:
@@ -417,7 +415,7 @@ class PhotoSurvey(QObject):
         if not self.is_reading and self.reconstruction_job is None and self.rows:
             self._check()
 
-    # --- the model ---------------------------------------------------------------------------
+    # --- reconstruction ----------------------------------------------------------------------
     def reconstruct(self) -> None:
         """Start a reconstruction, or continue a paused one."""
         from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
@@ -427,10 +425,10 @@ class PhotoSurvey(QObject):
             return
         request = self.settings.build_request(folder, out)
         if (facts := self.control_facts) is not None and facts.crs:
-            # Shown before; the reconstruction itself would take no CRS for a local one.
+            # The reconstruction itself would treat a missing CRS as a local frame.
             request = replace(request, crs=facts.crs)
         if self.settings.control is None:
-            # Tie points join photos whatever places the model.
+            # Tie points join photos, whatever registers the model.
             request = replace(request, marks=self.tables()[1])
         session, name = self._studio.session, folder.name
         self.result = None
@@ -449,7 +447,7 @@ class PhotoSurvey(QObject):
             self.rows_changed.emit()
             for warning in result.warnings[:2]:
                 self._studio.warn(warning, warning.severity)
-            # The project may have been saved under another name meanwhile.
+            # The project may have been saved under another name in the meantime.
             target = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
                 reconstruction_folders.record_reconstruction(
@@ -504,7 +502,7 @@ class PhotoSurvey(QObject):
         self.forecast = None
         self.document.set_folder(None)
         self.rows_changed.emit()
-        # The newest is the one that the user was at.
+        # The user worked on the newest reconstruction last.
         project = self._studio.project.folder
         if (newest := reconstruction_folders.find_newest(project)) is not None:
             self.open(*newest)

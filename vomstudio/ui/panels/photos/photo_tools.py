@@ -90,7 +90,7 @@ class PhotoTools(QObject):
         if event.kind is Pointer.CLICK:
             if handle is not None and not marks[handle].is_selected:
                 self.mark_picked.emit(marks[handle].label)
-            elif handle is None and self._inside(event):
+            elif handle is None and self._is_inside(event):
                 self.mark_requested.emit(event.x, event.y)
         elif event.kind is Pointer.DRAG_START and handle is not None:
             self._dragged_label = marks[handle].label
@@ -104,7 +104,7 @@ class PhotoTools(QObject):
             if not is_ongoing:
                 self._dragged_label = ""
 
-    def _inside(self, event: PhotoPointer) -> bool:
+    def _is_inside(self, event: PhotoPointer) -> bool:
         return 0 <= event.x <= self.size[0] and 0 <= event.y <= self.size[1]
 
     # --- polygon -----------------------------------------------------------------------------
@@ -118,7 +118,7 @@ class PhotoTools(QObject):
             elif event.handle is None:
                 self._set_corners([*self._corners, at])
         elif event.kind is Pointer.DOUBLE_CLICK:
-            # Its first click was the last corner.
+            # The first click of the double click added the last vertex.
             self.close_polygon()
         elif event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.more:
             corners = list(self._corners)

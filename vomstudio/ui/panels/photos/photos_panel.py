@@ -54,9 +54,9 @@ _COLUMNS = (
     (to_translate("Size"), to_translate("Width × height in pixels.")),
     (to_translate("GPS"), to_translate("The photo states its position.")),
 )
-"""Title and tool tip."""
+"""Titles and tool tips."""
 _GSD_COLUMN, _MASK_COLUMN, _FINDING_COLUMN = 1, 3, 4
-# Results of the alignment.
+# Commands that show results of the alignment.
 _RESULT_ACTIONS = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
     "info": "information-outline",
@@ -84,7 +84,6 @@ class PhotosPanel(QWidget):
 
     selection_changed = Signal(object)
     opened = Signal(str)
-    """A photo that is to be looked at."""
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -172,12 +171,12 @@ class PhotosPanel(QWidget):
         header = QHBoxLayout(row)
         header.setContentsMargins(0, 0, 0, 0)
         buttons = {}
-        # Beside the list that it belongs to, one word says it.
+        # One word is enough beside the list of photos.
         self._actions["open_photo"].setIconText(tr("Open"))
         for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
             buttons[name] = button = self._button(name)
             if name == "make_settings":
-                # Its neighbours say what it belongs to.
+                # The buttons beside it state its purpose.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
             if name == "pause_model":
@@ -192,7 +191,7 @@ class PhotosPanel(QWidget):
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
         self._texts = FittingTexts(row, lambda: header.minimumSize().width())
-        # What is done most often keeps its words longest.
+        # The texts of the most frequent actions are dropped last.
         self._texts.drop([buttons["choose_photos"], self.results])
         self._texts.drop([buttons["open_photo"], self._pause])
         self._texts.drop([buttons["make_model"]])
@@ -215,12 +214,12 @@ class PhotosPanel(QWidget):
             key.activated.connect(self._open)
         for column, (title, tip) in enumerate(_COLUMNS):
             header = QTableWidgetItem(tr(title))
-            # No message is empty: the empty one is the catalogue's own head.
+            # `tr` of an empty text would return the header of the catalogue.
             header.setToolTip(tr(tip) if tip else "")
             table.setHorizontalHeaderItem(column, header)
         return table
 
-    # --- filling -----------------------------------------------------------------------------
+    # --- rows --------------------------------------------------------------------------------
     def _fill(self) -> None:
         survey, table = self._survey, self.table
         self._scale = survey.metres_per_unit()
@@ -364,7 +363,7 @@ class PhotosPanel(QWidget):
                 if (item := self.table.item(number, _GSD_COLUMN)) is not None:
                     item.setText(_gsd_text(row, scale))
 
-    # --- choosing ----------------------------------------------------------------------------
+    # --- selection ---------------------------------------------------------------------------
     def _selected_names(self) -> set[str]:
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}

@@ -22,16 +22,16 @@ class PlanView(QWidget):
 
     Parameters
     ----------
-    on_click : callable, optional
+    click_callback : callable, optional
         Called with the name of a photo.
     """
 
-    def __init__(self, on_click: object = None) -> None:
+    def __init__(self, click_callback: object = None) -> None:
         super().__init__()
         self._rows: list[PhotoRow] = []
         self._selection: set[str] = set()
         self._has_north = True
-        self._on_click = on_click
+        self._click_callback = click_callback
         self.setMinimumSize(180, 120)
         self.setMouseTracking(True)
 
@@ -54,7 +54,7 @@ class PlanView(QWidget):
         span = max(width / max(plot_width, 1.0), height / max(plot_height, 1.0), 1e-3)
         return 1 / span, (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
 
-    def _at(self, row: PhotoRow, scale: float, cx: float, cy: float) -> QPointF:
+    def _screen_point(self, row: PhotoRow, scale: float, cx: float, cy: float) -> QPointF:
         assert row.place is not None
         return QPointF(
             self.width() / 2 + (row.place[0] - cx) * scale,
@@ -76,7 +76,7 @@ class PlanView(QWidget):
             return
         scale, cx, cy = self._scale()
         for row in self._rows:
-            self._draw(painter, row, self._at(row, scale, cx, cy))
+            self._draw(painter, row, self._screen_point(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
         if not self._has_north:
             text_line = tr("Local frame: scale and north unknown.")
@@ -110,15 +110,16 @@ class PlanView(QWidget):
             return None
         scale = self._scale()
         nearest = min(
-            self._rows, key=lambda row: (self._at(row, *scale) - position).manhattanLength()
+            self._rows,
+            key=lambda row: (self._screen_point(row, *scale) - position).manhattanLength(),
         )
-        is_near = (self._at(nearest, *scale) - position).manhattanLength() < 14
+        is_near = (self._screen_point(nearest, *scale) - position).manhattanLength() < 14
         return nearest if is_near else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         row = self._nearest(event.position())
-        if row is not None and callable(self._on_click):
-            self._on_click(row.name)
+        if row is not None and callable(self._click_callback):
+            self._click_callback(row.name)
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):

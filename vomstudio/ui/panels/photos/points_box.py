@@ -166,7 +166,7 @@ class PointsBox(QGroupBox):
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
-    # --- showing -----------------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def refresh(self) -> None:
         """Update the list, the form and the findings."""
         marking = self._marks.marking
@@ -260,7 +260,7 @@ class PointsBox(QGroupBox):
                 spin.setValue(number)
             allow(spin, None if pixel is not None else Finding("action.no-mark"))
 
-    # --- choosing and typing -----------------------------------------------------------------
+    # --- selection and editing ---------------------------------------------------------------
     def select_point(self, label: str) -> None:
         """Select the point of this label; "" for no point."""
         if label != self.label:
@@ -320,7 +320,7 @@ class PointsBox(QGroupBox):
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
-                # The others are still to be typed.
+                # The other coordinates have not been typed yet.
                 return
             if (problem := check_coordinates((x, y, z))) is not None:
                 self.message.emit(problem, "warning")

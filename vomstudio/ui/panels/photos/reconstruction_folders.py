@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
-# A direction that is steeper has no arrow on a map.
+# Steeper directions have no arrow on the map.
 _MIN_ARROW_LENGTH = 0.2
 
 
@@ -101,9 +101,9 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     requests = [path for path in paths if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
-        if (stored := read_request(request)) is not None:
-            folder, settings = stored
-            # A project that was moved together with its photos.
+        if (result := read_request(request)) is not None:
+            folder, settings = result
+            # The project may have been moved together with its photos.
             for place in (folder, project.parent / folder.name):
                 if is_folder(place):
                     return place, settings

@@ -19,8 +19,10 @@ QUALITIES = (
     (to_translate("Medium"), "medium", to_translate("depth maps of 1600 pixels")),
     (to_translate("High"), "high", to_translate("depth maps of 3200 pixels, takes hours")),
 )
-"""Title, name and what it means; the first and last are to be translated where they are shown.
-Depth maps are measured along their long side."""
+"""Title, name and description. Title and description must be translated.
+
+Sizes of depth maps are those of their long side.
+"""
 
 
 @dataclass(frozen=True)
@@ -67,15 +69,15 @@ class ReconstructionSettings:
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
         return ReconstructionRequest(
-            photos,
-            out,
-            self.quality,
-            self.crs,
-            self.control,
-            self.marks,
-            self.threads,
-            self.seed,
-            self.scheduler,
+            photos=photos,
+            out=out,
+            quality=self.quality,
+            crs=self.crs,
+            control=self.control,
+            marks=self.marks,
+            threads=self.threads,
+            seed=self.seed,
+            scheduler=self.scheduler,
         )
 
 
@@ -91,7 +93,13 @@ def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
             return None
         control, marks = files if files[0] and is_regular(files[0]) else (None, None)
         settings = ReconstructionSettings(
-            quality, control or None, marks or None, False, values.get("crs"), threads, seed or 0
+            quality=quality,
+            control=control or None,
+            marks=marks or None,
+            has_sidecar_control=False,
+            crs=values.get("crs"),
+            threads=threads,
+            seed=seed or 0,
         )
         return Path(values["photos"]), settings
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

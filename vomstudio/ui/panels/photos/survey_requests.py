@@ -31,11 +31,11 @@ def forecast_request(
 ) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
     """Return job and request to forecast a reconstruction with these settings."""
     return FORESEE, ForecastRequest(
-        folder,
-        tuple((row.width, row.height) for row in rows),
-        settings.quality,
-        settings.crs,
-        settings.control,
-        settings.marks,
-        settings.threads,
+        photos=folder,
+        sizes=tuple((row.width, row.height) for row in rows),
+        quality=settings.quality,
+        crs=settings.crs,
+        control=settings.control,
+        marks=settings.marks,
+        threads=settings.threads,
     )

@@ -53,7 +53,7 @@ class DirectionWheel(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         text = self.palette().color(QPalette.ColorRole.WindowText)
         middle, radius = QPointF(_SIZE_PX / 2.0, _SIZE_PX / 2.0), _SIZE_PX / 2.0 - 16.0
-        # Qt counts angles against the clock from the right.
+        # Qt measures angles counterclockwise from the right.
         ring = QConicalGradient(middle, 90.0)
         for k in range(_GRADIENT_STOPS + 1):
             ring.setColorAt(k / _GRADIENT_STOPS, self.color_at(-360.0 * k / _GRADIENT_STOPS))

@@ -145,7 +145,7 @@ class FacetsPanel(ProposalsPanel):
         limits.setSpacing(3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(MIN_WIDTH_PX)
-            # Both columns the same: a distance in metres is as wide as an angle.
+            # Equal columns, since a distance is as wide as an angle.
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
@@ -166,14 +166,14 @@ class FacetsPanel(ProposalsPanel):
         column.addWidget(self.live)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
-        # Before the buttons: whoever accepts all should see what they become.
+        # Above the buttons, so that the feature type is seen before all are accepted.
         column.addWidget(self._options_row)
         column.addWidget(self._decision_row)
         column.addWidget(self.table, 1)
         column.addWidget(self.message)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
         """Show the current model and its proposals."""
         super().show_now()
@@ -215,7 +215,7 @@ class FacetsPanel(ProposalsPanel):
         if proposals is not None and not proposals.whole:
             self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def _limits_changed(self) -> None:
         self._refresh_buttons()
         if self.live.isChecked():
@@ -298,10 +298,10 @@ class FacetsPanel(ProposalsPanel):
     # --- deciding ----------------------------------------------------------------------------
     def _area(self, index: int) -> Area | None:
         proposals = self._facets.proposals
-        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
-        if proposals is None or opened is None:
+        open_model = None if proposals is None else self._studio.models.get(proposals.model_id)
+        if proposals is None or open_model is None:
             return None
-        return patch_area(proposals.patches[index], proposals.model, opened.surface)
+        return patch_area(proposals.patches[index], proposals.model, open_model.surface)
 
     def _index_at(self, hit: Hit) -> int | None:
         proposals = self._facets.proposals

@@ -82,7 +82,7 @@ class FieldsPanel(ModelPanel):
         self._make_parts()
         self._arrange()
         studio.display.changed.connect(
-            lambda what: self._update_off_button() if what == "mode" else None
+            lambda change: self._update_off_button() if change == "mode" else None
         )
         self._follow()
 
@@ -154,7 +154,7 @@ class FieldsPanel(ModelPanel):
         column.addWidget(self.description)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
         """Show the current model, selection and job."""
         super().show_now()
@@ -173,18 +173,18 @@ class FieldsPanel(ModelPanel):
     def _set_model(self, model: Model) -> None:
         """Show the field of a model, or the default radius and length for it."""
         self._form_model_id = model.id
-        shown = self._fields.shown.get(model.id)
-        radius = 0.0 if shown is None else shown.wanted.radius_m
-        is_plane_field = shown is not None and shown.wanted.kind in (MEASURABLE, EXPECTED)
+        field = self._fields.shown.get(model.id)
+        radius = 0.0 if field is None else field.wanted.radius_m
+        is_plane_field = field is not None and field.wanted.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
             self.radius.setValue(
                 radius if radius and not is_plane_field else self._fields.likely_radius(model.id)
             )
         self.measurable.show_request("", self._fields.likely_length(model.id))
-        if shown is not None and is_plane_field:
-            self.measurable.show_request(shown.wanted.of, radius)
-        if shown is not None:
-            self.kind.setCurrentIndex(self.kind.findData(shown.wanted.kind))
+        if field is not None and is_plane_field:
+            self.measurable.show_request(field.wanted.of, radius)
+        if field is not None:
+            self.kind.setCurrentIndex(self.kind.findData(field.wanted.kind))
 
     def _list_others(self) -> None:
         model_id = "" if self._model is None else self._model.id
@@ -193,11 +193,11 @@ class FieldsPanel(ModelPanel):
             for m in (self._studio.session.of(Model) if self._studio.has_project else [])
             if m.id != model_id and m.id in self._studio.models
         ]
-        listed = [
+        items = [
             (self.other_model.itemText(i), self.other_model.itemData(i))
             for i in range(self.other_model.count())
         ]
-        if listed == others:
+        if items == others:
             return
         previous = self.other_model.currentData()
         self.other_model.clear()
@@ -269,10 +269,10 @@ class FieldsPanel(ModelPanel):
 
     def _update_off_button(self) -> None:
         """Enable the button, and name the display mode to which it returns."""
-        opened = None if self._model is None else self._studio.models.get(self._model.id)
-        self.off_button.setText(usual_look([] if opened is None else [opened.data]))
-        shown = self._studio.display.mode == "field"
-        allow(self.off_button, None if shown else Finding("action.no-field"))
+        open_model = None if self._model is None else self._studio.models.get(self._model.id)
+        self.off_button.setText(usual_look([] if open_model is None else [open_model.data]))
+        is_shown = self._studio.display.mode == "field"
+        allow(self.off_button, None if is_shown else Finding("action.no-field"))
 
     def _why_not(self) -> Finding | None:
         reason = super()._why_not()
@@ -287,13 +287,15 @@ class FieldsPanel(ModelPanel):
     def _show_figures(self) -> None:
         lines = [" ".join(map(str, self._fields.findings))] if self._fields.findings else []
         model = self._model
-        shown = None if model is None else self._fields.shown.get(model.id)
-        opened = None if model is None else self._studio.models.get(model.id)
-        values = None if shown is None or opened is None else field_values(opened, shown.name)
+        field = None if model is None else self._fields.shown.get(model.id)
+        open_model = None if model is None else self._studio.models.get(model.id)
+        values = (
+            None if field is None or open_model is None else field_values(open_model, field.name)
+        )
         if (
             values is not None
-            and shown is not None
-            and shown.wanted.kind
+            and field is not None
+            and field.wanted.kind
             not in (
                 "dip_direction",
                 MEASURABLE,
@@ -301,12 +303,12 @@ class FieldsPanel(ModelPanel):
         ):
             figures = statistics(values)
             if figures is not None:
-                unit = shown.name.rpartition("[")[2].rstrip("]") if "[" in shown.name else ""
+                unit = field.name.rpartition("[")[2].rstrip("]") if "[" in field.name else ""
                 lines.append(
                     tr(
                         "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
                         "{high:.3g} {unit}.",
-                        field=shown.name.partition(" [")[0],
+                        field=field.name.partition(" [")[0],
                         unit=unit,
                         **figures,
                     )
@@ -317,7 +319,7 @@ class FieldsPanel(ModelPanel):
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- actions -----------------------------------------------------------------------------
     def _change_kind(self, *_: object) -> None:
         """Show the selected field at once if it has been computed."""
         self._show_rows()
@@ -325,8 +327,15 @@ class FieldsPanel(ModelPanel):
         model, request = self._model, self._field_request()
         if model is None or request is None or self._fields.running is not None:
             return
-        opened, name = self._studio.models.get(model.id), self._fields.name_of(model.id, request)
-        if opened is not None and name in opened.data.fields and model.id in self._fields.shown:
+        open_model, name = (
+            self._studio.models.get(model.id),
+            self._fields.name_of(model.id, request),
+        )
+        if (
+            open_model is not None
+            and name in open_model.data.fields
+            and model.id in self._fields.shown
+        ):
             self._show(model, request)
 
     def _start(self, model: Model) -> None:
@@ -341,9 +350,9 @@ class FieldsPanel(ModelPanel):
         """Show the current field with other colours."""
         self._show_rows()
         model = self._model
-        shown = None if model is None else self._fields.shown.get(model.id)
-        if model is None or shown is None or shown.wanted.kind != "dip_direction":
+        field = None if model is None else self._fields.shown.get(model.id)
+        if model is None or field is None or field.wanted.kind != "dip_direction":
             return
         style = self._studio.display.styles.get(model.id)
-        if style is not None and style.name == shown.name:
+        if style is not None and style.name == field.name:
             self._studio.display.show_field(model.id, replace(style, palette=self.wheel.map_name))

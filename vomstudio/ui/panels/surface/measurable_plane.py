@@ -70,10 +70,10 @@ class MeasurablePlane(QWidget):
         sources += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
         if feature:
             sources.append((tr("selected: {name}", name=name), _SELECTED))
-        listed = [
+        items = [
             (self.source.itemText(i), self.source.itemData(i)) for i in range(self.source.count())
         ]
-        if listed != sources:
+        if items != sources:
             previous = self.source.currentData()
             with QSignalBlocker(self.source):
                 self.source.clear()

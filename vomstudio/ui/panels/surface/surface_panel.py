@@ -21,7 +21,7 @@ class SurfacePanel(QTabWidget):
         self.tabBar().setUsesScrollButtons(False)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
         self.traces = TracesPanel(studio)
-        # Each scrolls by itself: a page of tabs is not told how high its words are.
+        # Each page scrolls by itself, since tabs do not support height for width.
         self._pages = {
             "fields": Scrolling(self.fields),
             "facets": Scrolling(self.facets),

@@ -37,7 +37,7 @@ from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _MIN_HEIGHT_PX = 130
-# Resolutions: a click so near to a line means it.
+# Maximum distance of a click from a line, in resolutions.
 _CLICK_TOLERANCE = 8.0
 
 
@@ -152,7 +152,7 @@ class TracesPanel(ProposalsPanel):
         column.addWidget(self._type_row)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
         """Show the current model and its proposals."""
         super().show_now()
@@ -160,8 +160,8 @@ class TracesPanel(ProposalsPanel):
         self._show_proposals()
 
     def _list_costs(self) -> None:
-        opened = None if self._model is None else self._studio.models.get(self._model.id)
-        fields = () if opened is None else tuple(sorted(opened.data.fields))
+        open_model = None if self._model is None else self._studio.models.get(self._model.id)
+        fields = () if open_model is None else tuple(sorted(open_model.data.fields))
         if fields == self._fields:
             return
         self._fields, previous = fields, self.cost.currentData()
@@ -231,7 +231,7 @@ class TracesPanel(ProposalsPanel):
             else str(Finding("action.nothing-rejected"))
         )
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def _options(self) -> ProposalOptions:
         cost = str(self.cost.currentData())
         network = self.network.text().strip() if cost == ONNX else None

@@ -71,11 +71,11 @@ class BeddingAxis:
         self.invalidate()
         self._ids = frozenset(f.id for f in self._studio.fold.features())
 
-    def follow_edit(self, touched: Iterable[str]) -> None:
-        # Thousands of planes are asked for it: most edits are of other features.
-        ids = set(touched)
+    def follow_edit(self, changed_ids: Iterable[str]) -> None:
+        # The search reads thousands of planes, while most edits change other features.
+        ids = set(changed_ids)
         if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
-            # How many there are decides whether the axis is looked for beside the window.
+            # Their number decides whether the axis is computed in a thread.
             self.update_bedding()
 
     def search(self) -> Callable[[], FoldAxis | Finding]:
@@ -87,7 +87,7 @@ class BeddingAxis:
         self._ids = frozenset(f.id for f in self._studio.fold.features())
         planes = self.planes = self._studio.fold.planes()
         if len(planes) < 2:
-            reason = self._too_few(len(planes))
+            reason = self._too_few_planes(len(planes))
             return lambda: reason
 
         def find() -> FoldAxis | Finding:
@@ -98,7 +98,7 @@ class BeddingAxis:
 
         return find
 
-    def _too_few(self, count: int) -> Finding:
+    def _too_few_planes(self, count: int) -> Finding:
         is_selection = self._studio.fold.selected
         code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
         return Finding(code, count=count, minimum=2)

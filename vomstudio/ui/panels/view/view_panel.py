@@ -61,7 +61,7 @@ _MAX_FEATURES = 20
 _MANY_BEDS = 150
 
 _MIN_EDGE_ON_SINE = 0.05
-"""Sine of the angle to the exposed face under which neither side is the better one."""
+"""Sine of the angle to the exposed face below which both sides are edge on."""
 
 
 class ViewPanel(QWidget):
@@ -73,7 +73,7 @@ class ViewPanel(QWidget):
         self._studio = studio
         self._look = view.look
         self._direction = Line(0.0, 0.0)
-        self._stale = False
+        self._is_stale = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._request_axis)
@@ -159,7 +159,7 @@ class ViewPanel(QWidget):
             if orthographic
             else tr("{line} (perspective)", line=line)
         )
-        # A drag tells many directions: the cost is shown for the last of them.
+        # A drag emits many directions; the cost is shown for the last one.
         self._schedule(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
@@ -236,14 +236,14 @@ class ViewPanel(QWidget):
 
     def _exposed_view(self) -> FloatArray | None:
         """Return the direction of a view of the first open mesh, None without a mesh."""
-        for model_id, opened in self._studio.models.items():
+        for model_id, open_model in self._studio.models.items():
             model = self._studio.records.get(model_id)
-            if isinstance(model, Model) and isinstance(opened.data, Mesh):
+            if isinstance(model, Model) and isinstance(open_model.data, Mesh):
                 if self._exposed_cache is None or self._exposed_cache[:2] != (
                     model_id,
                     model.to_world,
                 ):
-                    trend, plunge = first_view(opened.data, transform.matrix(model.to_world))
+                    trend, plunge = first_view(open_model.data, transform.matrix(model.to_world))
                     view = Line(trend, plunge).vector()
                     self._exposed_cache = (model_id, model.to_world, view)
                 return self._exposed_cache[2]
@@ -268,7 +268,7 @@ class ViewPanel(QWidget):
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             return _axis_text(axis), axis.error95_deg
-        # Of thousands that are selected none is what somebody looks along.
+        # In a large selection no single feature defines the view.
         for id_ in islice(reversed(self._studio.selection.ids), _MAX_FEATURES):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
@@ -290,7 +290,7 @@ class ViewPanel(QWidget):
         """Return a finding if no line is selected, else None."""
         return Finding("selection.no-line") if self._line() is None else None
 
-    # --- what they are taken from ------------------------------------------------------------
+    # --- measurements ------------------------------------------------------------------------
     def _selected_measurements(self) -> list[Measurement]:
         """Return the measurements of all selected features."""
         measured = self._studio.measured(self._studio.selection.ids)
@@ -360,7 +360,7 @@ class ViewPanel(QWidget):
         if self._bedding.count <= _MANY_BEDS:
             call_after_notifications(show)
         elif self.visibleRegion().isEmpty():
-            self._stale = True
+            self._is_stale = True
         elif self._bedding.is_known:
             call_after_notifications(show)
         else:
@@ -376,8 +376,8 @@ class ViewPanel(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        if self._stale:
-            self._stale = False
+        if self._is_stale:
+            self._is_stale = False
             self.refresh()
 
     def _show(self) -> None:
