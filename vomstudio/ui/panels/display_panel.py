@@ -393,8 +393,8 @@ class DisplayPanel(QWidget):
                 self.palette_box.addItem(name, name)
             if kind in _KIND_NAMES and kind not in PALETTES:
                 self.palette_box.addItem(tr(_KIND_NAMES[kind]))
-            place = self.palette_box.findData(style.palette)
-            self.palette_box.setCurrentIndex(max(place, 0))
+            index = self.palette_box.findData(style.palette)
+            self.palette_box.setCurrentIndex(max(index, 0))
         has_range = kind in ("sequential", "diverging")
         ends = scale.end_texts() if scale is not None and has_range else ("", "")
         for edit, value, text in (

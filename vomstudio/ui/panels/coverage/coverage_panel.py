@@ -39,7 +39,7 @@ from vomstudio.ui.widgets.vertex_table import parse_number
 _MODEL, _SELECTED = "model", "selected"
 
 
-class LookedAtPanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
+class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
     """Panel of grids over faces, and of their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:

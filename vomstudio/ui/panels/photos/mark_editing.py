@@ -85,20 +85,20 @@ class MarkEditing(QObject):
         self._canvas.set_marks(symbols)
         self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
-    def look_at_point(self, *, again: bool = False) -> None:
+    def look_at_point(self, *, is_forced: bool = False) -> None:
         """Zoom to the position of the selected point while the mark tool is active."""
         label, photo = self._points.label, self._photo.name
         if self._canvas.tool != MARK or not label:
             return
-        if self._photo.is_viewing_point(label) and not again:
+        if self._photo.is_viewing_point(label) and not is_forced:
             return
-        place = self._marks.marking.of(label).get(photo)
-        place = place or self._marks.prediction(label).expected.get(photo)
-        if place is not None:
-            self._photo.zoom_to_point(label, place)
+        pixel = self._marks.marking.of(label).get(photo)
+        pixel = pixel or self._marks.prediction(label).expected.get(photo)
+        if pixel is not None:
+            self._photo.zoom_to_point(label, pixel)
 
     def _refocus(self) -> None:
-        self.look_at_point(again=True)
+        self.look_at_point(is_forced=True)
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> Finding | None:

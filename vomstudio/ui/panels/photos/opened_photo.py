@@ -72,10 +72,10 @@ class OpenedPhoto(QObject):
         """Return whether the view was last moved to this point."""
         return self._viewed_label == label
 
-    def zoom_to_point(self, label: str, place: Pixel) -> None:
+    def zoom_to_point(self, label: str, pixel: Pixel) -> None:
         """Zoom to the pixel where a point is marked or predicted."""
         self._viewed_label = label
-        self._canvas.look_closely(place)
+        self._canvas.look_closely(pixel)
 
     def set_viewed_point(self, label: str) -> None:
         """Note that the point is already in view."""

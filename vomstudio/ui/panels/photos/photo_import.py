@@ -51,9 +51,9 @@ class PhotoImport:
         named_tables: tuple[Path | None, Path | None],
         callback: Callable[[Failed | None], None],
         *,
-        again: bool = False,
+        is_repeat: bool = False,
     ) -> RunningJob | None:
-        """Import the files beside the photos, if they are new or `again` is True.
+        """Import the files beside the photos, if they are new or `is_repeat` is True.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class PhotoImport:
             Files of control points and of marks, for photos without such files beside them.
         callback : callable
             Called with None, or with the failure.
-        again : bool, default False
+        is_repeat : bool, default False
             Whether to repeat an earlier import.
 
         Returns
@@ -74,7 +74,7 @@ class PhotoImport:
         if folder is not None and (moved_set := self._document.find_moved_set()) is not None:
             path = stored_path(project.folder, folder)
             self._studio.attempt(locate_photos, moved_set.id, path)
-        if folder is None or (self._document.is_imported and not again):
+        if folder is None or (self._document.is_imported and not is_repeat):
             self._show_records(rows)
             callback(None)
             return None

@@ -374,9 +374,9 @@ class PhotoSurvey(QObject):
     def import_sidecars(self) -> None:
         """Replace the records by the files beside the photos."""
         if self.folder is not None and not self.is_reading and self.reconstruction_job is None:
-            self._import_sidecars(again=True)
+            self._import_sidecars(is_repeat=True)
 
-    def _import_sidecars(self, *, again: bool = False) -> None:
+    def _import_sidecars(self, *, is_repeat: bool = False) -> None:
         def done(failed: Failed | None) -> None:
             self._list_job = None
             if failed is not None and not failed.cancelled:
@@ -388,7 +388,7 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         named_tables = self.settings.control, self.settings.marks
-        running = self.sidecar_import.begin(self.rows, named_tables, done, again=again)
+        running = self.sidecar_import.begin(self.rows, named_tables, done, is_repeat=is_repeat)
         if running is not None:
             self._list_job = running
             self.changed.emit()

@@ -272,11 +272,11 @@ class PhotosPanel(QWidget):
                 item.setText(_mask_text(row))
 
     def _add_finding(
-        self, severity: str, text: str, photos: list[str], place: int | None = None
+        self, severity: str, text: str, photos: list[str], row: int | None = None
     ) -> None:
         item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
         item.setData(Qt.ItemDataRole.UserRole, photos)
-        self._findings.insertItem(self._findings.count() if place is None else place, item)
+        self._findings.insertItem(self._findings.count() if row is None else row, item)
 
     def _refresh(self) -> None:
         survey = self._survey
@@ -346,7 +346,7 @@ class PhotosPanel(QWidget):
         self._failure_text = reason
         if reason:
             text = tr("The reconstruction failed: {reason}", reason=reason)
-            self._add_finding("error", text, [], place=0)
+            self._add_finding("error", text, [], row=0)
 
     def _show_placements(self) -> None:
         """Show how the models of these photos are placed, as the last findings."""

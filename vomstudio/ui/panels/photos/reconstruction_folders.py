@@ -104,9 +104,9 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
         if (result := read_request(request)) is not None:
             folder, settings = result
             # The project may have been moved together with its photos.
-            for place in (folder, project.parent / folder.name):
-                if is_folder(place):
-                    return place, settings
+            for candidate in (folder, project.parent / folder.name):
+                if is_folder(candidate):
+                    return candidate, settings
     return None
 
 

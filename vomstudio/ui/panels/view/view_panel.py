@@ -90,9 +90,9 @@ class ViewPanel(QWidget):
         self.direction_field = QLineEdit()
         self.direction_field.setObjectName("view_direction")
         self.direction_field.setPlaceholderText(tr("For example 125/26"))
-        self.direction_field.returnPressed.connect(self._look_along_typed)
+        self.direction_field.returnPressed.connect(self._look_along_text)
         go = QPushButton(tr("Look"))
-        go.clicked.connect(self._look_along_typed)
+        go.clicked.connect(self._look_along_text)
         row = QHBoxLayout()
         row.addWidget(self.direction_field, 1)
         row.addWidget(go)
@@ -163,7 +163,7 @@ class ViewPanel(QWidget):
         self._schedule(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
-    def _look_along_typed(self) -> None:
+    def _look_along_text(self) -> None:
         try:
             line = parse_line(self.direction_field.text())
         except VomError as error:
