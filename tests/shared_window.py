@@ -186,7 +186,7 @@ def assert_unused(window: MainWindow) -> None:
     assert studio.redo_label is None
     assert not studio.jobs.visible()
     assert window.survey.folder is None
-    assert window.photo_opening.opened is None
+    assert window.photo_opening.page is None
     assert not _other_windows(window)
     assert window.start_page.isVisible()
 
@@ -197,7 +197,7 @@ def _finish_work(window: MainWindow) -> None:
     _release_mouse(window)
     if (tour := window.findChild(Tour)) is not None:
         tour.end()
-    if window.photo_opening.opened is not None:
+    if window.photo_opening.page is not None:
         assert window.photo_opening.may_close()
     studio.cancel_tool()
     if studio.project.session.dirty:
@@ -248,7 +248,7 @@ def _forget_user(window: MainWindow, home: Path) -> None:
         setattr(settings, each.name, deepcopy(getattr(new, each.name)))
     window.view.set_turntable(settings.turntable)
     studio.keep_settings()
-    window.survey.choose(ReconstructionSettings())
+    window.survey.apply_settings(ReconstructionSettings())
     window.files._exported = None
     window.message_bar.hide()
     window.messages.clear()

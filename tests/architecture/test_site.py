@@ -10,7 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from vomstudio.ui.dialogs.help.help_pages import pages_in
+from vomstudio.ui.dialogs.help.help_pages import list_pages
 
 ROOT = Path(__file__).resolve().parents[2]
 LOADED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}
@@ -51,7 +51,7 @@ def html(site: Path) -> list[Path]:
 
 
 def test_every_page_of_the_documentation_is_in_the_site(site: Path) -> None:
-    pages = {page.path.stem for page in pages_in(ROOT / "docs")}
+    pages = {page.path.stem for page in list_pages(ROOT / "docs")}
     assert len(pages) > 9
     assert pages == {page.stem for page in html(site)}
 

@@ -20,7 +20,7 @@ _TIMES = 5
 
 def main() -> None:
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from vomstudio.ui.panels.net.canvas import DPI, DrawnNet, Wanted
+    from vomstudio.ui.panels.net.canvas import DPI, DrawnNet, NetRequest
 
     rng = np.random.default_rng(1)
     normals = rng.normal(size=(10_000, 3)) + np.repeat([[3, 1, -2], [-1, 2, -4]], 5_000, axis=0)
@@ -36,7 +36,7 @@ def main() -> None:
             took = []
             for _ in range(_TIMES):
                 start = perf_counter()
-                DrawnNet.of(Wanted(net, style, (_SIDE, _SIDE), 1.0)).image()
+                DrawnNet.draw(NetRequest(net, style, (_SIDE, _SIDE), 1.0)).image()
                 took.append(perf_counter() - start)
             what = "each set" if each else "together"
             print(f"{method or 'no contours':<17} {what:<9} {min(took):.3f} s")

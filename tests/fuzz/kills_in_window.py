@@ -177,12 +177,12 @@ class Photographer(Editor):
 
         super().__init__(window, chance)
         window.open_path(photos)
-        driver.wait(lambda: window.survey.document.taken_in, "the photos", 120.0)
+        driver.wait(lambda: window.survey.document.is_imported, "the photos", 120.0)
         driver.wait(lambda: window.photos_panel.table.rowCount() == 4, "their table", 60.0)
-        driver.wait(lambda: not window.survey.reading, "their check", 120.0)
+        driver.wait(lambda: not window.survey.is_reading, "their check", 120.0)
         window.photo_opening.open(chance.choice(NAMES))
-        driver.wait(lambda: window.photo_opening.opened is not None, "the photo")
-        self.page = window.photo_opening.opened
+        driver.wait(lambda: window.photo_opening.page is not None, "the photo")
+        self.page = window.photo_opening.page
         ready(self.page)
 
     def steps(self) -> list[tuple[str, Callable[[], object]]]:
@@ -224,7 +224,7 @@ class Photographer(Editor):
         from tests import driver
 
         self.page.actions_table.run("repeat_mask")
-        driver.wait(lambda: not self.page.masks.busy, "the masks", 60.0)
+        driver.wait(lambda: not self.page.masks.busy_reason, "the masks", 60.0)
 
     def mark(self) -> None:
         from tests import driver

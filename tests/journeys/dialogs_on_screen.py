@@ -249,9 +249,9 @@ class Walk:
         window = self.window
         specimens = Path(__file__).parents[1] / "specimens" / "photos"
         window.open_path(Path(shutil.copytree(specimens, self.folder / "photos")))
-        driver.wait(lambda: window.survey.document.taken_in, "the photos", 120.0)
-        driver.wait(lambda: not window.survey.reading, "the check", 120.0)
-        driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
+        driver.wait(lambda: window.survey.document.is_imported, "the photos", 120.0)
+        driver.wait(lambda: not window.survey.is_reading, "the check", 120.0)
+        driver.wait(lambda: not window.survey.is_forecasting, "the forecast", 60.0)
         with self.seen("make_settings"):
             window.actions_table.run("make_settings")
 
@@ -263,7 +263,7 @@ class Walk:
             dialog = AlignmentDialog(self.window, self.window.studio, self.reconstruction)
             fit_to_screen(dialog)
             dialog.show()
-            driver.wait(lambda: dialog.ready, "the alignment", 60.0)
+            driver.wait(lambda: dialog.is_ready, "the alignment", 60.0)
 
 
 def main(folder: Path, reconstruction: Path) -> None:

@@ -233,9 +233,9 @@ class Hour:
     def look_at_the_net(self) -> None:
         key(self.window, Qt.Key.Key_5, CTRL)
         net = self.window.net
-        wait(lambda: net.isVisible() and net.up_to_date and net.artists is not None, "the net")
+        wait(lambda: net.isVisible() and net.is_up_to_date and net.artists is not None, "the net")
         driver.pause(200)
-        wait(lambda: net.up_to_date, "the net at its size")
+        wait(lambda: net.is_up_to_date, "the net at its size")
         shown = net.contents()
         assert sum(map(len, shown.sets)) == 13
         assert shown.fold is not None
@@ -271,14 +271,14 @@ class Hour:
         key(self.window, Qt.Key.Key_P, CTRL)
         wait(lambda: self.window.findChild(OrthoDialog), "the orthophoto's dialog")
         dialog = self.window.findChild(OrthoDialog)
-        wait(dialog._start.isEnabled, "a proposed pixel size")
+        wait(dialog._start_button.isEnabled, "a proposed pixel size")
         assert self.window.screen().availableGeometry().contains(dialog.frameGeometry())
         for field, text in ((dialog.gsd, "0.02"), (dialog.target, str(self.out / "view.tif"))):
             field.setFocus()
             field.selectAll()
             QTest.keyClicks(field, text)
         driver.keep_picture(dialog, f"hour_{self.name}_{self.number:02d}_orthophoto_dialog")
-        QTest.mouseClick(dialog._start, driver.LEFT)
+        QTest.mouseClick(dialog._start_button, driver.LEFT)
         wait((self.out / "view.json").exists, "the orthophoto", 90.0)
         wait(lambda: not self.studio.jobs.visible(), "the end of the job")
         # What a window manager does when a dialog has closed.

@@ -267,7 +267,7 @@ def photo_events(studio: Any) -> list[Event]:
 
     def add() -> None:
         studio.attempt(add_photo_set, wall)
-        document.look_at(Path(wall.path))
+        document.set_folder(Path(wall.path))
 
     def mark(label: str, x: float, join: str | None = None) -> None:
         made = document.marking().marked(label, "a.jpg", (x, 7.0))

@@ -42,7 +42,7 @@ def open_dialog(window) -> AlignmentDialog:
     window.actions_table.run("show_alignment")
     (dialog,) = window.findChildren(AlignmentDialog)
     QTest.qWaitForWindowExposed(dialog)
-    wait(lambda: dialog.ready, "the alignment", 60.0)
+    wait(lambda: dialog.is_ready, "the alignment", 60.0)
     return dialog
 
 
@@ -177,7 +177,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     folder = window.studio.project.folder / "reconstruction" / "photos-medium"
     shutil.copytree(made.out, folder)
     window.open_path(made.photos)
-    wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
+    wait(lambda: window.survey.rows and not window.survey.is_reading, "the check", 120.0)
     window.docks.bring_forward("photos")
     button = window.photos_panel.results
     shown: list[list[bool]] = []
@@ -194,7 +194,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     wait(lambda: window.findChildren(AlignmentDialog), "the window")
     assert shown == [[True, True, False]]
     (dialog,) = window.findChildren(AlignmentDialog)
-    wait(lambda: dialog.ready, "the alignment", 60.0)
+    wait(lambda: dialog.is_ready, "the alignment", 60.0)
     dialog.close()
     # A photo that is chosen in the table is marked in the outcrop, and the other way round.
     window.open_path(folder / "dense.ply")
@@ -217,18 +217,18 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     dialog = open_dialog(window)
     page = dialog.matches
     wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
-    assert page._wanted == ("a.jpg", "b.jpg")
+    assert page._pair == ("a.jpg", "b.jpg")
     assert len(page._arrays["matches"]) == 100
-    assert figures(page._said.text())[:3] == [100, 101, 99.0]
+    assert figures(page._summary.text())[:3] == [100, 101, 99.0]
     panes = page.panes
     left = panes._links.left
     assert np.allclose(left, made.scene.views[0].project(made.scene.points[:100]), atol=1e-3)
     driver.keep_picture(dialog, "alignment-matches")
     # The third photo is shown upright, and so are its marks.
     choose(page.table, 1)
-    wait(lambda: page._wanted == ("b.jpg", "c.jpg") and len(page._photos) == 2, "the next pair")
+    wait(lambda: page._pair == ("b.jpg", "c.jpg") and len(page._photos) == 2, "the next pair")
     wait(lambda: page._arrays is not None, "its matches")
-    assert "12 inliers of" in page._said.text()
+    assert "12 inliers of" in page._summary.text()
     assert "Weak" in page.table.numbers.rows[1][1]
     assert panes._pictures[1].size == (240, 320)
     stored = made.scene.views[2].project(made.scene.points[:12])
@@ -237,7 +237,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     )
     # The cell of the first pair in the matrix brings it back.
     driver.click(page.matrix, page.matrix._cell(1, 0).center().toPoint())
-    wait(lambda: page._wanted == ("a.jpg", "b.jpg") and page._arrays is not None, "the first")
+    wait(lambda: page._pair == ("a.jpg", "b.jpg") and page._arrays is not None, "the first")
     wait(lambda: len(page._photos) == 2, "its photos")
     # The wheel keeps what is under the cursor; a drag takes it along.
     at = QPoint(*(int(v) for v in panes.to_screen(0, left[5])[0]))
@@ -260,7 +260,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
 def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     dialog = open_dialog(window)
     show_tab(dialog, dialog.cameras)
-    words = dialog.cameras._words.text()
+    words = dialog.cameras._summary.text()
     assert "300.0 px" in words
     assert "± 1.5 px" in words
     assert "spread by 12.0°" in words
@@ -269,34 +269,35 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
         table.model().headerData(i, Qt.Orientation.Vertical) for i in range(table.rowCount())
     ] == ["f", "k1"]
     assert table.item(0, 1).text() == "-0.95"
-    assert "strongly correlated (-0.95)" in dialog.cameras._pairing.text()
+    assert "strongly correlated (-0.95)" in dialog.cameras._correlation_note.text()
     driver.keep_picture(dialog, "alignment-calibration")
 
     show_tab(dialog, dialog.residuals)
     page = dialog.residuals
     wait(lambda: page._arrays is not None and page._photo is not None, "the residuals")
     # The worst comes first.
-    assert page._wanted == "b.jpg"
+    assert page._photo_name == "b.jpg"
     assert (
-        "exaggerated 20 times" in page._said.text() or "exaggerated 10 times" in page._said.text()
+        "exaggerated 20 times" in page._message.text()
+        or "exaggerated 10 times" in page._message.text()
     )
-    assert "median 0.50 px" in page._said.text()
+    assert "median 0.50 px" in page._message.text()
     page.factor.setCurrentIndex(page.factor.findData(50))
-    assert "exaggerated 50 times" in page._said.text()
+    assert "exaggerated 50 times" in page._message.text()
     driver.keep_picture(dialog, "alignment-residuals")
 
     show_tab(dialog, dialog.depths)
     depths = dialog.depths
     wait(lambda: depths._arrays is not None, "the depth map")
-    assert figures(depths._said.text())[0] == 50
-    assert "a.jpg" in depths._said.text()
+    assert figures(depths._summary.text())[0] == 50
+    assert "a.jpg" in depths._summary.text()
     wait(lambda: depths.table.numbers.rows[0][0] == ("a.jpg", 0.5), "the coverage")
     panes = depths.panes
     spot = panes.to_screen(1, [[20.5, 60.5]])[0]
     driver.move(panes, QPoint(*(round(float(v)) for v in spot)))
-    assert depths._under.text().startswith("Depth 9.5")
+    assert depths._readout.text().startswith("Depth 9.5")
     for what in ("confidence", "normals", "colors"):
-        depths.what.setCurrentIndex(depths.what.findData(what))
+        depths.layer.setCurrentIndex(depths.layer.findData(what))
         driver.pause()
         driver.keep_picture(dialog, f"alignment-depths-{what}")
     choose(depths.table, 1)

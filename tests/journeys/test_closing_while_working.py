@@ -38,10 +38,10 @@ def begin(window, name: str, folder) -> None:
         window.actions_table.run(name)
         wait(lambda: window.findChild(OrthoDialog), "the dialog")
         dialog = window.findChild(OrthoDialog)
-        wait(dialog._start.isEnabled, "a proposed pixel size")
+        wait(dialog._start_button.isEnabled, "a proposed pixel size")
         dialog.gsd.setText("0.004")
         dialog.target.setText(str(folder / "view.tif"))
-        press(dialog._start)
+        press(dialog._start_button)
         return
     window.actions_table.run(name)
     kind, button = BUTTONS[name]

@@ -47,8 +47,8 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     driver.wait(panel.start.isEnabled, "the benchmark")
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
-    driver.wait(lambda: panel.held is not None, "the distances", 60.0)
-    told = panel.held.figures
+    driver.wait(lambda: panel.comparison is not None, "the distances", 60.0)
+    told = panel.comparison.figures
     mesh = window.studio.models[id_].data
     distances = np.asarray(mesh.fields[FIELD])
     assert len(distances) == len(mesh.vertices)
@@ -70,8 +70,8 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     panel.limits.fields["m3c2_m"].setValue(0.6)
     panel.limits.fields["registration_error_m"].setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())
-    driver.wait(lambda: panel.held.figures["method"] == "m3c2", "M3C2", 60.0)
-    assert f"{panel.held.figures['lod95_m']:.3g} m" in panel.figures.text()
+    driver.wait(lambda: panel.comparison.figures["method"] == "m3c2", "M3C2", 60.0)
+    assert f"{panel.comparison.figures['lod95_m']:.3g} m" in panel.figures.text()
     driver.settled(window)
     driver.keep_picture(window, "compare-m3c2")
     out = tmp_path / "out.ply"
@@ -80,7 +80,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     written = read_model(out).data
     assert {"distance_m", "lod95_m", "significant"} <= set(written.fields)
     assert np.nanmean(written.fields["distance_m"]) == pytest.approx(
-        panel.held.figures["mean_m"], abs=1e-6
+        panel.comparison.figures["mean_m"], abs=1e-6
     )
 
 
@@ -94,7 +94,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     panel.other.take(higher)
     driver.wait(panel.start.isEnabled, "the benchmark")
     driver.click(panel.start, panel.start.rect().center())
-    driver.wait(lambda: panel.held is not None, "the distances", 60.0)
+    driver.wait(lambda: panel.comparison is not None, "the distances", 60.0)
     first = panel.figures.text()
     folder = tmp_path / "kept"
     studio.save_as(folder)
@@ -107,9 +107,9 @@ def test_distances_are_there_when_the_project_is_opened_again(
     driver.wait(lambda: id_ in studio.models, "the model", 60.0)
     studio.selection.set([id_])
     panel.refresh()
-    driver.wait(lambda: panel.held is not None, "the kept distances", 60.0)
+    driver.wait(lambda: panel.comparison is not None, "the kept distances", 60.0)
     assert panel.figures.text() == first
-    assert panel.held.fields.is_relative_to(folder)
+    assert panel.comparison.fields.is_relative_to(folder)
     assert FIELD in studio.models[id_].data.fields
 
 
@@ -145,5 +145,5 @@ def test_planes_measured_on_both_are_held_beside_their_errors(
     assert max(one.angle_deg for one in found.matched) < 1e-3
     assert found.agree_share == 1.0
     assert panel.agreement.isVisible()
-    assert "by nearness" in panel.agreement.said.text()
+    assert "by nearness" in panel.agreement.summary.text()
     driver.keep_picture(window, "compare-planes")

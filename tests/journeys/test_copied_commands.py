@@ -94,7 +94,7 @@ def test_statistics(window, model_id, told) -> None:
     window.docks.bring_forward("statistics")
     panel = window.findChild(StatisticsPanel)
     wait(lambda: panel.figures.toPlainText(), "the figures")
-    choose(panel.of, "Joint")
+    choose(panel.group_box, "Joint")
     press(panel.command)
     found = told()["sets"]["all"]
     shown = panel.figures.toPlainText()
@@ -107,15 +107,15 @@ def test_statistics(window, model_id, told) -> None:
 def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
     window.actions_table.run("propose_sets")
     panel = window.findChild(SetsPanel)
-    choose(panel.of, "Joint")
+    choose(panel.group_box, "Joint")
     for number, seeds in ((2, ""), (0, ""), (0, "100/70, 200/50")):
         panel.count.setValue(number)
         panel.seeds.setText(seeds)
         press(panel.start)
-        wait(lambda: panel.proposed is not None and not panel._newest.waiting, "the sets")
+        wait(lambda: panel.result is not None and not panel._newest.waiting, "the sets")
         press(panel.copy)
         found = told()
-        mine = panel.proposed.found
+        mine = panel.result.proposal
         assert [s["n"] for s in found["sets"]] == [s.n for s in mine.sets]
         for theirs, ours in zip(found["sets"], mine.sets, strict=True):
             assert theirs["dip_deg"] == pytest.approx(ours.dip_deg, abs=1e-6)
@@ -147,7 +147,7 @@ def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
     assert "#123456" in image
     assert 'width="255.1' in image
     assert "DejaVu Serif" in image
-    window.net.wishes.show_view("strike", "area")
+    window.net.view_settings.show_view("strike", "area")
     press(window.net.command)
     image = Path(told()["image"]).read_text("utf-8")
     assert 'width="255.1' in image
@@ -169,15 +169,15 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     wait(lambda: window.viewport.still, "the camera's rest")
     window.actions_table.run("orthophoto")
     (dialog,) = window.findChildren(OrthoDialog)
-    wait(dialog._start.isEnabled, "a proposed pixel size")
+    wait(dialog._start_button.isEnabled, "a proposed pixel size")
     if part == "seen":
-        dialog.seen.click()
+        dialog.visible_area.click()
         dialog.interpretation.boxes["symbols"].click()
     dialog.gsd.setText("0.05")
     out = tmp_path / "o.tif"
     dialog.target.setText(str(out))
-    press(dialog.copy)
-    press(dialog._start)
+    press(dialog.copy_button)
+    press(dialog._start_button)
     wait(lambda: out.exists() and not studio.jobs.visible(), "the orthophoto", 60.0)
     facts = json.loads(out.with_suffix(".json").read_text("utf-8"))
     drawn = counted(tmp_path / "o_drawing.gpkg")
@@ -244,10 +244,10 @@ def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
     box.setCurrentIndex(box.findData(other.id))
     press(panel.copy)
     press(panel.start)
-    wait(lambda: panel.held is not None, "the distances", 60.0)
+    wait(lambda: panel.comparison is not None, "the distances", 60.0)
     found = told()
     for name in ("n", "mean_m", "median_m", "std_m"):
-        assert found[name] == pytest.approx(panel.held.figures[name], rel=1e-9)
+        assert found[name] == pytest.approx(panel.comparison.figures[name], rel=1e-9)
 
 
 def _moved(outcrop, folder):

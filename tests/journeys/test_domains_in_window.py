@@ -75,8 +75,8 @@ def test_the_section_and_its_command_project_each_domain_along_its_axis(
     panel.plane.line.setText("300/90")
     driver.pause(300)
     wait(lambda: panel.result is not None, "the section")
-    assert panel.by_domain.isVisible()
-    panel.by_domain.click()
+    assert panel.domain_axes.isVisible()
+    panel.domain_axes.click()
     driver.pause(300)
     wait(lambda: panel.result is not None and panel.result.figures.domains, "both axes")
     shown = {each.name: each for each in panel.result.figures.domains}

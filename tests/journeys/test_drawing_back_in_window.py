@@ -32,14 +32,14 @@ def picture(window, outcrop, tmp_path) -> Path:
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: window.findChild(OrthoDialog) is not None, "the dialog")
     dialog = window.findChild(OrthoDialog)
-    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
+    driver.wait(dialog._start_button.isEnabled, "a proposed pixel size")
     folder = tmp_path / "pictures"
     folder.mkdir()
     for field, text in ((dialog.gsd, str(GSD)), (dialog.target, str(folder / "cliff.tif"))):
         field.setFocus()
         field.selectAll()
         QTest.keyClicks(field, text)
-    QTest.mouseClick(dialog._start, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog._start_button, Qt.MouseButton.LeftButton)
     driver.wait((folder / "cliff.json").exists, "the orthophoto", 60.0)
     driver.wait(lambda: not window.studio.jobs.visible(), "the end of the job")
     return folder / "cliff.json"

@@ -112,7 +112,7 @@ def test_what_fails_on_closing_is_said_and_the_rest_is_closed(
     wait(lambda: set(threading.enumerate()) <= before, "the end of the threads", 20.0)
 
 
-@pytest.mark.parametrize("part", ["files.ask_to_keep", "photo_opening.may_close"])
+@pytest.mark.parametrize("part", ["files.ask_to_save", "photo_opening.may_close"])
 def test_a_window_that_cannot_ask_does_not_close_without_a_word(
     own_folders, qtbot, known, outcrop, picks, monkeypatch, part
 ):
@@ -164,9 +164,9 @@ def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monke
     window.resize(1400, 900)
     window.open_path(photos)
     survey = window.survey
-    wait(lambda: survey.document.taken_in and not survey.reading, "the photos", 120.0)
+    wait(lambda: survey.document.is_imported and not survey.is_reading, "the photos", 120.0)
     window.photo_opening.open()
-    page = window.photo_opening.opened
+    page = window.photo_opening.page
     wait(lambda: page.canvas._picture is not None and page.canvas._picture.whole, "the picture")
     wait(lambda: page.masks.used(page.photo) is not None, "its mask")
     whole = page.marks.close
@@ -180,8 +180,8 @@ def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monke
     with qtbot.capture_exceptions(), contextlib.suppress(RuntimeError):
         QTest.keyClick(page.canvas, Qt.Key.Key_W, CTRL)
     driver.pause(50)
-    assert window.photo_opening.opened is None
+    assert window.photo_opening.page is None
     # Another one can be opened, and the window closes.
     window.photo_opening.open()
-    assert window.photo_opening.opened is not page
-    wait(lambda: not window.photo_opening.opened.masks.busy, "the photo")
+    assert window.photo_opening.page is not page
+    wait(lambda: not window.photo_opening.page.masks.busy_reason, "the photo")

@@ -54,7 +54,7 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     dialog._north.setFocus()
     for _ in range(3):
         QTest.keyClick(dialog._north, Qt.Key.Key_Down)
-    assert dialog.turn().north == "grid"
+    assert dialog.north_correction().north == "grid"
     button = dialog._buttons.button(QDialogButtonBox.StandardButton.Ok)
     QTest.mouseClick(button, driver.LEFT, driver.NONE, button.rect().center())
     readings = studio.session.of(Reading)
@@ -65,7 +65,7 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     assert found.angle_deg < 3.0
     assert studio.nearest_pick(readings[2].id).distance_m is None
 
-    wait(lambda: net.up_to_date and "F1" not in net._under.text(), "the net")
+    wait(lambda: net.is_up_to_date and "F1" not in net._corner_label.text(), "the net")
     QApplication.processEvents()
     # Around the two readings of the bed, by the pole of the first.
     cx, cy = net.artists.centre_px

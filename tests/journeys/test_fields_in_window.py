@@ -97,7 +97,7 @@ def test_every_field_is_painted_with_its_name_and_unit(window, panel) -> None:
     panel.radius.setValue(2.0 * panel.radius.value())
     show(window, panel, "roughness", f"roughness, r {panel.radius.value():g} m")
     values(window, "roughness")
-    driver.click(panel.off, panel.off.rect().center())
+    driver.click(panel.off_button, panel.off_button.rect().center())
     driver.wait(lambda: shown(window) is None, "the photo texture")
 
 
@@ -113,7 +113,7 @@ def test_dip_directions_have_the_colours_of_the_wheel(window, panel) -> None:
     at = panel.wheel.rect().center()
     seen = picture.pixelColor(at.x() + 28, at.y()).getRgb()[:3]
     assert np.abs(np.array(seen) - east).max() < 25
-    driver.click(panel.safe, QPoint(8, panel.safe.rect().center().y()))
+    driver.click(panel.colour_blind, QPoint(8, panel.colour_blind.rect().center().y()))
     wanted = map_table("twilight")
     driver.wait(lambda: np.array_equal(shown(window).table, wanted), "other colours")
     assert panel.wheel.map_name == "twilight"
@@ -167,7 +167,7 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
     studio.selection.set([own.id])
     # The panel follows a little later; before that it speaks of the new model.
     driver.wait(lambda: panel.title.text() == f"On {own.name}", "the outcrop")
-    driver.wait(lambda: panel.other.itemText(0) == "survey", "the list of others")
+    driver.wait(lambda: panel.other_model.itemText(0) == "survey", "the list of others")
     show(window, panel, "model", "distance to survey")
     far = values(window, "distance")
     assert 0.0 < np.nanmax(np.abs(far)) <= UP + 1e-5

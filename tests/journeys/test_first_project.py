@@ -179,7 +179,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     # Select on the net: the same plane everywhere.
     key(window, Qt.Key.Key_N)
     key(window, Qt.Key.Key_Home)
-    wait(lambda: window.net.up_to_date, "the net")
+    wait(lambda: window.net.is_up_to_date, "the net")
     second = traces(window)[1]
     click_pole(window, second.id)
     assert studio.selection.ids == (second.id,)

@@ -52,11 +52,11 @@ def dialog_of(window, moved: Path) -> FitDialog:
     window.actions_table.run("fit_model")
     driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
     (dialog,) = window.findChildren(FitDialog)
-    assert not dialog.fit.isEnabled()
-    assert shown_codes(dialog.fit.toolTip()) == {"action.no-other-model"}
+    assert not dialog.fit_button.isEnabled()
+    assert shown_codes(dialog.fit_button.toolTip()) == {"action.no-other-model"}
     dialog.other.take(moved)
     driver.wait(lambda: dialog.reference is not None, "the reference")
-    for view in (dialog.here, dialog.there):
+    for view in (dialog.model_view, dialog.reference_view):
         driver.wait(lambda v=view: "pickable" in v.models.reached("shown"), "a model to click on")
         driver.wait(lambda v=view: v.still, "its picture")
     return dialog
@@ -93,7 +93,7 @@ def test_points_in_both_then_the_surfaces(
     dialog = dialog_of(window, moved)
     places = np.concatenate(list(picks.values()))
     there = moved_places(places)
-    good = seen(dialog.here, places) & seen(dialog.there, there)
+    good = seen(dialog.model_view, places) & seen(dialog.reference_view, there)
     places, there = places[good], there[good]
     chosen = [
         int(places[:, 0].argmin()),
@@ -102,63 +102,63 @@ def test_points_in_both_then_the_surfaces(
         int(places[:, 2].argmin()),
     ]
     for i in chosen[:2]:
-        click(dialog.here, places[i])
-        assert "right" in dialog.step.text()
-        click(dialog.there, there[i])
-    assert "three or more" in dialog.step.text()
+        click(dialog.model_view, places[i])
+        assert "right" in dialog.instruction.text()
+        click(dialog.reference_view, there[i])
+    assert "three or more" in dialog.instruction.text()
     assert len(dialog.points.pairs) == 2
     # In either order, and a second click on the same side corrects the first.
-    click(dialog.there, there[chosen[0]])
-    click(dialog.there, there[chosen[2]])
-    click(dialog.here, places[chosen[2]])
+    click(dialog.reference_view, there[chosen[0]])
+    click(dialog.reference_view, there[chosen[2]])
+    click(dialog.model_view, places[chosen[2]])
     assert len(dialog.points.pairs) == 3
-    assert dialog.placed is not None
+    assert dialog.placement is not None
     assert dialog.table.item(2, 1).text()
     # What was clicked wrongly is taken back, or out.
-    click(dialog.here, places[chosen[3]])
-    click(dialog.there, there[chosen[0]])
-    assert dialog.placed.rms_control_m > 0.1
+    click(dialog.model_view, places[chosen[3]])
+    click(dialog.reference_view, there[chosen[0]])
+    assert dialog.placement.rms_control_m > 0.1
     driver.keep_picture(dialog, "fit-wrong-point")
     dialog.table.selectRow(3)
-    driver.click(dialog.remove, dialog.remove.rect().center())
+    driver.click(dialog.remove_button, dialog.remove_button.rect().center())
     assert len(dialog.points.pairs) == 3
-    assert dialog.placed.rms_control_m < 0.1
+    assert dialog.placement.rms_control_m < 0.1
     dialog.activateWindow()
     driver.wait(dialog.isActiveWindow, "the keyboard", 5.0)
     QTest.keyClick(dialog, Qt.Key.Key_Z, driver.CTRL)
     assert len(dialog.points.pairs) == 4
-    driver.click(dialog.redo, dialog.redo.rect().center())
+    driver.click(dialog.redo_button, dialog.redo_button.rect().center())
     assert len(dialog.points.pairs) == 3
 
-    assert not dialog.register.isEnabled()
-    driver.click(dialog.fit, dialog.fit.rect().center())
-    assert dialog.fit.text() == "Stop"
-    driver.wait(lambda: dialog.fitted is not None, "the fit", 60.0)
+    assert not dialog.register_button.isEnabled()
+    driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+    assert dialog.fit_button.text() == "Stop"
+    driver.wait(lambda: dialog.fit_result is not None, "the fit", 60.0)
     driver.keep_picture(dialog, "fit-done")
     pairs = tmp_path / "pairs.csv"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(pairs), ""))
-    driver.click(dialog.copy, dialog.copy.rect().center())
+    driver.click(dialog.copy_button, dialog.copy_button.rect().center())
     program, *arguments = shlex.split(QGuiApplication.clipboard().text())
     assert program == "vomstudio"
     capfd.readouterr()
     assert main([*arguments, "--json"]) == 0
     told = np.array(json.loads(capfd.readouterr().out)["matrix"])
-    shown = np.array(dialog.fitted.placed.matrix)
+    shown = np.array(dialog.fit_result.placed.matrix)
     far = np.abs(transform.apply(told, places) - transform.apply(shown, places)).max()
     # The file states no unit, which was declared in the window: the command finds the scale too.
     assert far < 0.03
-    dialog.stable.which.setCurrentIndex(1)
+    dialog.stable.part_box.setCurrentIndex(1)
     dialog.stable.changed.emit()
-    assert shown_codes(dialog.copy.toolTip()) == {"action.stable-part-without-file"}
-    dialog.stable.which.setCurrentIndex(0)
+    assert shown_codes(dialog.copy_button.toolTip()) == {"action.stable-part-without-file"}
+    dialog.stable.part_box.setCurrentIndex(0)
     dialog.stable.changed.emit()
-    driver.click(dialog.fit, dialog.fit.rect().center())
-    driver.wait(lambda: dialog.fitted is not None, "the fit again", 60.0)
-    said = dialog.said.text()
+    driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+    driver.wait(lambda: dialog.fit_result is not None, "the fit again", 60.0)
+    said = dialog.message.text()
     assert "reference.fitted" in shown_codes(said)
     assert "95 %" in said
     before = studio.session.of(Model)[0]
-    driver.click(dialog.register, dialog.register.rect().center())
+    driver.click(dialog.register_button, dialog.register_button.rect().center())
     (model,) = studio.session.of(Model)
     registration = model.registration
     assert registration is not None
@@ -180,18 +180,18 @@ def test_points_in_both_then_the_surfaces(
 def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     dialog = dialog_of(window, moved)
-    views = (dialog.here, dialog.there)
+    views = (dialog.model_view, dialog.reference_view)
     # Nothing clicked: the two stand 4 m and 25 degrees apart.
-    dialog.stable.which.setCurrentIndex(1)
-    dialog.stable.which.activated.emit(1)
-    assert "stable.no-points" in shown_codes(dialog.fit.toolTip())
-    dialog.stable.which.setCurrentIndex(0)
-    dialog.stable.which.activated.emit(0)
-    driver.click(dialog.fit, dialog.fit.rect().center())
-    driver.click(dialog.fit, dialog.fit.rect().center())
-    driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
-    assert dialog.fitted is None
-    assert shown_codes(dialog.said.text()) == {"job.stopped"}
+    dialog.stable.part_box.setCurrentIndex(1)
+    dialog.stable.part_box.activated.emit(1)
+    assert "stable.no-points" in shown_codes(dialog.fit_button.toolTip())
+    dialog.stable.part_box.setCurrentIndex(0)
+    dialog.stable.part_box.activated.emit(0)
+    driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+    driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+    driver.wait(lambda: dialog.fit_button.text() != "Stop", "its end", 60.0)
+    assert dialog.fit_result is None
+    assert shown_codes(dialog.message.text()) == {"job.stopped"}
     dialog.close()
     assert all(view.scene is None for view in views)
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
@@ -214,8 +214,8 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     assert dialog.other.models.currentText() == "lidar"
     assert dialog.reference is None
     undeclared = "registration.reference-undeclared"
-    assert shown_values(dialog.said.text(), undeclared) == {"model": "lidar"}
-    assert not dialog.fit.isEnabled()
+    assert shown_values(dialog.message.text(), undeclared) == {"model": "lidar"}
+    assert not dialog.fit_button.isEnabled()
     dialog.close()
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
     # The other way round it is placed by the one that is declared.
@@ -226,11 +226,11 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     (dialog,) = window.findChildren(FitDialog)
     assert dialog.reference is not None
     assert dialog.reference.id == own.id
-    assert dialog.fit.isEnabled()
+    assert dialog.fit_button.isEnabled()
     # It may go meanwhile.
     assert studio.attempt(edits.remove_model, own.id)
     assert dialog.reference is None
-    assert not dialog.fit.isEnabled()
+    assert not dialog.fit_button.isEnabled()
     dialog.close()
 
 
@@ -266,19 +266,19 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
     window.actions_table.run("fit_model")
     driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
     (dialog,) = window.findChildren(FitDialog)
-    assert dialog.fit.isEnabled()
+    assert dialog.fit_button.isEnabled()
     # A smooth wall can slide; points that are seen in both hold it.
     step = len(near) // 5
     for own, there in zip(near[::step], mesh.vertices[::step], strict=True):
-        dialog.here.picked.emit(own)
-        dialog.there.picked.emit(there + rng.normal(0.0, 0.002, 3))
-    driver.click(dialog.fit, dialog.fit.rect().center())
-    driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
-    assert dialog.fitted is not None
+        dialog.model_view.picked.emit(own)
+        dialog.reference_view.picked.emit(there + rng.normal(0.0, 0.002, 3))
+    driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+    driver.wait(lambda: dialog.fit_button.text() != "Stop", "its end", 60.0)
+    assert dialog.fit_result is not None
     # 1.96 times half a degree, about east.
-    said = shown_values(dialog.said.text(), "registration.with-reference")
+    said = shown_values(dialog.message.text(), "registration.with-reference")
     assert said == {"rotation95_deg": "0.98"}
-    driver.click(dialog.register, dialog.register.rect().center())
+    driver.click(dialog.register_button, dialog.register_button.rect().center())
     made = studio.records[other.id].registration
     assert made.method == "reference"
     assert made.rotation_error_deg == pytest.approx((0.3, 0.5, 0.4), abs=0.01)
@@ -310,14 +310,14 @@ def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) ->
     rng = np.random.default_rng(2)
     rows = np.flatnonzero(~slid)
     for i in rng.choice(rows, 9, replace=False):
-        dialog.here.picked.emit(mesh.vertices[i])
-        dialog.there.picked.emit(there[i] + rng.normal(0.0, 0.05, 3))
+        dialog.model_view.picked.emit(mesh.vertices[i])
+        dialog.reference_view.picked.emit(there[i] + rng.normal(0.0, 0.05, 3))
 
     def turned() -> float:
-        driver.click(dialog.fit, dialog.fit.rect().center())
-        driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
-        assert dialog.fitted is not None, dialog.said.text()
-        placed = dialog.fitted.placed
+        driver.click(dialog.fit_button, dialog.fit_button.rect().center())
+        driver.wait(lambda: dialog.fit_button.text() != "Stop", "its end", 60.0)
+        assert dialog.fit_result is not None, dialog.message.text()
+        placed = dialog.fit_result.placed
         return float(
             np.degrees(
                 Rotation.from_matrix(placed.matrix[:3, :3] / placed.scale @ TURN.T).magnitude()
@@ -325,17 +325,17 @@ def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) ->
         )
 
     by_all = turned()
-    which = dialog.stable.which
+    which = dialog.stable.part_box
     which.setCurrentIndex(which.count() - 1)
     which.activated.emit(which.count() - 1)
-    assert not dialog.fit.isEnabled()
-    assert "stable.no-model" in shown_codes(dialog.fit.toolTip())
+    assert not dialog.fit_button.isEnabled()
+    assert "stable.no-model" in shown_codes(dialog.fit_button.toolTip())
     dialog.stable.stable_model.take(mask)
-    driver.wait(dialog.fit.isEnabled, "the mask")
+    driver.wait(dialog.fit_button.isEnabled, "the mask")
     driver.keep_picture(dialog, "fit-stable-cloud")
     by_stable = turned()
     driver.keep_picture(dialog, "fit-stable-done")
     assert by_stable < 0.1
     assert by_stable < 0.3 * by_all
-    driver.click(dialog.register, dialog.register.rect().center())
+    driver.click(dialog.register_button, dialog.register_button.rect().center())
     assert driver.model(window).registration.method == "reference"

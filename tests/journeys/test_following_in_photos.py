@@ -27,7 +27,7 @@ def bed(traced):  # noqa: F811
     studio.selection.set(["B05"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
+    wait(lambda: "B05: visible in" in panel.summary.text(), "the photos that show it")
     window.viewport.setFocus()
     key(window, Qt.Key.Key_T)
     box = driver.tool_panel(window, TracePanel).follow_box
@@ -38,9 +38,11 @@ def bed(traced):  # noqa: F811
 def places(window) -> list[QPoint]:
     """Where the first, the middle and the last seen point of the bed are in the photo."""
     panel = window.in_photos
-    views, canvas = panel.shown.photos.views, panel.canvas
+    views, canvas = panel.feature_photo.photos.views, panel.canvas
     points = points_of(window, "B05")
-    on = [spot(canvas, panel, p) for p in points[views.shows(panel.shown.view, points, 0.02)]]
+    on = [
+        spot(canvas, panel, p) for p in points[views.shows(panel.feature_photo.view, points, 0.02)]
+    ]
     on = [p for p in on if canvas.rect().adjusted(8, 8, -8, -8).contains(p)]
     return [on[0], on[len(on) // 2], on[-1]]
 

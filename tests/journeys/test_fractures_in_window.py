@@ -111,7 +111,7 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
 ) -> None:
     panel = wall
     left, low = corner(panel)
-    type_in(panel.place, f"{left + 1}, {low}, {left + 5}, {low + 4}")
+    type_in(panel.region_field, f"{left + 1}, {low}, {left + 5}, {low + 4}")
     settle(panel)
     found = panel.result.mapped.found
     # Three pieces of four metres and one of two on 16 m2; that one crosses the middle one.
@@ -161,7 +161,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     assert studio.attempt(grid_edits.add_grid, grid)
     settle(panel)
     panel.plane.line.clear()
-    panel.counted_in.setCurrentIndex(panel.counted_in.findText("Looked at: South wall"))
+    panel.region_box.setCurrentIndex(panel.region_box.findText("Looked at: South wall"))
     settle(panel)
     said = shown_values(panel.message.text(), "fractures.no-cells")
     assert said == {"grid": "South wall"}
@@ -195,10 +195,10 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     # A grid that is renamed stays chosen; of one that is gone the window takes the place.
     assert studio.attempt(grid_edits.rename_grid, "g", "North wall")
     settle(panel)
-    assert panel.counted_in.currentText().endswith(": North wall")
+    assert panel.region_box.currentText().endswith(": North wall")
     assert studio.attempt(grid_edits.remove_grid, "g")
     settle(panel)
-    assert panel.counted_in.currentText() == "Window"
+    assert panel.region_box.currentText() == "Window"
 
 
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])
@@ -206,7 +206,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     window, wall, kind, tmp_path, monkeypatch, capfd
 ) -> None:
     panel = wall
-    panel.counted_in.setCurrentIndex(panel.counted_in.findText(kind))
+    panel.region_box.setCurrentIndex(panel.region_box.findText(kind))
     settle(panel)
     assert shown_codes(panel.message.text()) == {"fractures.no-mark"}
     assert not panel.copy.isEnabled()
@@ -215,11 +215,11 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.place_of(ends))
     driver.drag(panel.map, start, end)
     settle(panel)
-    assert panel.place.text()
+    assert panel.region_field.text()
     assert panel.result.mapped is not None, panel.message.text()
     found = panel.result.mapped.found
     if kind == "Circle":
-        radius = panel.result.counted.circle[2]
+        radius = panel.result.region.circle[2]
         assert radius == pytest.approx(1.5, abs=0.1)
         assert found.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
     else:
@@ -235,7 +235,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
 
 def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
     panel = wall
-    panel.place.clear()
+    panel.region_field.clear()
     settle(panel)
     found = panel.result.mapped.found
     assert found.nodes.E == 0
@@ -250,14 +250,14 @@ def test_what_cannot_be_counted_is_said(window, wall) -> None:
         ("a, b", "fractures.not-numbers"),
         ("100, 100, 101, 101", "fractures.area-elsewhere"),
     ):
-        type_in(panel.place, typed)
+        type_in(panel.region_field, typed)
         settle(panel)
         assert code in shown_codes(panel.message.text()), panel.message.text()
         assert not panel.copy.isEnabled()
-    panel.place.clear()
+    panel.region_field.clear()
     window.studio.selection.set([])
-    panel.of.setCurrentIndex(panel.of.findText("Selection"))
-    panel.of.activated.emit(panel.of.currentIndex())
+    panel.group_box.setCurrentIndex(panel.group_box.findText("Selection"))
+    panel.group_box.activated.emit(panel.group_box.currentIndex())
     settle(panel)
     assert shown_codes(panel.message.text()) == {"selection.unsuitable"}
 
@@ -315,7 +315,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     refreshed(panel)
     answered = panel.result
     assert answered is not None, panel.message.text()
-    moved = answered.found.pairs[0].displacement
+    moved = answered.displacements.pairs[0].displacement
     assert abs(moved.net_m.value - SLIP_M) <= moved.net_m.error95
     down = SLIP_M * np.sin(np.radians(60))
     assert abs(moved.throw_m.value - down) <= moved.throw_m.error95
@@ -326,13 +326,13 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
-    assert said == json.loads(json.dumps(answered.found.to_dict()))
+    assert said == json.loads(json.dumps(answered.displacements.to_dict()))
     panel.slip.line.clear()
     refreshed(panel)
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
     assert said["what"] == "separation"
-    assert said == json.loads(json.dumps(panel.result.found.to_dict()))
+    assert said == json.loads(json.dumps(panel.result.displacements.to_dict()))
 
 
 @pytest.mark.full

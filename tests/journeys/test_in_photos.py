@@ -59,8 +59,8 @@ def points_of(window, name: str) -> np.ndarray:
 
 def spot(canvas, panel, world: np.ndarray) -> QPoint:
     """Where a World point is on the canvas."""
-    photos = panel.shown.photos.views
-    x, y = canvas.screen_of(photos.pixels(panel.shown.view, world[None]))[0]
+    photos = panel.feature_photo.photos.views
+    x, y = canvas.screen_of(photos.pixels(panel.feature_photo.view, world[None]))[0]
     return QPoint(round(float(x)), round(float(y)))
 
 
@@ -78,16 +78,18 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     studio.selection.set(["B05"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
+    wait(lambda: "B05: visible in" in panel.summary.text(), "the photos that show it")
     wait(lambda: any(d.id == "B05" for d in canvas._drawn), "the bed on the photo")
     points = points_of(window, "B05")
-    views = panel.shown.photos.views
+    views = panel.feature_photo.photos.views
     # The list holds those photos that truly show it, and the panel one of the best of them.
     for name in panel.names:
         assert views.shows(views.row(name), points).any()
     best = max(views.shows(i, points).mean() for i in range(12))
-    assert views.shows(panel.shown.view, points).mean() >= best - 0.2
-    assert canvas.sees(views.pixels(panel.shown.view, points).mean(axis=0)[None]), "it is in sight"
+    assert views.shows(panel.feature_photo.view, points).mean() >= best - 0.2
+    assert canvas.sees(views.pixels(panel.feature_photo.view, points).mean(axis=0)[None]), (
+        "it is in sight"
+    )
     driver.pause(200)
     driver.keep_picture(window, "in-photos-1-selected")
 
@@ -107,9 +109,9 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     key(window, Qt.Key.Key_T)
     chosen = points_of(window, "B14")
     studio.selection.set(["B14"])
-    wait(lambda: "B14: visible in" in panel.words.text(), "the other bed")
+    wait(lambda: "B14: visible in" in panel.summary.text(), "the other bed")
     wait(lambda: canvas._picture is not None, "its photo")
-    name, inside = panel.photo, views.shows(panel.shown.view, chosen, 0.02)
+    name, inside = panel.photo, views.shows(panel.feature_photo.view, chosen, 0.02)
     places = chosen[inside][:: max(1, inside.sum() // 6)]
     on = [spot(canvas, panel, p) for p in places]
     on = [p for p in on if canvas.rect().adjusted(4, 4, -4, -4).contains(p)]
@@ -120,9 +122,9 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     assert len(studio.tool_of(TraceTool).vertices) == len(on)
     gsd = 0.014
     for place, vertex in zip(on, studio.tool_of(TraceTool).vertices, strict=True):
-        seen = views.pick(panel.shown.view, canvas.pixel_at(place))
+        seen = views.pick(panel.feature_photo.view, canvas.pixel_at(place))
         assert np.abs(seen.position - vertex).max() < 1e-9
-        there = canvas.screen_of(views.pixels(panel.shown.view, np.array(vertex)[None]))[0]
+        there = canvas.screen_of(views.pixels(panel.feature_photo.view, np.array(vertex)[None]))[0]
         assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
     assert np.linalg.norm(chosen[:, None] - studio.tool_of(TraceTool).vertices, axis=2).min(
         axis=0
@@ -162,9 +164,9 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
         and window.viewport.features.at(at.x(), at.y()) is None
     )
     click(window.viewport, free)
-    wait(lambda: "Clicked position" in panel.words.text(), "photos of the place")
+    wait(lambda: "Clicked position" in panel.summary.text(), "photos of the place")
     world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
-    views = panel.shown.photos.views
+    views = panel.feature_photo.photos.views
     assert panel.names
     for name in panel.names:
         assert views.shows(views.row(name), world[None]).all()
@@ -175,7 +177,9 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
         """Pixels between the cursor in the photo and where the photo shows its place."""
         if canvas._cross is None:
             return np.inf
-        return float(np.hypot(*(canvas._cross - views.pixels(panel.shown.view, world[None])[0])))
+        return float(
+            np.hypot(*(canvas._cross - views.pixels(panel.feature_photo.view, world[None])[0]))
+        )
 
     # The first place that the mouse was at may come before the last.
     wait(lambda: off() < 2.0, "the cursor in the photo")
@@ -183,7 +187,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
 
     # The fault is selected where the photo shows it.
     studio.selection.set(["F01"])
-    wait(lambda: "F01: visible in" in panel.words.text(), "the fault's photos")
+    wait(lambda: "F01: visible in" in panel.summary.text(), "the fault's photos")
     wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
     drawn = next(d for d in canvas._drawn if d.id == "F01")
     on = canvas.screen_of(drawn.pixels[drawn.seen])
@@ -204,7 +208,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     studio.selection.set(["J2-02"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "J2-02: visible in" in panel.words.text(), "the joint's photos")
+    wait(lambda: "J2-02: visible in" in panel.summary.text(), "the joint's photos")
     wait(lambda: canvas._picture is not None, "the photo")
     window.viewport.setFocus()
     key(window, Qt.Key.Key_P)
@@ -220,7 +224,9 @@ def test_a_patch_is_painted_in_a_photo(traced):
     # All of it lies under the brush's way through the photo.
     mesh = studio.models[patch.model_id].data
     painted = mesh.vertices[mesh.faces[runs_to_ids(patch.runs)]].mean(axis=1)
-    on = canvas.screen_of(panel.shown.photos.views.pixels(panel.shown.view, painted))
+    on = canvas.screen_of(
+        panel.feature_photo.photos.views.pixels(panel.feature_photo.view, painted)
+    )
     assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
     wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")
     driver.keep_picture(window, "in-photos-8-patch")
@@ -238,10 +244,12 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
     panel = window.in_photos
     wait(lambda: panel.names, "the list", 60.0)
     assert "photo.none-found" in shown_codes(panel.canvas.message)
-    button = panel._offers["find_photos"]
+    button = panel._help_buttons["find_photos"]
     assert button.isVisible()
     driver.keep_picture(window, "in-photos-6-moved")
-    window.photo_links.find_photos(panel.shown.photos.model_id, resource("sample", "photos"))
+    window.photo_links.find_photos(
+        panel.feature_photo.photos.model_id, resource("sample", "photos")
+    )
     wait(lambda: panel.canvas._picture is not None, "the photo")
 
 
@@ -251,7 +259,7 @@ def test_a_model_without_cameras_says_what_to_do(window, outcrop):
     window.actions_table.run("show_in_photos")
     panel = window.in_photos
     wait(lambda: "cameras.json" in panel.canvas.message, "what is missing")
-    assert panel._offers["open_cameras"].isVisible()
+    assert panel._help_buttons["open_cameras"].isVisible()
     assert not panel.names
     driver.keep_picture(window, "in-photos-7-none")
 
@@ -279,11 +287,11 @@ def test_the_cross_of_the_cursor_leaves_the_photo_with_the_cursor(traced):
     window.studio.selection.set(["B05"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
+    wait(lambda: "B05: visible in" in panel.summary.text(), "the photos that show it")
     points = points_of(window, "B05")
     look_at(window, points, *window.viewport.moves.view_direction())
-    views = panel.shown.photos.views
-    seen = points[views.shows(panel.shown.view, points, 0.02)]
+    views = panel.feature_photo.photos.views
+    seen = points[views.shows(panel.feature_photo.view, points, 0.02)]
 
     def crossed() -> bool:
         move(window.viewport, driver.pixel(window, seen[len(seen) // 2]))

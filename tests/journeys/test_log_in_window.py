@@ -133,7 +133,7 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
     studio.selection.set(("m1",))
     driver.pause()
     press(panel.take)
-    QTest.keyClicks(panel.reach, "0.01")
+    QTest.keyClicks(panel.max_distance, "0.01")
     settle(panel)
     assert panel.result is not None, panel.message.text()
     assert {b.name for b in panel.result.boundaries} >= set(names)
@@ -142,8 +142,8 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
     studio.delete_selected()
     settle(panel)
     assert panel.result.log.n == before - 1
-    panel.reach.clear()
-    QTest.keyClicks(panel.reach, "far")
+    panel.max_distance.clear()
+    QTest.keyClicks(panel.max_distance, "far")
     settle(panel)
     assert panel.result is None
     assert shown_values(panel.message.text(), "number.not-a-length") == {"text": "far"}
@@ -161,8 +161,8 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
     studio.selection.set(("m1",))
     driver.pause()
     press(panel.take)
-    panel.of.setCurrentIndex(panel.of.findData("points"))
-    panel.of.activated.emit(panel.of.currentIndex())
+    panel.source_box.setCurrentIndex(panel.source_box.findData("points"))
+    panel.source_box.activated.emit(panel.source_box.currentIndex())
     settle(panel)
     assert panel.result is not None, panel.message.text()
     table = panel.table
@@ -199,7 +199,7 @@ def test_what_is_typed_of_beds_is_kept_with_the_line(
     studio.selection.set(("m1",))
     driver.pause()
     press(panel.take)
-    QTest.keyClicks(panel.reach, "0.01")
+    QTest.keyClicks(panel.max_distance, "0.01")
     settle(panel)
     low = [panel.table.item(row, 1).text() for row in range(panel.table.rowCount())]
     at = low.index(names[0])

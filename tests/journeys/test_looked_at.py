@@ -19,7 +19,7 @@ from vomstudio.project.grid_edits import marks_of
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import world_grid
 from vomstudio.studio.tools.cells import CellsTool
-from vomstudio.ui.panels.coverage.coverage_panel import LookedAtPanel
+from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 from vomstudio.ui.panels.tools.cells import CellsPanel
 
 
@@ -57,12 +57,12 @@ def laid(window, outcrop):
     """A grid over the whole face, as it is looked at."""
     driver.open_outcrop(window, outcrop)
     window.actions_table.run("looked_at")
-    panel = window.findChild(LookedAtPanel)
+    panel = window.findChild(CoveragePanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
     assert shown_codes(panel.figures.empty) == {"grid.not-begun"}
     assert not panel.figures.toPlainText()
-    press(panel.lay)
+    press(panel.create_button)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
     wait(lambda: window.studio.workspace.grids.exposed(grid_of(window).id), "its cells")
     settle(panel)

@@ -46,7 +46,7 @@ def wait_for(window, panel, title: str) -> None:
 
 @pytest.mark.full
 def test_a_typed_plane(window, panel) -> None:
-    asked = panel.measured
+    asked = panel.measurable
     assert asked.attitude.isVisible()
     assert not panel.start.isEnabled()
     assert "315/38" in panel.start.toolTip()
@@ -75,7 +75,7 @@ def test_a_typed_plane(window, panel) -> None:
 @pytest.mark.full
 def test_what_is_no_plane_cannot_be_asked_for(window, panel) -> None:
     for text in ("", "abc", "315", "315/95", "400/38"):
-        panel.measured.attitude.setText(text)
+        panel.measurable.attitude.setText(text)
         assert not panel.start.isEnabled(), text
         assert "315/38" in panel.start.toolTip()
 
@@ -87,11 +87,11 @@ def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
         trace = Trace(f"t{i}", name, "bedding", model.id, model.content_hash, rows, set_name="S0")
         assert studio.attempt(edits.add_trace, trace)
     studio.selection.set(["t1"])
-    source = panel.measured.source
+    source = panel.measurable.source
     driver.wait(lambda: source.count() == 3, "set and feature")
     next_of(source)
     assert source.currentData() == f"{SET_PREFIX}S0"
-    panel.measured.length.setValue(4.0)
+    panel.measurable.length.setValue(4.0)
     press(window, panel)
     fits = [studio.measured([f"t{i}"])[f"t{i}"].plane for i in range(3)]
     normals = np.array([plane.normal() for plane in fits])

@@ -38,7 +38,7 @@ def sample(tmp_path) -> Path:
 
 
 def settled(window) -> None:
-    driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
+    driver.wait(lambda: not window.survey.is_forecasting, "the forecast", 60.0)
 
 
 def open_dialog(window) -> ReconstructDialog:
@@ -76,22 +76,22 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert shown_values(findings(window), "control.registers")["crs"] == "EPSG:32633"
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
-    assert dialog.by_control.isChecked()
+    assert dialog.control_button.isChecked()
     assert dialog.control.text() == str(sample.parent / "control.csv")
     assert dialog.points.rowCount() == 8
-    crs, _, reason = dialog._crs_words.text().partition(" ")
+    crs, _, reason = dialog._crs_message.text().partition(" ")
     assert crs == "EPSG:32633"
     assert reason == Finding("control.crs-stated", file="control.csv").message
     assert "check point" in dialog.verdict.text()
-    assert dialog.start.isEnabled()
+    assert dialog.start_button.isEnabled()
     assert "GB of free memory" in dialog.memory.text()
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
-    tick(dialog.by_gps)
+    tick(dialog.gps_button)
     settled(window)
     assert window.survey.settings.control is None
     assert "ground control" not in findings(window)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
     dialog.close()
@@ -110,22 +110,22 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     assert window.survey.settings.control is None
     assert shown_values(findings(window), "control.not-used")["table"] == "control.csv"
     assert "control.too-few" in shown_codes(findings(window))
-    assert window.survey.why_not_make() is None
+    assert window.survey.why_not_reconstruct() is None
     dialog = open_dialog(window)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     assert "control.no-file" in shown_codes(dialog.verdict.text())
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     retype(dialog.control, str(sample.parent / "control.csv"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "control.too-few" in shown_codes(dialog.verdict.text().replace("</b><br>", " "))
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     driver.keep_picture(dialog, "model-settings-missing")
     retype(dialog.control, str(sample.parent / "gone.csv"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "gone.csv" in dialog.verdict.text()
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     dialog.close()
 
 
@@ -134,20 +134,20 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     looked_at(window)
     dialog = open_dialog(window)
     retype(dialog.crs, "EPSG:4326")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    assert "frame.not-projected" in shown_codes(dialog._crs_words.text())
-    assert not dialog.start.isEnabled()
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    assert "frame.not-projected" in shown_codes(dialog._crs_message.text())
+    assert not dialog.start_button.isEnabled()
     retype(dialog.crs, "32612")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     said = shown_values(dialog.verdict.text(), "frame.other-crs")
     assert said["stated"] == "EPSG:32633"
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     retype(dialog.crs, "")
-    dialog.machine.fields["threads"].setFocus()
-    dialog.machine.fields["threads"].selectAll()
-    QTest.keyClicks(dialog.machine.fields["threads"], "1")
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    dialog.resources.fields["threads"].setFocus()
+    dialog.resources.fields["threads"].selectAll()
+    QTest.keyClicks(dialog.resources.fields["threads"], "1")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "Depth maps and point cloud need up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
@@ -179,29 +179,31 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     dialog = open_dialog(window)
     dialog.quality.setFocus()
     QTest.keyClick(dialog.quality, Qt.Key.Key_Home)
-    tick(dialog.by_control)
+    tick(dialog.control_button)
     retype(dialog.control, str(folder / "Ground-Pts3D.xml"))
     retype(dialog.marks, str(tmp_path / "marks.xml"))
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert figures(dialog.verdict.text())[:2] == [6, 0]
-    assert dialog.start.isEnabled()
+    assert dialog.start_button.isEnabled()
     driver.keep_picture(dialog, "model-settings-micmac")
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    assert window.survey.making is None, "the user did not want it there after all"
+    QTest.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
+    assert window.survey.reconstruction_job is None, "the user did not want it there after all"
     assert dialog.isVisible()
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    driver.wait(lambda: window.survey.making is not None, "the work")
-    assert window.survey.out().is_relative_to(tmp_path / "first.vom")
+    QTest.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
+    driver.wait(lambda: window.survey.reconstruction_job is not None, "the work")
+    assert window.survey.output_folder().is_relative_to(tmp_path / "first.vom")
     # The project is saved elsewhere while the work goes on.
-    out = window.survey.out()
+    out = window.survey.output_folder()
     driver.wait(lambda: list((out / "work").glob("alignment-*[!t]")), "the alignment", 240.0)
     saved = tmp_path / "wall.vom"
     window.survey.stop_to_move()
     window.studio.save_as(saved)
-    driver.wait(lambda: window.survey.making is not None, "the work in the new place", 30.0)
-    assert window.survey.out().is_relative_to(saved)
-    driver.wait(lambda: window.survey.making is None, "the model", 300.0)
+    driver.wait(
+        lambda: window.survey.reconstruction_job is not None, "the work in the new place", 30.0
+    )
+    assert window.survey.output_folder().is_relative_to(saved)
+    driver.wait(lambda: window.survey.reconstruction_job is None, "the model", 300.0)
     result = window.survey.result
     assert result is not None
     assert result.registration["rms_control_m"] < 0.2
@@ -216,7 +218,7 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert window.survey.folder == photos
     assert window.survey.settings.control == folder / "Ground-Pts3D.xml"
     assert window.survey.quality == "preview"
-    made = json.loads((window.survey.out() / "reconstruction.json").read_text())
+    made = json.loads((window.survey.output_folder() / "reconstruction.json").read_text())
     assert made["registered"] == 4
 
 
@@ -227,7 +229,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     settled(window)
     assert window.survey.settings.control is None
     marks.rename(sample.parent / "marks.csv")
-    window.survey.control_written()
+    window.survey.update_control()
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
     assert "control.registers" in shown_codes(findings(window))
@@ -240,10 +242,10 @@ def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample,
     made.mkdir(parents=True)
     (made / "request.json").write_text(json.dumps({"photos": str(other), "quality": "medium"}))
     window.open_path(sample)
-    assert window.survey.out() == made.with_name("photos-2-medium")
+    assert window.survey.output_folder() == made.with_name("photos-2-medium")
     # Of photos that are gone nobody can say that they were others.
     other.rmdir()
-    assert window.survey.out() == made
+    assert window.survey.output_folder() == made
 
 
 @pytest.mark.usefixtures("new_window")
@@ -263,11 +265,11 @@ def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     looked_at(window)
     settled(window)
     dialog = open_dialog(window)
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    window.survey.choose_quality("preview")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    window.survey.set_quality("preview")
     assert dialog.quality.currentData() == "preview"
-    dialog.machine.fields["seed"].setValue(7)
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
+    dialog.resources.fields["seed"].setValue(7)
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     assert window.survey.settings.seed == 7
     assert window.survey.settings.quality == "preview"
     assert window.survey.settings.control == sample.parent / "control.csv"

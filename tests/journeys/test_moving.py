@@ -90,7 +90,7 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
     key(picking, Qt.Key.Key_O)
     assert viewport.moves.orthographic
     assert picking.actions_table.all["orthographic"].isChecked()
-    assert "orthographic" in picking.view_panel.now.text()
+    assert "orthographic" in picking.view_panel.current_label.text()
     key(picking, Qt.Key.Key_O)
     key(picking, Qt.Key.Key_Home)
     key(picking, Qt.Key.Key_F)

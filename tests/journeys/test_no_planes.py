@@ -231,7 +231,7 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     key(window, Qt.Key.Key_Return)
     assert window.actions_table.all["import_listed"].isEnabled()
     export_records(studio.records, "gpkg", tmp_path / "o.gpkg")
-    ListedImport(window, studio).take_in(tmp_path / "o.gpkg")
+    ListedImport(window, studio).import_file(tmp_path / "o.gpkg")
     assert len(studio.session.of(Station)) == 1, "the window does not wait for the file"
     driver.wait(lambda: len(studio.session.of(Station)) == 2, "the features")
     one, other = studio.session.of(Lithology)

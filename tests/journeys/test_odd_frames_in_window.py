@@ -119,9 +119,9 @@ def test_readings_of_a_field_book(window, notices, tmp_path: Path, frame: str) -
     import_readings(window, window.studio, path)
     driver.pause(300)
     dialog = window.findChildren(ReadingsDialog)[-1]
-    answer = shown(notices) | shown_codes(dialog._says.text())
-    is_far = bool(dialog._far())
-    positions = [row.position for row in dialog._understood.rows]
+    answer = shown(notices) | shown_codes(dialog._summary.text())
+    is_far = bool(dialog._distance_findings())
+    positions = [row.position for row in dialog._field_readings.rows]
     dialog.reject()
     if crs is None:
         # They are in the CRS of the project, as those of `section --features`.

@@ -27,17 +27,17 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: dialog_of(window) is not None, "the dialog")
     dialog = dialog_of(window)
-    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
-    assert "follows from no measurement" in dialog._words
-    assert "5.0°" in dialog._cost.text()
+    driver.wait(dialog._start_button.isEnabled, "a proposed pixel size")
+    assert "follows from no measurement" in dialog._direction_source
+    assert "5.0°" in dialog._error_effect.text()
     if part == "seen":
-        QTest.mouseClick(dialog.seen, Qt.MouseButton.LeftButton)
+        QTest.mouseClick(dialog.visible_area, Qt.MouseButton.LeftButton)
     for field, text in ((dialog.gsd, "0.02"), (dialog.target, str(tmp_path / "o.tif"))):
         field.setFocus()
         field.selectAll()
         QTest.keyClicks(field, text)
     driver.keep_picture(dialog, f"orthophoto-dialog-{part}")
-    QTest.mouseClick(dialog._start, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog._start_button, Qt.MouseButton.LeftButton)
     driver.wait((tmp_path / "o.json").exists, "the orthophoto", 60.0)
     driver.wait(lambda: not window.studio.jobs.visible(), "the end of the job")
     facts = json.loads((tmp_path / "o.json").read_text("utf-8"))
@@ -65,7 +65,7 @@ def test_an_unwritable_target_is_said(window, outcrop, tmp_path) -> None:
     window.actions_table.all["orthophoto"].trigger()
     driver.wait(lambda: dialog_of(window) is not None, "the dialog")
     dialog = dialog_of(window)
-    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
+    driver.wait(dialog._start_button.isEnabled, "a proposed pixel size")
     dialog.target.setText(str(tmp_path / "no such folder" / "o.tif"))
     dialog.accept()
     driver.wait(lambda: "no such folder" in window.message_bar._text.text(), "the sentence")

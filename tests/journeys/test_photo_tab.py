@@ -44,7 +44,7 @@ def photos(tmp_path) -> Path:
 def read(window, folder: Path) -> None:
     window.open_path(folder)
     survey = window.survey
-    wait(lambda: survey.document.taken_in and not survey.reading, "the photos", 120.0)
+    wait(lambda: survey.document.is_imported and not survey.is_reading, "the photos", 120.0)
 
 
 @pytest.fixture
@@ -94,8 +94,8 @@ def double_click(tree, item) -> None:
 
 
 def opened(window, name: str):
-    wait(lambda: window.photo_opening.opened is not None, "the photo's page")
-    page = window.photo_opening.opened
+    wait(lambda: window.photo_opening.page is not None, "the photo's page")
+    page = window.photo_opening.page
     wait(lambda: page.photo == name, name)
     wait(lambda: page.canvas._picture is not None and page.canvas._picture.whole, "the picture")
     wait(lambda: page.masks.used(name) is not None, "its mask")
@@ -165,7 +165,7 @@ def test_a_photo_of_the_tree_takes_the_middle_and_gives_it_back(both):
         assert seen.isVisible()
         assert QApplication.focusWidget() is seen
     press(Qt.Key.Key_W, CTRL)
-    assert window.photo_opening.opened is None
+    assert window.photo_opening.page is None
     assert not tabs(window).isVisible()
     assert window.viewport.hasFocus()
     assert window.workspaces.shown.name == "interpret"
@@ -188,12 +188,12 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     middle = page.canvas.rect().center()
     for step in (QPoint(0, 0), QPoint(80, 0), QPoint(80, 60)):
         click(page.canvas, middle + step)
-    assert page.tools.corners == 3
+    assert page.tools.corner_count == 3
     assert undo.text() == "&Undo Last vertex"
     press(Qt.Key.Key_Z, CTRL)
-    assert page.tools.corners == 2, "the vertex, not the step before it"
+    assert page.tools.corner_count == 2, "the vertex, not the step before it"
     press(Qt.Key.Key_Escape)
-    assert page.tools.corners == 0
+    assert page.tools.corner_count == 0
     press(Qt.Key.Key_Escape)
     press(Qt.Key.Key_Delete)
     press(Qt.Key.Key_Return)
@@ -216,7 +216,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     press(Qt.Key.Key_Y, CTRL)
     assert page.marks.marking.labels == ("tie1",)
     # A field of the photo hands the keyboard back to the photo.
-    page.points.choose("tie1")
+    page.points.select_point("tie1")
     page.points.name.setFocus()
     page.points.name.selectAll()
     QTest.keyClicks(page.points.name, "nail")
@@ -268,7 +268,7 @@ def test_a_photo_has_room_in_any_window_without_a_model(window, photos):
         page = opened(window, NAMES[0])
         has_room(window, page, size)
         window.actions_table.all["close_photo"].trigger()
-        assert window.photo_opening.opened is None
+        assert window.photo_opening.page is None
 
 
 def has_room(window, page, size: tuple[int, int]) -> None:
@@ -327,16 +327,16 @@ def test_a_photo_whose_masks_are_being_drawn_comes_forward_and_stays(both):
     window = both
     page = drawn_in(window, Qt.Key.Key_B)
     page.actions_table.run("repeat_mask")
-    assert page.masks.busy
+    assert page.masks.busy_reason
     key_of_outcrop = window.actions_table.all["outcrop_or_photo"]
     key_of_outcrop.trigger()
     window.actions_table.all["close_photo"].trigger()
-    assert window.photo_opening.opened is page
+    assert window.photo_opening.page is page
     assert page.isVisible()
-    assert page.masks.busy.message in page.bar.text
-    wait(lambda: not page.masks.busy, "the masks")
+    assert page.masks.busy_reason.message in page.bar.text
+    wait(lambda: not page.masks.busy_reason, "the masks")
     window.actions_table.all["close_photo"].trigger()
-    assert window.photo_opening.opened is None
+    assert window.photo_opening.page is None
 
 
 def test_another_project_closes_the_photo(both, tmp_path):
@@ -344,7 +344,7 @@ def test_another_project_closes_the_photo(both, tmp_path):
     open_from_tree(window, NAMES[0])
     window.studio.save_as(tmp_path / "kept.vom")
     window.studio.new_project()
-    assert window.photo_opening.opened is None
+    assert window.photo_opening.page is None
     assert not tabs(window).isVisible()
     assert window.viewport.isVisible()
     assert window.tree.tree.topLevelItemCount() > 0
@@ -358,7 +358,7 @@ def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, p
     page = opened(window, NAMES[0])
     page.actions_table.run("invert_mask")
     survey = window.survey
-    wait(lambda: not page.masks.busy and survey.rows[0].mask, "the mask")
+    wait(lambda: not page.masks.busy_reason and survey.rows[0].mask, "the mask")
     paths = [Path(row.path) for row in survey.rows]
     mask = mask_path(paths[0], paths)
     project = tmp_path / "kept.vom"
@@ -367,8 +367,8 @@ def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, p
     assert mask.is_file()
     assert "photo.files-changed" not in shown_codes(window.message_bar.text)
     window.open_path(project)
-    wait(lambda: survey.rows and survey.document.taken_in, "the photos again")
-    assert survey.exports.foreign == []
+    wait(lambda: survey.rows and survey.document.is_imported, "the photos again")
+    assert survey.exports.foreign_files == []
 
 
 # --- the tree --------------------------------------------------------------------------------
@@ -393,7 +393,7 @@ def test_enter_opens_a_photo_of_the_tree_and_selecting_one_shows_it_in_the_panel
     unfold(window, item)
     tree.scrollToItem(item.child(2))
     QTest.mouseClick(tree.viewport(), LEFT, pos=tree.visualItemRect(item.child(2)).center())
-    assert window.photos_panel.chosen_photo() == NAMES[2]
+    assert window.photos_panel.selected_photo() == NAMES[2]
     assert window.studio.selection.ids == (), "a photo is no record"
     assert [each.data(NAME, PHOTO) for each in tree.selectedItems()] == [NAMES[2]]
     press(Qt.Key.Key_Down)
@@ -422,7 +422,7 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     assert {"Reconstruct", "Open its first photo", "Show in the Photos panel"} <= texts
     shutil.rmtree(other)
     gone = window.studio.records[str(branch(window, "another").data(NAME, ID))]
-    window.photo_opening.open_in(gone)
+    window.photo_opening.open_set_photo(gone)
     notice = window.message_bar.notice
     assert (notice.code, notice.message.values["name"]) == ("photo.folder-missing", other.name)
     assert page.isVisible(), "what was open stays"
@@ -458,7 +458,7 @@ def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
     answers = ["", str(tmp_path / "cliff")]
 
     def ask(parent, title, proposed, pattern):
-        assert window.survey.making is None, "before anything is begun"
+        assert window.survey.reconstruction_job is None, "before anything is begun"
         asked.append(proposed)
         return answers[len(asked) - 1], pattern
 
@@ -466,10 +466,10 @@ def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
     window.photo_opening.open(NAMES[0])
     page = opened(window, NAMES[0])
     page.actions_table.run("invert_mask")
-    wait(lambda: not page.masks.busy and window.survey.rows[0].mask, "the mask")
+    wait(lambda: not page.masks.busy_reason and window.survey.rows[0].mask, "the mask")
     folder = window.studio.project.folder
     window.actions_table.run("make_model")
-    assert window.survey.making is None
+    assert window.survey.reconstruction_job is None
     assert window.studio.project.untitled
     assert window.studio.project.folder == folder
     assert not (folder / "reconstruction").exists(), "nothing was begun"
@@ -479,20 +479,20 @@ def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
     window.actions_table.run("make_model")
     place = tmp_path / "cliff.vom"
     assert window.studio.project.folder == place
-    assert window.survey.making is not None
-    assert window.survey.out().is_relative_to(place)
+    assert window.survey.reconstruction_job is not None
+    assert window.survey.output_folder().is_relative_to(place)
     # What the photos need has gone along.
     row = window.survey.rows[0]
     assert Path(row.mask).is_relative_to(place)
     assert Path(row.mask).is_file()
     assert Path(row.thumbnail).is_file()
     window.survey.pause()
-    wait(lambda: window.survey.making is None, "the pause", 60.0)
+    wait(lambda: window.survey.reconstruction_job is None, "the pause", 60.0)
     assert len(asked) == 2
     window.actions_table.run("make_model")
     assert len(asked) == 2, "it has a place now"
     window.survey.pause()
-    wait(lambda: window.survey.making is None, "the pause", 60.0)
+    wait(lambda: window.survey.reconstruction_job is None, "the pause", 60.0)
     shutil.rmtree(place / "reconstruction", ignore_errors=True)
 
 
@@ -503,7 +503,7 @@ def test_a_place_that_cannot_be_written_starts_nothing(window, photos, tmp_path,
     (full / "notes.txt").write_text("mine")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(full), ""))
     window.actions_table.run("make_model")
-    assert window.survey.making is None
+    assert window.survey.reconstruction_job is None
     assert window.studio.project.untitled
     assert "folder.not-empty" in shown_codes(window.message_bar.text)
     assert [path.name for path in full.iterdir()] == ["notes.txt"]

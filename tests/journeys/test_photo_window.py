@@ -41,13 +41,13 @@ def looked_at(window, photos):
     """The window with the photos in their panel, read and not yet judged."""
     window.resize(1400, 900)
     window.open_path(photos)
-    wait(lambda: window.survey.document.taken_in, "the photos", 120.0)
+    wait(lambda: window.survey.document.is_imported, "the photos", 120.0)
     return window
 
 
 def aligned(window, views=TRUE.views) -> None:
     """As if a reconstruction had found the cameras where they truly were."""
-    out = window.survey.out()
+    out = window.survey.output_folder()
     (out / "work").mkdir(parents=True)
     mine = tuple(view for view in views if view.name in NAMES)
     write_cameras(out / "cameras.json", Cameras(mine, window.survey.folder, TRUE.origin, TRUE.crs))
@@ -59,8 +59,8 @@ def open_by_double_click(window, row: int):
     at = table.visualItemRect(table.item(row, 0)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     QTest.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    wait(lambda: window.photo_opening.opened is not None, "the photo's window")
-    photo = window.photo_opening.opened
+    wait(lambda: window.photo_opening.page is not None, "the photo's window")
+    photo = window.photo_opening.page
     ready(photo)
     return photo
 
@@ -83,8 +83,8 @@ def press(photo, code, modifier=Qt.KeyboardModifier.NoModifier) -> None:
 
 
 def saved(photo) -> None:
-    wait(lambda: not photo.masks.busy, "the masks in the project")
-    wait(lambda: not photo.survey.exports.busy, "the masks beside the photos")
+    wait(lambda: not photo.masks.busy_reason, "the masks in the project")
+    wait(lambda: not photo.survey.exports.is_busy, "the masks beside the photos")
 
 
 def mask_of(photos: Path, name: str) -> np.ndarray:
@@ -118,7 +118,7 @@ def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
     # The eraser: the brush, turned over.
     press(photo, Qt.Key.Key_B)
     press(photo, Qt.Key.Key_X)
-    assert not photo.canvas.hides
+    assert not photo.canvas.is_masking
     drag(photo.canvas, on(photo, 300, 100), on(photo, 700, 100))
     saved(photo)
     kept = mask_of(photos, NAMES[0])
@@ -153,13 +153,13 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
     Image.fromarray(own).save(photos / "HL_2042_mask.png")
     before = (photos / "HL_2042_mask.png").read_bytes()
     looked_at.survey.open(photos)
-    wait(lambda: looked_at.survey.exports.foreign == ["HL_2042_mask.png"], "the photos")
-    wait(lambda: not looked_at.survey.reading, "the check")
+    wait(lambda: looked_at.survey.exports.foreign_files == ["HL_2042_mask.png"], "the photos")
+    wait(lambda: not looked_at.survey.is_reading, "the check")
     notice = looked_at.message_bar.notice
     assert notice.message == Finding("photo.files-changed", files="HL_2042_mask.png")
     looked_at.actions_table.run("take_in_photos")
     wait(lambda: looked_at.survey.rows[1].mask, "the mask")
-    assert not looked_at.survey.exports.foreign
+    assert not looked_at.survey.exports.foreign_files
     photo = open_by_double_click(looked_at, 1)
     assert not photo.masks.used(NAMES[1])[:200].any()
     driver.keep_picture(photo, "photo-window-3-own-mask")
@@ -234,7 +234,7 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     """Two photos that nothing joins to the others are a part of their own."""
     window = looked_at
     aligned(window, [v for v in TRUE.views if v.name in NAMES[:2]])
-    part = window.survey.out() / "part2"
+    part = window.survey.output_folder() / "part2"
     part.mkdir()
     others = tuple(v for v in TRUE.views if v.name in NAMES[2:])
     write_cameras(part / "cameras.json", Cameras(others, photos))
@@ -243,7 +243,7 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     press(photo, Qt.Key.Key_M)
     click(photo.canvas, on(photo, 500, 400))
     assert photo.marks.marking.labels == ("tie1",)
-    said = photo.points.missing.text()
+    said = photo.points.missing_label.text()
     assert {"join.few-markers", "join.begun-markers"} <= shown_codes(said)
     markers = shown_values(said, "join.begun-markers")["markers"]
     assert markers.startswith("tie1 ")
@@ -354,22 +354,22 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.actions_table.run("import_points")
     known = read_control(photos / "control.csv")
     assert known == read_control(resource("sample", "control.csv"))
-    assert "control.too-few" in shown_codes(photo.points.missing.text())
+    assert "control.too-few" in shown_codes(photo.points.missing_label.text())
     assert window.survey.tables() == (None, None), "they cannot place a model yet"
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")
-    assert "control.too-few" not in shown_codes(photo.points.missing.text())
+    assert "control.too-few" not in shown_codes(photo.points.missing_label.text())
     assert "marks.imported" in shown_codes(photo._status.text())
     assert photo.bar.notice.code == "marks.other-photos"
     assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
-    photo.points.choose(known[0].label)
+    photo.points.select_point(known[0].label)
     driver.pause(100)
     driver.keep_picture(photo, "photo-window-6-control")
     # Coordinates are typed; without them it is a tie point.
-    photo.points.numbers[2].setFocus()
-    photo.points.numbers[2].selectAll()
-    QTest.keyClicks(photo.points.numbers[2], "12,5")
-    QTest.keyClick(photo.points.numbers[2], Qt.Key.Key_Return)
+    photo.points.coordinate_fields[2].setFocus()
+    photo.points.coordinate_fields[2].selectAll()
+    QTest.keyClicks(photo.points.coordinate_fields[2], "12,5")
+    QTest.keyClick(photo.points.coordinate_fields[2], Qt.Key.Key_Return)
     assert read_control(photos / "control.csv")[0].position[2] == 12.5
     photo.points.role.setCurrentIndex(photo.points.role.findData("check"))
     assert read_control(photos / "control.csv")[0].check
@@ -378,17 +378,17 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     assert read_control(photos / "control.csv") == known
     survey = window.survey
     wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
-    wait(lambda: not survey.forecasting and survey.control_facts, "what they can do")
-    assert survey.settings.found
+    wait(lambda: not survey.is_forecasting and survey.control_facts, "what they can do")
+    assert survey.settings.has_sidecar_control
     asked: list[ReconstructionRequest] = []
     monkeypatch.setattr(
         window.studio.jobs, "submit", lambda job, order, **more: asked.append(order)
     )
     monkeypatch.setattr(type(window.survey), "why_not_make", lambda self: None)
-    window.survey.make()
+    window.survey.reconstruct()
     assert asked[0].control == photos / "control.csv"
     assert asked[0].marks == photos / "marks.csv"
-    window.survey._making = None
+    window.survey._reconstruction_job = None
     photo.close()
 
 
@@ -402,9 +402,9 @@ def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at,
     for x in (640, 700, 760):
         QTest.mouseMove(canvas, on(photo, x, 600))
         driver.pause(20)
-    assert photo.masks.drawing
+    assert photo.masks.is_drawing
     press(photo, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert not photo.masks.drawing
+    assert not photo.masks.is_drawing
     for x in (800, 900):
         QTest.mouseMove(canvas, on(photo, x, 600))
         driver.pause(20)
@@ -422,18 +422,18 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 300, 300))
     photo.actions_table.run("repeat_mask")
-    assert photo.masks.busy
+    assert photo.masks.busy_reason
     assert not photo.actions_table.all["undo"].isEnabled()
     assert not photo.close()
     assert photo.isVisible()
-    assert photo.masks.busy.message in photo.bar._text.text()
+    assert photo.masks.busy_reason.message in photo.bar._text.text()
     # Another photo is opened, and drawn on, before the run is at its end.
     last = NAMES[-1]
     photo.masks.open(last)
     wait(lambda: photo.masks.used(last) is not None, "the mask of the last photo")
-    assert photo.masks.busy
+    assert photo.masks.busy_reason
     height, width = photo.masks.used(last).shape
-    photo.masks.draw_once(last, stroke_area([(900.0, 900.0)], 5.0, width, height), hides=True)
+    photo.masks.draw_once(last, stroke_area([(900.0, 900.0)], 5.0, width, height), is_masking=True)
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]
@@ -467,7 +467,7 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
     click(photo.canvas, on(photo, 300, 300))
     wait(lambda: begun, "the first export")
     click(photo.canvas, on(photo, 600, 600))
-    assert photo.survey.exports.busy
+    assert photo.survey.exports.is_busy
     assert photo.close()
     driver.pause(600)
     assert mask_of(photos, NAMES[0])[600, 600] == 0
@@ -484,7 +484,7 @@ def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_
     click(photo.canvas, on(photo, 500, 400))
     photo.canvas.fit()
     before = photo.canvas._scale
-    photo.shown._pictured(photo.shown.row.path, photo.canvas._picture)
+    photo.opened_photo._show_picture(photo.opened_photo.row.path, photo.canvas._picture)
     assert photo.canvas._scale == before
     tools = weakref.ref(photo.tools)
     assert photo.close()

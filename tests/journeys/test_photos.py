@@ -18,7 +18,7 @@ from vomstudio.project.records import Model
 
 
 def looked_at(window) -> None:
-    driver.wait(lambda: window.survey.rows and not window.survey.reading, "the check", 120.0)
+    driver.wait(lambda: window.survey.rows and not window.survey.is_reading, "the check", 120.0)
 
 
 def press(window, action: str) -> None:
@@ -33,7 +33,7 @@ def press(window, action: str) -> None:
 def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
-    assert window.survey.why_not_make() == Finding("action.no-photos")
+    assert window.survey.why_not_reconstruct() == Finding("action.no-photos")
     driver.drop(window, [photos])
     looked_at(window)
     table = window.photos_panel.table
@@ -47,7 +47,7 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     ]
     assert any("4 photos" in text for text in said)
     assert any("broken.jpg" in text for text in said)
-    assert window.survey.why_not_make() is None
+    assert window.survey.why_not_reconstruct() is None
     driver.keep_picture(window, "photos")
 
 
@@ -58,7 +58,7 @@ def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp
     shutil.copytree(Path(__file__).parents[1] / "specimens" / "photos", folder)
     driver.drop(window, [folder])
     looked_at(window)
-    driver.wait(lambda: window.survey.document.taken_in, "the points and masks", 60.0)
+    driver.wait(lambda: window.survey.document.is_imported, "the points and masks", 60.0)
     driver.pause(500)
     assert len(window.survey.document.marking().control) > 2
     said = [window.messages.item(row).text() for row in range(window.messages.count())]
@@ -71,7 +71,7 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
     driver.drop(window, [tmp_path / "empty"])
     driver.wait(lambda: window.survey.problem, "the reason")
     assert "empty" in window.survey.problem
-    assert window.survey.why_not_make() is not None
+    assert window.survey.why_not_reconstruct() is not None
 
 
 @pytest.mark.full
@@ -82,13 +82,17 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     looked_at(window)
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
     press(window, "make_model")
-    driver.wait(lambda: window.survey.making and window.survey.making.stage, "the work", 60.0)
-    out = window.survey.out()
+    driver.wait(
+        lambda: window.survey.reconstruction_job and window.survey.reconstruction_job.stage,
+        "the work",
+        60.0,
+    )
+    out = window.survey.output_folder()
     assert out.is_relative_to(place), "where the user has asked for it"
     # Stopped within seconds, once something is finished.
     driver.wait(lambda: list((out / "work").glob("frame-*[!t]")), "the alignment", 180.0)
     press(window, "pause_model")
-    driver.wait(lambda: window.survey.making is None, "the pause", 10.0)
+    driver.wait(lambda: window.survey.reconstruction_job is None, "the pause", 10.0)
     assert window.photos_panel._verdict.text().endswith(", reconstruction paused")
     jobs = window.docks["jobs"].widget()
     (row,) = [i for i in range(jobs.rowCount()) if "Reconstructing" in jobs.item(i, 0).text()]
@@ -96,12 +100,12 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     work = out / "work"
     finished = {p.name for p in work.iterdir() if p.is_dir() and p.suffix != ".part"}
     assert any(name.startswith("alignment") for name in finished)
-    assert window.survey.begun
+    assert window.survey.is_begun
     assert "Continue" in window.actions_table.all["make_model"].text()
     begun = {p.name: p.stat().st_mtime_ns for p in (out / "work").iterdir() if p.name in finished}
     press(window, "make_model")
-    driver.wait(lambda: window.survey.making is not None, "the work")
-    driver.wait(lambda: window.survey.making is None, "the model", 300.0)
+    driver.wait(lambda: window.survey.reconstruction_job is not None, "the work")
+    driver.wait(lambda: window.survey.reconstruction_job is None, "the model", 300.0)
     assert window.survey.result is not None
     for name, time in begun.items():
         assert (out / "work" / name).stat().st_mtime_ns == time, "was finished, and done again"
@@ -135,8 +139,8 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
     window.studio.save_as(tmp_path / "mist.vom")
     press(window, "make_model")
-    driver.wait(lambda: window.survey.making is not None, "the work")
-    driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
+    driver.wait(lambda: window.survey.reconstruction_job is not None, "the work")
+    driver.wait(lambda: window.survey.reconstruction_job is None, "the failure", 120.0)
     warned = [window.messages.item(row).text() for row in range(window.messages.count())]
     panel = window.photos_panel
     findings = panel.findChild(QListWidget, "findings")
@@ -151,7 +155,7 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     looked_at(window)
     assert findings.item(0).text().endswith(said)
     press(window, "make_model")
-    driver.wait(lambda: window.survey.making is not None, "the work")
+    driver.wait(lambda: window.survey.reconstruction_job is not None, "the work")
     assert "failed" not in panel._verdict.text()
     assert not any("failed" in findings.item(i).text() for i in range(findings.count()))
-    driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
+    driver.wait(lambda: window.survey.reconstruction_job is None, "the failure", 120.0)

@@ -80,10 +80,10 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     drawn = window.viewport.features.drawings
     assert not any(drawn[id_].visible for id_ in names if id_ in drawn)
     assert any("again" in key for key in drawn)
-    assert names[first] not in panel.offered.text()
-    assert "1 of 2" in panel.offered.text()
+    assert names[first] not in panel.prompt.text()
+    assert "1 of 2" in panel.prompt.text()
     assert studio.tool_name == "trace"
-    wait(lambda: window.net.up_to_date, "the net")
+    wait(lambda: window.net.is_up_to_date, "the net")
     assert not window.net._source.sets()
     driver.keep_picture(window, "picked_again_offered")
     made = pick(window, points[first][::-1])
@@ -114,19 +114,19 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     # Counted nowhere else.
     window.docks.bring_forward("statistics")
     statistics = window.findChild(StatisticsPanel)
-    assert len(statistics.of.features()) <= 3
-    assert made.id not in {f.id for f in statistics.of.features()}
+    assert len(statistics.group_box.features()) <= 3
+    assert made.id not in {f.id for f in statistics.group_box.features()}
     net = window.net._source.sets()
     assert len(window.studio.fold.planes()) == 3
     assert made.id not in {id_ for one in net for id_ in one.ids}
-    for contents in (window.net.contents(), window.net.for_print()):
+    for contents in (window.net.contents(), window.net.print_contents()):
         (note,) = (n for n in contents.notes if "table.repeats-left-out" in shown_codes(str(n)))
         assert shown_values(str(note), "table.repeats-left-out") == {"count": "1"}
     # What is hidden anyway is not counted.
     window.studio.set_visible([made.id], False)
-    assert window.net._source.left_out() == ()
+    assert window.net._source.repeat_notes() == ()
     window.studio.set_visible([made.id], True)
-    wait(lambda: window.net.up_to_date, "the net")
+    wait(lambda: window.net.is_up_to_date, "the net")
     driver.keep_picture(window.net, "net_without_repeats")
     studio.save()
     capfd.readouterr()

@@ -20,9 +20,9 @@ def retype(field, text: str) -> None:
 
 
 def settled(dialog: PlannerDialog) -> None:
-    driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    asked = dialog._asked
-    driver.wait(lambda: dialog._shown == asked, "the plan")
+    driver.wait(lambda: not dialog._compute_timer.isActive(), "the pause in typing")
+    asked = dialog._request_number
+    driver.wait(lambda: dialog._shown_number == asked, "the plan")
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def planner(window):
 @pytest.mark.full
 def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
     assert "Choose a camera" in planner.problem.text()
-    assert not planner.save.isEnabled()
+    assert not planner.save_button.isEnabled()
     # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     retype(planner.value, "25")
@@ -181,9 +181,9 @@ def test_the_palette_finds_the_planner(window) -> None:
         if not isinstance(palette, CommandPalette):
             QTimer.singleShot(25, type_it)
             return
-        QTest.keyClicks(palette._words, "plan a survey")
-        found.append(palette.chosen)
-        QTest.keyClick(palette._words, Qt.Key.Key_Return)
+        QTest.keyClicks(palette._search, "plan a survey")
+        found.append(palette.selected_command)
+        QTest.keyClick(palette._search, Qt.Key.Key_Return)
 
     QTimer.singleShot(25, type_it)
     QTest.keyClick(window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
@@ -221,5 +221,5 @@ def test_an_empty_plan_says_what_draws_it(planner) -> None:
         picture.pixel(x, y) for y in range(picture.height()) for x in range(0, picture.width(), 2)
     }
     assert len(colors) > 2
-    for button in (planner.save, planner.print_):
+    for button in (planner.save_button, planner.print_button):
         assert "Not now" in button.toolTip()

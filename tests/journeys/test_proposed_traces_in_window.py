@@ -78,8 +78,8 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     assert "proposed traces:sure" in drawn
     choose(panel, 0)
     found = panel._traces.proposals
-    assert panel.why.text() == reason_text(found, found.lines[panel._current()])
-    assert found.result.surrogates in figures(panel.why.text())
+    assert panel.reason.text() == reason_text(found, found.lines[panel._current()])
+    assert found.result.surrogates in figures(panel.reason.text())
     driver.settled(window)
     driver.keep_picture(window, "proposed-traces")
 
@@ -138,9 +138,9 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
     look(window, panel)
     assert all(beside(one.points, first) < 0.5 for one in panel._traces.proposals.lines)
     # Unless it is brought back.
-    assert panel.forgive.isEnabled()
-    driver.click(panel.forgive, panel.forgive.rect().center())
-    assert not panel.forgive.isEnabled()
+    assert panel.restore.isEnabled()
+    driver.click(panel.restore, panel.restore.rect().center())
+    assert not panel.restore.isEnabled()
     panel.limits.fields["min_length_m"].setValue(1.0)
     look(window, panel)
     assert any(beside(one.points, first) > 0.5 for one in panel._traces.proposals.lines)
@@ -225,7 +225,7 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     first = panel._traces.proposals.lines[0]
     assert np.percentile(np.abs(first.points[:, 2] - 0.5), 90) < 0.08
     choose(panel, 0)
-    assert panel.why.text() == reason_text(panel._traces.proposals, first)
+    assert panel.reason.text() == reason_text(panel._traces.proposals, first)
     driver.keep_picture(window, "proposed-traces-network")
     # The trace tool does not know the network: the line opens with its own vertices.
     driver.click(panel.edit, panel.edit.rect().center())

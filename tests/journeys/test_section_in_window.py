@@ -170,7 +170,7 @@ def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
     press(panel.copy)
     line = QGuiApplication.clipboard().text()
     press(panel.start)
-    wait(lambda: panel.made is not None and panel.picture.shown is not None, "the heights", 60)
+    wait(lambda: panel.result is not None and panel.picture.picture is not None, "the heights", 60)
     driver.keep_picture(window, "elevation_panel")
     assert "200" in panel.figures.text()
     assert (tmp_path / "heights_hillshade.tif").exists()
@@ -179,11 +179,11 @@ def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
     found = told(line, capfd, "-o", str(tmp_path / "again.tif"))
     with rasterio.open(tmp_path / "again.tif") as file:
         assert np.array_equal(ours, file.read(1), equal_nan=True)
-    assert found["coverage"] == panel.made.figures.coverage
-    place = panel.picture._place().center().toPoint()
+    assert found["coverage"] == panel.result.figures.coverage
+    place = panel.picture._image_rect().center().toPoint()
     QTest.mouseMove(panel.picture, place)
     driver.pause(50)
-    assert "height" in panel.pointed.text()
+    assert "height" in panel.cursor_label.text()
 
 
 @pytest.mark.full
@@ -198,7 +198,7 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     assert panel.start.text() == "Stop"
     press(panel.start)
     wait(lambda: panel.start.text() == "Make", "the end")
-    assert shown_codes(panel.said.text()) == {"job.stopped"}
+    assert shown_codes(panel.message.text()) == {"job.stopped"}
     assert not target.exists()
     type_in(panel.plane.line, "95")
     assert not panel.start.isEnabled()

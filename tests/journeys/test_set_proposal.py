@@ -47,9 +47,9 @@ def sets_of(window) -> dict[str, int]:
 
 def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel) -> None:
     studio = window.studio
-    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     before = dict(studio.records)
-    assert panel.of.currentText() == "Joint"
+    assert panel.group_box.currentText() == "Joint"
     assert panel.table.rowCount() == 4
     for row in range(3):
         assert int(panel.table.item(row, 1).text()) == pytest.approx(SIZES[f"J{row + 1}"], abs=15)
@@ -57,7 +57,9 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
         assert panel.table.item(row, 4).text() != "–"
     net = window.net
     driver.wait(
-        lambda: net.up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set",
+        lambda: (
+            net.is_up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set"
+        ),
         "the preview",
     )
     assert len({s.color for s in net.artists.contents.sets}) == 4
@@ -73,7 +75,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
     assert sets_of(window)["cross joints"] == n
     assert set(sets_of(window)) == {"J1", "cross joints", ""}
     driver.wait(
-        lambda: net.up_to_date and "proposed" not in net.artists.contents.sets[0].name,
+        lambda: net.is_up_to_date and "proposed" not in net.artists.contents.sets[0].name,
         "the net as it is",
     )
     studio.undo()
@@ -82,7 +84,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
 
 @pytest.mark.full
 def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, panel) -> None:
-    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     before = dict(window.studio.records)
     panel.seeds.setFocus()
     QTest.keyClicks(panel.seeds, "30/85, 120/88")
@@ -92,35 +94,35 @@ def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, 
     azimuth_deg = float(panel.table.item(0, 2).text().split("/")[0])
     assert azimuth_deg == pytest.approx(30.0, abs=3.0)
     driver.click(panel.reject, panel.reject.rect().center())
-    assert panel.proposed is None
+    assert panel.result is None
     assert not panel.accept.isEnabled()
     assert "sets.no-proposal" in shown_codes(panel.accept.toolTip())
     assert dict(window.studio.records) == before
     QTest.keyClicks(panel.seeds, ", 95")
     QTest.keyClick(panel.seeds, Qt.Key.Key_Return)
-    driver.wait(lambda: panel.said.text(), "the reason")
-    assert shown_codes(panel.said.text()) == {"sets.seed-not-a-plane"}
+    driver.wait(lambda: panel.message.text(), "the reason")
+    assert shown_codes(panel.message.text()) == {"sets.seed-not-a-plane"}
 
 
 @pytest.mark.full
 def test_planes_with_a_set_keep_it_unless_asked_for(window, panel) -> None:
     studio = window.studio
-    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
     mine = [f"r{i}" for i in range(250)]
     assert studio.attempt(edits.set_attributes, mine, set_name="J1")
-    assert "sets.planes-changed" in shown_codes(panel.said.text())
+    assert "sets.planes-changed" in shown_codes(panel.message.text())
     driver.click(panel.start, panel.start.rect().center())
-    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
-    assert shown_values(panel.said.text(), "sets.left-out") == {"count": "250"}
+    driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
+    assert shown_values(panel.message.text(), "sets.left-out") == {"count": "250"}
     # Their name is not given twice.
     assert panel.table.item(0, 0).text() == "J2"
     driver.click(panel.accept, panel.accept.rect().center())
     assert sets_of(window)["J1"] == 250
     assert sets_of(window)["J2"] > 200
     driver.click(panel.start, panel.start.rect().center())
-    driver.click(panel.also, QPoint(8, panel.also.height() // 2))
+    driver.click(panel.assigned_box, QPoint(8, panel.assigned_box.height() // 2))
     driver.click(panel.start, panel.start.rect().center())
-    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
-    assert len(panel.proposed.of.ids) == len(studio.session.of(Reading))
+    driver.wait(lambda: panel.result is not None, "the proposal", 60.0)
+    assert len(panel.result.candidates.ids) == len(studio.session.of(Reading))
     driver.click(panel.accept, panel.accept.rect().center())
     assert sets_of(window)["J1"] > 270

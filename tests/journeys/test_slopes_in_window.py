@@ -70,8 +70,8 @@ def settle(panel) -> None:
 
 
 def choose(panel, text: str) -> None:
-    panel.of.setCurrentIndex(panel.of.findText(text))
-    panel.of.activated.emit(panel.of.currentIndex())
+    panel.group_box.setCurrentIndex(panel.group_box.findText(text))
+    panel.group_box.activated.emit(panel.group_box.currentIndex())
     settle(panel)
 
 
@@ -227,7 +227,7 @@ def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
     assert Path(arguments[1]) == table
     assert main([*arguments, "--json"]) == 0
     told = json.loads(capfd.readouterr().out)
-    found = panel.result.found
+    found = panel.result.analysis
     assert told["n"] == found.n == 63
     assert told["with_error"] == found.with_error == 3
     for mode in ("planar", "wedge", "flexural_toppling", "direct_toppling"):
@@ -244,8 +244,8 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     one less."""
     studio = window.studio
     choose(panel, "Joint")
-    panel.at.setCurrentIndex(1)
-    panel.at.activated.emit(1)
+    panel.slope_kind.setCurrentIndex(1)
+    panel.slope_kind.activated.emit(1)
     settle(panel)
     assert shown_codes(panel.message.text()) == {"action.no-proposals"}
     assert not panel.copy.isEnabled()
@@ -255,13 +255,13 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     settle(panel)
     found = panel.facets_result
     assert found is not None, panel.message.text()
-    assert len(found.found.facets) == len(studio.facets.open)
-    assert panel.facets.table.numbers.rowCount() == len(found.found.facets)
+    assert len(found.analysis.facets) == len(studio.facets.open)
+    assert panel.facets.table.numbers.rowCount() == len(found.analysis.facets)
     name = "planar sliding [%]"
     assert studio.display.styles[model_id].name == name
     assert studio.display.mode == "field"
     values = studio.models[model_id].data.fields[name]
-    shares = {100.0 * f.planar.share for f in found.found.facets}
+    shares = {100.0 * f.planar.share for f in found.analysis.facets}
     shown = set(np.unique(values[np.isfinite(values)]).tolist())
     assert all(min(abs(v - s) for s in shares) < 1e-3 for v in shown)
     panel.facets.mode.setCurrentIndex(1)
@@ -282,21 +282,22 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     capfd.readouterr()
     assert main([*arguments, "--json"]) == 0
     told = json.loads(capfd.readouterr().out)
-    assert [f["id"] for f in told["facets"]] == [f.id for f in found.found.facets]
-    for theirs, ours in zip(told["facets"], found.found.facets, strict=True):
+    assert [f["id"] for f in told["facets"]] == [f.id for f in found.analysis.facets]
+    for theirs, ours in zip(told["facets"], found.analysis.facets, strict=True):
         assert theirs["wedge"] == {
             "critical": ours.wedge.critical,
             "of": ours.wedge.of,
             "share": ours.wedge.share,
         }
         assert theirs["overhangs"] == ours.overhangs
-    studio.facets.reject([int(found.found.facets[0].id)])
+    studio.facets.reject([int(found.analysis.facets[0].id)])
     settle(panel)
-    assert len(panel.facets_result.found.facets) == len(found.found.facets) - 1
-    QTest.mouseClick(panel.facets.off, LEFT, NONE, panel.facets.off.rect().center())
+    assert len(panel.facets_result.analysis.facets) == len(found.analysis.facets) - 1
+    button = panel.facets.reset_button
+    QTest.mouseClick(button, LEFT, NONE, button.rect().center())
     assert studio.display.mode != "field"
-    panel.at.setCurrentIndex(0)
-    panel.at.activated.emit(0)
+    panel.slope_kind.setCurrentIndex(0)
+    panel.slope_kind.activated.emit(0)
     settle(panel)
     type_face(panel, "120/70")
     assert panel.result is not None

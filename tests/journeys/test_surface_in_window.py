@@ -86,10 +86,10 @@ def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
     window.actions_table.run("patch_surface")
     shown = dialog(window, SurfaceDialog)
     assert "patch.pending" in shown_codes(shown.show_button.toolTip())
-    driver.wait(lambda: shown.found is not None, "the figures")
+    driver.wait(lambda: shown.figures is not None, "the figures")
     assert not shown.picture.pixmap().isNull()
     driver.keep_picture(shown, "surface-dialog")
-    assert shown.found.trim is not None
+    assert shown.figures.trim is not None
     driver.click(shown.show_button, shown.show_button.rect().center())
     model_id = studio.records["p1"].model_id
     assert studio.display.styles[model_id].name == "deviation_m"
@@ -110,26 +110,26 @@ def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face)
     studio.selection.set(["p1"])
     window.actions_table.run("patch_surface")
     shown = dialog(window, SurfaceDialog)
-    driver.wait(lambda: shown.found is not None, "the figures")
+    driver.wait(lambda: shown.figures is not None, "the figures")
     shown.trim()
     window.actions_table.run("patch_surface")
     shown = next(w for w in window.findChildren(SurfaceDialog) if w.isVisible())
-    driver.wait(lambda: shown.found is not None, "the figures")
+    driver.wait(lambda: shown.figures is not None, "the figures")
     noise = shown.limits.fields["noise_m"]
     noise.setFocus()
     noise.selectAll()
     QTest.keyClicks(noise, "0.001")
     QTest.keyClick(noise, Qt.Key.Key_Return)
-    driver.wait(lambda: shown.found is not None and shown.found.noise_m == 0.001, "the figures")
-    line = shown.found.smoothest
-    assert line is not None, shown.said.text()
+    driver.wait(lambda: shown.figures is not None and shown.figures.noise_m == 0.001, "the figures")
+    line = shown.figures.smoothest
+    assert line is not None, shown.summary.text()
     driver.keep_picture(shown, "surface-dialog-trimmed")
     u, v = axes_of(*ATTITUDE)
     truth = math.cos(math.radians(GROOVE)) * u + math.sin(math.radians(GROOVE)) * v
     t, p = math.radians(line.trend_deg), math.radians(line.plunge_deg)
     seen = np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
     assert angle_deg(truth, seen) < line.error95_deg + 1.0
-    assert "slip" in shown.said.text()
+    assert "slip" in shown.summary.text()
 
 
 @pytest.mark.full
@@ -147,7 +147,7 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     QTest.keyClicks(thickness, "0.4")
     QTest.keyClick(thickness, Qt.Key.Key_Tab)
     driver.click(shown.show_button, shown.show_button.rect().center())
-    driver.wait(lambda: shown.found is not None, "the plane")
+    driver.wait(lambda: shown.extension is not None, "the plane")
     model_id = studio.records["t1"].model_id
     assert studio.display.styles[model_id].name == FIELD
     values = studio.models[model_id].data.fields[FIELD]
@@ -160,11 +160,11 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     assert path.read_text().splitlines()[3] == "bed,line,x,y,z,error95_m"
     lines = window.viewport.features
     assert {"extended plane:edges", "extended plane:traces"} <= lines.drawings.keys()
-    driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
+    driver.click(shown.color_box, QPoint(10, shown.color_box.height() // 2))
     assert studio.display.mode == "textured"
     driver.settled(window)
     driver.keep_picture(window, "extended-plane-over-texture")
-    driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
+    driver.click(shown.color_box, QPoint(10, shown.color_box.height() // 2))
     assert studio.display.mode == "field"
     shown.close()
     driver.wait(lambda: "extended plane:edges" not in lines.drawings, "no lines")

@@ -19,7 +19,7 @@ from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import FaceGrid
 from vomstudio.studio.tools.patch import PatchTool
-from vomstudio.ui.panels.coverage.coverage_panel import LookedAtPanel
+from vomstudio.ui.panels.coverage.coverage_panel import CoveragePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 UNDO = (Qt.Key.Key_Z, CTRL)
@@ -226,7 +226,7 @@ def test_mistakes_of_marking_cells(ready):
     window, studio = ready, ready.studio
     run = window.actions_table.run
     run("looked_at")
-    panel = window.findChild(LookedAtPanel)
+    panel = window.findChild(CoveragePanel)
     driver.pause(200)
     wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
     takes_back(window, lambda: lay(window, panel), UNDO)
@@ -247,8 +247,8 @@ def test_mistakes_of_marking_cells(ready):
     takes_back(window, lambda: studio.attempt(grid_edits.remove_grid, grid.id), UNDO)
 
 
-def lay(window, panel: LookedAtPanel) -> None:
-    QTest.mouseClick(panel.lay, LEFT, NONE, panel.lay.rect().center())
+def lay(window, panel: CoveragePanel) -> None:
+    QTest.mouseClick(panel.create_button, LEFT, NONE, panel.create_button.rect().center())
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
     driver.focus(window)
 

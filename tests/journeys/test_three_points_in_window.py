@@ -115,7 +115,7 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
     press(panel.read)
     wait(lambda: panel.plane is not None, "the seam")
     assert panel.plane.dip_deg == pytest.approx(7.37, abs=0.005)
-    press(panel.more)
+    press(panel.add_row)
     settle(panel)
     assert panel.plane.n == 3
 
@@ -129,7 +129,7 @@ def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop,
     press(panel.pick)
     driver.pick(window, trace[[0, len(trace) // 2, -1]])
     driver.key(window, Qt.Key.Key_Return)
-    wait(lambda: panel.of_id, "the trace")
+    wait(lambda: panel.trace_id, "the trace")
     settle(panel)
     (made,) = window.studio.session.of(Trace)
     assert panel.plane is not None
@@ -139,4 +139,4 @@ def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop,
     assert not panel.add.isEnabled()
     window.actions_table.run("undo")
     settle(panel)
-    assert panel.of_id == ""
+    assert panel.trace_id == ""

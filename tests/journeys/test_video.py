@@ -34,16 +34,16 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     blurs = [0.0] * 100 + [6.0] * 20
     offsets = [*np.arange(100) * 12.0, *[1188.0] * 20]
     video = film(tmp_path / "pan.avi", offsets, blurs, size=(1200, 560))
-    assert not dialog.start.isEnabled()
+    assert not dialog.start_button.isEnabled()
     dialog.choose_video(video)
     assert dialog.folder.text() == str(tmp_path / "pan frames")
     dialog.options.fields["fps"].setFocus()
     dialog.options.fields["fps"].selectAll()
     QTest.keyClicks(dialog.options.fields["fps"], "4")
-    press(dialog.start)
+    press(dialog.start_button)
     assert [job.title for job in window.studio.jobs.visible()] == ["Frames of pan.avi"]
     driver.wait(lambda: dialog._job is None, "the frames", 120.0)
-    said = dialog.said.text()
+    said = dialog.result_label.text()
     kept = len(list((tmp_path / "pan frames").glob("*.jpg")))
     assert kept >= 15
     assert f"<b>{kept} frames kept</b>" in said
@@ -58,18 +58,18 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
 @pytest.mark.full
 def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
-    press(dialog.start)
+    press(dialog.start_button)
     driver.wait(lambda: dialog._job is None, "the verdict", 120.0)
-    assert "video.blurred" in shown_codes(unescape(dialog.said.text()))
+    assert "video.blurred" in shown_codes(unescape(dialog.result_label.text()))
 
 
 @pytest.mark.full
 def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:
     (tmp_path / "notes.mp4").write_text("rain")
     dialog.choose_video(tmp_path / "notes.mp4")
-    press(dialog.start)
+    press(dialog.start_button)
     driver.wait(lambda: dialog._job is None, "the reason", 60.0)
-    assert "not a video" in dialog.said.text()
+    assert "not a video" in dialog.result_label.text()
     assert not (tmp_path / "notes frames").exists()
 
 
@@ -82,12 +82,12 @@ def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
         writer.write(np.roll(noise, 40 * i, axis=1))
     writer.release()
     dialog.choose_video(path)
-    press(dialog.start)
+    press(dialog.start_button)
     driver.wait(lambda: dialog._job is not None and dialog._job.done > 10, "some work", 60.0)
     driver.keep_picture(dialog, "video-working")
-    press(dialog.stop)
+    press(dialog.stop_button)
     driver.wait(lambda: dialog._job is None, "the stop", 15.0)
-    assert "Stopped" in dialog.said.text()
+    assert "Stopped" in dialog.result_label.text()
     assert not (tmp_path / "long frames").exists()
     assert window.survey.folder is None
 
@@ -99,7 +99,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
     dialog.folder.setText(str(tmp_path / "own"))
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
-    press(dialog.start)
+    press(dialog.start_button)
     assert "own contains other files" in seen[0]
     assert dialog._job is None
     assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
@@ -108,7 +108,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
 @pytest.mark.full
 def test_the_dialog_may_be_closed_while_the_work_goes_on(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "pan.avi", np.arange(60) * 12.0))
-    press(dialog.start)
+    press(dialog.start_button)
     dialog.close()
     driver.wait(lambda: not window.findChildren(VideoDialog), "its end")
     driver.wait(lambda: window.survey.rows, "the photos", 120.0)

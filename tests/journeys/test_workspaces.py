@@ -55,7 +55,7 @@ def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
 def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, size):
     window.resize(*size)
     window.open_path(photos)
-    wait(lambda: len(window.survey.rows) == 4 and not window.survey.reading, "the photos", 60.0)
+    wait(lambda: len(window.survey.rows) == 4 and not window.survey.is_reading, "the photos", 60.0)
     assert window.workspaces.shown.name == "model"
     assert not window.viewport.isVisible()
     table = window.photos_panel.table

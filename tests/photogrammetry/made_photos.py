@@ -185,5 +185,5 @@ class Finder:
             self.asked.append(name)
             found = known[name]
             if name in self.problems:
-                found = Features.none(found.width, found.height, self.problems[name])
+                found = Features.empty(found.width, found.height, self.problems[name])
             yield number, found

@@ -66,7 +66,7 @@ ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True,
 
 def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
     from vomstudio.studio.jobs.placed_model import PlacedModel
-    from vomstudio.ui.panels.comparison.compare_panel import Held, result_text
+    from vomstudio.ui.panels.comparison.compare_panel import ModelComparison, result_text
 
     sound = json.loads(made.read_text())
     places = [(name,) for name in sound] + [("figures", name) for name in sound["figures"]]
@@ -82,7 +82,7 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
                 other = PlacedModel(
                     kept.benchmark, Path(kept.benchmark_path), tmp_path, IDENTITY, None
                 )
-                assert result_text(Held(other, other, dict(kept.figures), kept.fields))
+                assert result_text(ModelComparison(other, other, dict(kept.figures), kept.fields))
                 assert kept.made[:10]
                 shown += 1
     assert shown, "some of these values are as good as others"
@@ -101,8 +101,8 @@ def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
     [np.array(["a"] * 400), np.zeros((20, 20)), np.zeros(400, complex), np.float64(3.0)],
 )
 def test_distances_that_are_none(values: Any, tmp_path: Path) -> None:
-    from vomstudio.ui.panels.comparison.compare_panel import _read_kept
+    from vomstudio.ui.panels.comparison.compare_panel import _read_stored
 
     path = tmp_path / "fields.npz"
     np.savez(path, distance_m=values)
-    assert _read_kept(path) is None
+    assert _read_stored(path) is None

@@ -119,7 +119,7 @@ def test_letters_typed_into_a_field_stay_letters(window, studio):
     before = dict(studio.records)
     for field in (
         window.table._filter,
-        window.view_panel.typed,
+        window.view_panel.direction_field,
         driver.tool_panel(window, TracePanel).set_edit,
     ):
         field.setFocus()
@@ -150,11 +150,11 @@ def test_a_command_is_found_by_its_words_and_run_by_return(window, studio, qtbot
     palette = CommandPalette(window, window.actions_table)
     qtbot.addWidget(palette)
     palette.show()
-    QTest.keyClicks(palette._words, "strike")
-    assert palette.chosen == "notation_strike"
-    QTest.keyClick(palette._words, Qt.Key.Key_Return)
+    QTest.keyClicks(palette._search, "strike")
+    assert palette.selected_command == "notation_strike"
+    QTest.keyClick(palette._search, Qt.Key.Key_Return)
     assert palette.result() == 1
-    window.actions_table.run(palette.chosen)
+    window.actions_table.run(palette.selected_command)
     assert studio.settings.notation == "strike/dip"
 
 
@@ -162,20 +162,20 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     palette = CommandPalette(window, window.actions_table)
     qtbot.addWidget(palette)
     palette.show()
-    QTest.keyClicks(palette._words, "redo")
+    QTest.keyClicks(palette._search, "redo")
     assert "edit.nothing-to-redo" in shown_codes(words_of(palette)[0])
-    assert palette.chosen is None
-    palette._words.clear()
+    assert palette.selected_command is None
+    palette._search.clear()
     runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
     for _ in range(palette._list.count()):
-        assert palette.chosen in runnable
-        QTest.keyClick(palette._words, Qt.Key.Key_Down)
-    palette._words.setText("view north")
+        assert palette.selected_command in runnable
+        QTest.keyClick(palette._search, Qt.Key.Key_Down)
+    palette._search.setText("view north")
     assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking north"]
-    palette._words.setText("no such thing at all")
+    palette._search.setText("no such thing at all")
     assert words_of(palette) == []
-    QTest.keyClick(palette._words, Qt.Key.Key_Return)
-    assert palette.chosen is None
+    QTest.keyClick(palette._search, Qt.Key.Key_Return)
+    assert palette.selected_command is None
 
 
 # --- view direction --------------------------------------------------------------------------
@@ -202,7 +202,7 @@ def direction(trend: float, plunge: float) -> np.ndarray:
 )
 def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
     looks = Looks(window)
-    field = window.view_panel.typed
+    field = window.view_panel.direction_field
     field.setFocus()
     QTest.keyClicks(field, text)
     QTest.keyClick(field, Qt.Key.Key_Return)
@@ -213,8 +213,8 @@ def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
 @pytest.mark.parametrize("text", ["", "north", "125/126", "400/10/3"])
 def test_what_is_no_direction_is_refused_in_words(window, studio, text):
     looks = Looks(window)
-    window.view_panel.typed.setText(text)
-    QTest.keyClick(window.view_panel.typed, Qt.Key.Key_Return)
+    window.view_panel.direction_field.setText(text)
+    QTest.keyClick(window.view_panel.direction_field, Qt.Key.Key_Return)
     assert looks.at == []
     assert window.message_bar.isVisible()
     assert window.message_bar.text
@@ -271,7 +271,7 @@ def test_from_the_other_side_is_the_opposite_direction(window):
     window.view_panel.show_direction(30.0, 12.0, True)
     window.view_panel._buttons["flip"].click()
     assert direction(*looks.at[0]) == pytest.approx(-direction(30.0, 12.0))
-    assert "orthographic" in window.view_panel.now.text()
+    assert "orthographic" in window.view_panel.current_label.text()
 
 
 # --- messages and badges ------------------------------------------------------------------------

@@ -122,13 +122,13 @@ def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
     window.actions_table.run("surface_fields")
     panel = window.findChild(FieldsPanel)
     panel.show_now()
-    assert panel.off.text() == "Own colours"
-    assert not panel.off.isEnabled()
+    assert panel.off_button.text() == "Own colours"
+    assert not panel.off_button.isEnabled()
     studio.display.set_mode("field")
-    assert panel.off.isEnabled()
+    assert panel.off_button.isEnabled()
     # However it came about: by this button, the menu, or another panel.
     studio.display.set_mode("textured")
-    assert not panel.off.isEnabled()
+    assert not panel.off_button.isEnabled()
 
 
 def test_actions_say_why_they_cannot_be(window, studio):
@@ -167,7 +167,7 @@ def test_a_range_is_typed_and_taken_back(window, studio):
     QTest.keyClick(panel.low, Qt.Key.Key_Return)
     assert studio.display.styles["m1"] == style
     assert "not a number" in studio.notices[-1].text
-    panel.whole.click()
+    panel.reset_range.click()
     assert studio.display.styles["m1"] == FieldStyle("intensity")
 
 

@@ -93,7 +93,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
     dialog.select("fault")
     press(dialog.remove_button)
     assert "Fault" in kinds(studio)
-    assert shown_values(dialog.says.text(), "type.in-use") == {"count": "1", "type": "Fault"}
+    assert shown_values(dialog.message.text(), "type.in-use") == {"count": "1", "type": "Fault"}
     studio.attempt(edits.set_attributes, ["t1"], type_id="joint")
     dialog.select("fault")
     press(dialog.remove_button)
@@ -103,7 +103,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
     dialog.select("joint")
     type_name(dialog, "fault")
-    assert "name.taken" in shown_codes(dialog.says.text())
+    assert "name.taken" in shown_codes(dialog.message.text())
     assert dialog.name.text() == "Joint"
     assert "Joint" in kinds(studio)
 

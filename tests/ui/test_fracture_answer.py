@@ -22,7 +22,7 @@ from vomstudio.ui.panels.fractures.analysis import (
     MappedTrace,
     answer,
 )
-from vomstudio.ui.panels.fractures.fractures_panel import words_of
+from vomstudio.ui.panels.fractures.fractures_panel import fractures_command
 
 AT = np.array([400.0, 5_200.0, 90.0])
 SLOPE, PAVEMENT, WALL = Plane(135.0, 30.0), Plane(0.0, 0.0), Plane(200.0, 90.0)
@@ -42,7 +42,7 @@ def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> Fracture
 def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = ()):
     made = answer(question(face, counted_in, place))
     assert isinstance(made, FractureAnswer)
-    assert made.mapped is not None, made.why
+    assert made.mapped is not None, made.reason
     return made
 
 
@@ -98,13 +98,13 @@ def test_the_copied_command_has_the_same_figures(
         [t.points for t in q.traces],
         [t.name for t in q.traces],
         [t.set for t in q.traces],
-        made.counted,
+        made.region,
         made.face,
         crs=Axes().wkt,
     )
     words = [
         text
-        for word in words_of(made, path)
+        for word in fractures_command(made, path)
         for text in (map(str, word) if isinstance(word, tuple) else [str(word)])
     ]
     assert main([*words, "--json"]) == 0

@@ -13,7 +13,7 @@ from vomstudio.core.paths import documentation
 from vomstudio.ui.base.actions import Actions
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.commands import help as help_commands
-from vomstudio.ui.dialogs.help.help_pages import anchor, pages_in, sections_in
+from vomstudio.ui.dialogs.help.help_pages import anchor, list_pages, list_sections
 from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
 
@@ -45,8 +45,8 @@ def two_pages(tmp_path: Path) -> Path:
 
 
 def test_the_pages_stand_in_the_order_of_the_first_page_s_links(two_pages: Path):
-    assert [page.title for page in pages_in(two_pages)] == ["Start", "Other", "more"]
-    assert list(sections_in(two_pages)) == ["", "To read", "More"]
+    assert [page.title for page in list_pages(two_pages)] == ["Start", "Other", "more"]
+    assert list(list_sections(two_pages)) == ["", "To read", "More"]
 
 
 def test_anchors_are_those_of_the_links_that_people_write():
@@ -55,7 +55,7 @@ def test_anchors_are_those_of_the_links_that_people_write():
 
 
 def test_every_page_of_the_documentation_is_shown_with_its_pictures(help_window):
-    titles = [page.title for page in pages_in(documentation())]
+    titles = [page.title for page in list_pages(documentation())]
     shown = [help_window.list.item(row).text() for row in range(help_window.list.count())]
     assert shown == titles
     for row, title in enumerate(titles):
@@ -91,7 +91,7 @@ def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
     assert window.view.textCursor().block().text() == "A long way down"
     window.view.go_back()
     assert window.list.currentRow() == 0
-    window.view.go_on()
+    window.view.go_forward()
     assert window.list.currentRow() == 1
     window.close()
 
@@ -99,13 +99,13 @@ def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
 def test_words_are_found_on_other_pages_and_round_to_the_first(parent, two_pages: Path):
     window = HelpWindow(parent, two_pages)
     window.show()
-    window.words.setFocus()
-    QTest.keyClicks(window.words, "quartzite")
-    QTest.keyClick(window.words, Qt.Key.Key_Return)
+    window.search.setFocus()
+    QTest.keyClicks(window.search, "quartzite")
+    QTest.keyClick(window.search, Qt.Key.Key_Return)
     assert window.list.currentRow() == 1
     assert window.view.textCursor().selectedText() == "quartzite"
-    window.words.setText("see")
-    QTest.keyClick(window.words, Qt.Key.Key_Return)
+    window.search.setText("see")
+    QTest.keyClick(window.search, Qt.Key.Key_Return)
     assert window.list.currentRow() == 0
     assert window.view.textCursor().selectedText() == "See"
     window.close()

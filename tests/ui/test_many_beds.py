@@ -53,14 +53,14 @@ def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
     late = panel._bedding.search()
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
     panel._store_axis(late())
-    assert not panel._bedding.known
+    assert not panel._bedding.is_known
     driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
 
 
 @pytest.mark.parametrize("many", [3, 100], ids=["in_the_thread", "at_once"])
 def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
     """Beds that all strike north to south have a horizontal axis to the north."""
-    monkeypatch.setattr(stereonet_panel, "_MANY", many)
+    monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", many)
     window._add_stereonet()
     add_cliff(studio)
     for k, dip in enumerate((-0.8, -0.4, 0.1, 0.4, 0.9)):
@@ -68,7 +68,7 @@ def test_the_net_that_is_drawn_has_the_axis(window, studio, monkeypatch, many):
     net = window.net
 
     def drawn():
-        return net.artists is not None and net.up_to_date and net.artists.contents.fold
+        return net.artists is not None and net.is_up_to_date and net.artists.contents.fold
 
     driver.wait(drawn, "a net with its axis")
     assert abs(net.artists.contents.fold.beta.vector()[1]) > np.cos(np.radians(3.0))

@@ -117,7 +117,7 @@ def test_what_is_masked_is_tinted_where_it_is_stored(orientation, shown) -> None
         color = image.pixelColor(at(canvas, (x, y)))
         assert (color.red() > color.green() + 30) == masked
     used[:] = True
-    canvas.mask_changed()
+    canvas.update_mask()
     color = canvas.grab().toImage().pixelColor(at(canvas, (10.0, 25.0)))
     assert color.red() == color.green()
 

@@ -15,7 +15,7 @@ from vomstudio.products.net.contents import NetContents
 from vomstudio.project import edits, fold_planes
 from vomstudio.project.edit import change
 from vomstudio.project.fold_planes import FoldPlanes
-from vomstudio.ui.panels.net.source import with_fold
+from vomstudio.ui.panels.net.source import add_fold_axis
 from vomstudio.ui.panels.statistics.statistics_panel import StatisticsPanel
 
 DIPS = np.array([30.0, 35.0, 28.0, 40.0, 33.0, 27.0])
@@ -44,7 +44,7 @@ BEDS = FoldPlanes((Bed(),) * 6, AZIMUTHS, DIPS, None, None, 1, ())
 
 
 def beta(beds: FoldPlanes) -> tuple[float, float]:
-    net = with_fold(NetContents(sets=()), beds)
+    net = add_fold_axis(NetContents(sets=()), beds)
     assert net.fold is not None
     assert net.fold_not_good == beds.not_good
     return net.fold.beta.trend_deg, net.fold.error95_deg or 0.0

@@ -35,7 +35,7 @@ def add_striae(studio, id_: str, direction, slip: str = "") -> None:
 
 def arrows(net) -> list[tuple[np.ndarray, np.ndarray]]:
     """Head and tail of each, on the net."""
-    driver.wait(lambda: net.artists is not None and net.up_to_date, "the net")
+    driver.wait(lambda: net.artists is not None and net.is_up_to_date, "the net")
     collections = net.artists.axes.collections
     paths = [p for c in collections if isinstance(c, PolyCollection) for p in c.get_paths()]
     return [(p.vertices[0], p.vertices[1:3].mean(axis=0)) for p in paths]

@@ -58,8 +58,12 @@ def net(window, studio):
 
 def drawn(window) -> None:
     net = window.net
-    shown = lambda: net.artists is not None or net.roses is not None or net.wishes.view != "net"  # noqa: E731
-    driver.wait(lambda: shown() and net.up_to_date, "the net")
+
+    def shown() -> bool:
+        has_net = net.artists is not None or net.roses is not None
+        return has_net or net.view_settings.view != "net"
+
+    driver.wait(lambda: shown() and net.is_up_to_date, "the net")
     QApplication.processEvents()
 
 
@@ -75,7 +79,7 @@ def show_view(window, title: str) -> None:
 
 def ask(window, *names: str) -> None:
     for name in names:
-        window.net.more.asked[name].trigger()
+        window.net.menu_button.overlays[name].trigger()
     drawn(window)
 
 
@@ -124,10 +128,10 @@ def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
 def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")
     show_view(window, "Rose of strikes")
-    net.more.widths[30.0].trigger()
+    net.menu_button.widths[30.0].trigger()
     drawn(window)
     assert {r.bin_deg for r in net.roses.contents.roses.values()} == {30.0}
-    net.more.by_length.trigger()
+    net.menu_button.length_weight_action.trigger()
     drawn(window)
     # Only what was picked has a length.
     assert list(net.roses.contents.roses) == ["Bedding"]
@@ -135,10 +139,10 @@ def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     assert net.roses.contents.notes == ("45 without such an angle or a length are left out",)
     show_view(window, "Rose of trends")
     assert net.roses is None
-    assert "lines" in net.canvas._says
+    assert "lines" in net.canvas._message
     show_view(window, "Histogram of dips")
     driver.keep_picture(window, "net-histogram")
-    net.more.by_length.trigger()
+    net.menu_button.length_weight_action.trigger()
     drawn(window)
     assert all(len(r.shares) == 3 for r in net.roses.contents.roses.values())
     assert not net.contours.isEnabled()
@@ -196,14 +200,14 @@ def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
 
 
 def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studio) -> None:
-    net.more.menu().aboutToShow.emit()
-    action = next(a for a in net.more.sets.actions() if a.text().startswith("Joint"))
+    net.menu_button.menu().aboutToShow.emit()
+    action = next(a for a in net.menu_button.sets.actions() if a.text().startswith("Joint"))
     action.trigger()
     drawn(window)
     assert [s.name for s in net.artists.contents.sets] == ["Bedding (compass)"]
     assert studio.visible("J0")
-    net.more.menu().aboutToShow.emit()
-    next(a for a in net.more.sets.actions() if a.text() == "Show all").trigger()
+    net.menu_button.menu().aboutToShow.emit()
+    next(a for a in net.menu_button.sets.actions() if a.text() == "Show all").trigger()
     drawn(window)
     assert len(net.artists.contents.sets) == 2
 
@@ -223,21 +227,21 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
     assert "Cone 40/20/30" in words(net)
     driver.keep_picture(window, "net-typed")
     type_in(dialog.fields["cones"], "40/20/300")
-    said = shown_values(dialog.said.text(), "angle.out-of-range")
+    said = shown_values(dialog.message.text(), "angle.out-of-range")
     assert said == {"value": "300", "minimum": "0", "maximum": "90"}
-    assert len(net.wishes.circles) == 4
-    QTest.mouseClick(dialog.clear, LEFT)
-    assert net.wishes.circles == ()
-    assert dialog.said.text() == ""
+    assert len(net.view_settings.circles) == 4
+    QTest.mouseClick(dialog.clear_button, LEFT)
+    assert net.view_settings.circles == ()
+    assert dialog.message.text() == ""
     dialog.close()
 
 
 def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> None:
     dialog = typed(window)
-    assert not dialog.take.isEnabled()
-    assert shown_codes(dialog.take.toolTip()) == {"selection.no-plane"}
+    assert not dialog.use_plane_button.isEnabled()
+    assert shown_codes(dialog.use_plane_button.toolTip()) == {"selection.no-plane"}
     studio.selection.set(["J0"])
-    QTest.mouseClick(dialog.take, LEFT)
+    QTest.mouseClick(dialog.use_plane_button, LEFT)
     drawn(window)
     joints = next(s for s in net.artists.contents.sets if "Joint" in s.name)
     assert joints.angle_deg[joints.ids.index("J0")] < 0.1
@@ -266,7 +270,7 @@ def test_levels_that_are_typed_are_contoured_at(net, window, studio) -> None:
     assert net.artists.contents.contouring.levels == (3.0, 7.0)
     assert studio.settings.contour_levels == [3.0, 7.0]
     type_in(dialog.fields["levels"], "3, x")
-    assert "levels" in dialog.said.text()
+    assert "levels" in dialog.message.text()
     dialog.close()
 
 
@@ -302,7 +306,7 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     box.selectAll()
     QTest.keyClicks(box, "90")
     QTest.keyClick(box, Qt.Key.Key_Return)
-    QTest.mouseClick(dialog.grey, LEFT, pos=QPoint(8, dialog.grey.height() // 2))
+    QTest.mouseClick(dialog.grey_box, LEFT, pos=QPoint(8, dialog.grey_box.height() // 2))
     dialog.recolor(next(iter(dialog.colors)), "#102030")
     driver.wait(lambda: dialog.preview.pixmap().toImage() != before, "another preview")
     driver.keep_picture(dialog, "figure-style")
@@ -311,7 +315,7 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     export_net(studio, net, tmp_path / "net.svg")
     root = ElementTree.parse(tmp_path / "net.svg").getroot()
     assert float(root.attrib["width"].removesuffix("pt")) == pytest.approx(90 / 25.4 * 72)
-    QTest.mouseClick(dialog.usual, LEFT)
+    QTest.mouseClick(dialog.reset_button, LEFT)
     assert studio.settings.figure_style == {}
     dialog.close()
 

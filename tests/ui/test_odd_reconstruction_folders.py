@@ -12,7 +12,7 @@ from tests.messages import refused
 from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
 from vomstudio.ui.panels.photos import reconstruction_folders as folders
-from vomstudio.ui.panels.photos.reconstruction_settings import asked_for
+from vomstudio.ui.panels.photos.reconstruction_settings import read_request
 
 NAMES = [folders.REQUEST, folders.RESULT, folders._FAILURE, folders.FILE_NAME]
 
@@ -34,11 +34,11 @@ def out(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 @pytest.mark.full
 def test_nothing_is_read_from_them(out: Path, tmp_path: Path) -> None:
-    assert folders.earlier_survey(out) is None
-    assert asked_for(out / folders.REQUEST) is None
-    assert folders.newest(tmp_path / "a.vom") is None
-    assert folders.failure(out).strip("[") == ""
-    assert folders.aligned(out.parent / "other", tmp_path) is None
+    assert folders.read_survey_report(out) is None
+    assert read_request(out / folders.REQUEST) is None
+    assert folders.find_newest(tmp_path / "a.vom") is None
+    assert folders.read_failure(out).strip("[") == ""
+    assert folders.find_alignment(out.parent / "other", tmp_path) is None
 
 
 def test_a_folder_that_is_a_link_is_not_filled(tmp_path: Path) -> None:

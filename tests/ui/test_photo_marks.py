@@ -45,7 +45,7 @@ class Opened:
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
         self.exports.message.connect(lambda message, level: self.said.append((level, message)))
-        self.document.look_at(folder)
+        self.document.set_folder(folder)
         project = studio.project.folder
         own = sidecar_tables(project, folder)
         taken = own == (None, None) and given is not None
@@ -53,9 +53,9 @@ class Opened:
         self.problems = beside.problems
         made = PhotoSet(new_id("photos"), "photos", stored_path(project, folder), beside.crs)
         studio.attempt(add_photo_set, made, beside.points, beside.pixels)
-        self.document.look_at(folder)
+        self.document.set_folder(folder)
         rows = [PhotoRow(n, str(folder / n), 100, 80, "", "", "", False, None) for n in PHOTOS]
-        self.exports.begin(rows, given=taken, just_read=beside)
+        self.exports.begin(rows, is_external=taken, sidecars=beside)
         self.marks = PhotoMarks(self.document, PHOTOS)
 
     @property
@@ -113,7 +113,7 @@ def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
     mark(marks, "A")
     for i in range(5):
         made = marks.marking.marked("A", "a.jpg", (10.0 + i, 2.5))
-        marks.change("drag", made, "drag", goes_on=True)
+        marks.change("drag", made, "drag", is_ongoing=True)
     assert read_marks(folder / "marks.csv")[0].x == 1.25
     marks.change("drag", marks.marking, "drag")
     assert read_marks(folder / "marks.csv")[0].x == 14.0
@@ -205,15 +205,15 @@ def looked_at_again(opened: Opened, folder: Path, changed: dict[str, str]) -> li
     for name, text in changed.items():
         (folder / name).write_text(text)
     exports = PhotoExports(opened.document)
-    exports.begin(list(opened.exports._rows.values()), given=False)
-    return exports.foreign
+    exports.begin(list(opened.exports._rows.values()), is_external=False)
+    return exports.foreign_files
 
 
 def test_only_tables_that_say_something_else_are_another_programs(studio, folder) -> None:
     for name, text in TABLES.items():
         (folder / name).write_text(text)
     opened = Opened(studio, folder)
-    assert not opened.exports.foreign, "they were taken in just now"
+    assert not opened.exports.foreign_files, "they were taken in just now"
     written_anew = {
         "control.csv": "# EPSG:32633\nlabel,x,y,z,sigma\nB,4.0,5.0,6.0,\nA,1.0,2.0,3.0,\n",
         "marks.csv": "label,photo,x,y\nT,sub/b.jpg,3.0,4.0\nA,a.jpg,1.50,2.0\n",
@@ -236,7 +236,7 @@ def test_tables_that_were_taken_in_without_a_note_of_their_sum_are_our_own(studi
     for name, text in TABLES.items():
         (folder / name).write_text(text)
     opened = Opened(studio, folder)
-    opened.document.set_written({})
+    opened.document.set_export_hashes({})
     assert looked_at_again(opened, folder, {}) == []
 
 

@@ -81,7 +81,7 @@ def findings(panel: Any) -> list[str]:
 def test_the_photos_panel_shows_how_the_model_of_the_photos_is_placed(
     window: Any, studio: Any, panel: Any
 ) -> None:
-    out = window.survey.out()
+    out = window.survey.output_folder()
     add(studio, f"{RECONSTRUCTIONS}/{out.name}/model.obj")
     assert findings(panel) == []
     assert "units" in panel.table.item(0, 1).text()

@@ -71,13 +71,13 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     dialog: ProfileDialog, studio: Any, window: Any
 ) -> None:
     before = qualities(studio)
-    assert not dialog.apply.isEnabled()
-    assert shown_codes(dialog.apply.toolTip()) == {"edit.no-change"}
+    assert not dialog.apply_button.isEnabled()
+    assert shown_codes(dialog.apply_button.toolTip()) == {"edit.no-change"}
     choose(dialog, "textbook")
-    assert dialog.apply.isEnabled()
+    assert dialog.apply_button.isEnabled()
     assert dialog.form.isRowVisible(dialog.boxes["least_coplanarity"])
     assert not dialog.form.isRowVisible(dialog.boxes["good_confidence95_deg"])
-    QTest.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog.apply_button, Qt.MouseButton.LeftButton)
     assert studio.records[PROFILE_ID].limits == TEXTBOOK
     assert qualities(studio) == ["good", "doubtful"]
     studio.selection.set(["t0"])
@@ -113,7 +113,7 @@ def test_a_changed_limit_makes_a_profile_of_ones_own_that_is_kept(
     assert dialog.name.text() == "own limits"
     dialog.name.selectAll()
     QTest.keyClicks(dialog.name, "rough outcrops")
-    QTest.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(dialog.apply_button, Qt.MouseButton.LeftButton)
     limits = studio.records[PROFILE_ID].limits
     assert (limits.profile, limits.by, limits.least_coplanarity) == ("rough outcrops", "shape", 5.0)
     assert qualities(studio) == ["good", "good"]

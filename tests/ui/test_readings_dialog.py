@@ -68,18 +68,18 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     add_cliff(studio, UTM)
     dialog = ask(window, book)
     assert not ok(dialog).isEnabled()
-    assert "reading.north-missing" in shown_codes(dialog._says.text())
+    assert "reading.north-missing" in shown_codes(dialog._summary.text())
     choose(dialog._north, "magnetic")
     assert not ok(dialog).isEnabled()
-    assert "reading.declination-missing" in shown_codes(unescape(dialog._says.text()))
+    assert "reading.declination-missing" in shown_codes(unescape(dialog._summary.text()))
     QTest.keyClicks(dialog._declination, "2,6")
-    assert "north.magnetic-corrected" in shown_codes(dialog._says.text())
-    correction = dialog.turn()
+    assert "north.magnetic-corrected" in shown_codes(dialog._summary.text())
+    correction = dialog.north_correction()
     assert correction.declination_deg == 2.6
     assert correction.convergence_deg is not None
-    assert dialog._bad.toPlainText().startswith("Line 4: ")
-    assert "reading.no-angle" in shown_codes(dialog._bad.toPlainText())
-    assert dialog._bad.isVisible()
+    assert dialog._unreadable_list.toPlainText().startswith("Line 4: ")
+    assert "reading.no-angle" in shown_codes(dialog._unreadable_list.toPlainText())
+    assert dialog._unreadable_list.isVisible()
     assert ok(dialog).text() == "Add 3 readings"
     dialog.reject()
     assert not studio.session.of(Reading)
@@ -94,7 +94,7 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
     dialog = ask(window, book)
     choose(dialog._north, "magnetic")
     QTest.keyClicks(dialog._declination, "10")
-    turned = dialog.turn().deg
+    turned = dialog.north_correction().deg
     assert turned == pytest.approx(10.0, abs=0.01)  # beside the central meridian
     QTest.mouseClick(ok(dialog), driver.LEFT)
     readings = studio.session.of(Reading)
@@ -144,15 +144,15 @@ def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio
     add_cliff(studio)
     dialog = ask(window, book)
     choose(dialog._north, "true")
-    assert dialog.turn().deg == 0.0
-    assert "north.true-unchanged" in shown_codes(dialog._says.text())
+    assert dialog.north_correction().deg == 0.0
+    assert "north.true-unchanged" in shown_codes(dialog._summary.text())
     dialog.reject()
 
 
 def test_an_unknown_type_can_be_one_that_is_there(window, studio, book):
     add_cliff(studio)
     dialog = ask(window, book)
-    choose(dialog._unknown["dyke"], "vein")
+    choose(dialog._new_type_boxes["dyke"], "vein")
     choose(dialog._north, "grid")
     QTest.mouseClick(ok(dialog), driver.LEFT)
     assert [r.type_id for r in studio.session.of(Reading)] == ["bedding", "vein", "bedding"]
@@ -165,7 +165,7 @@ def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_pa
     dialog = ask(window, path)
     choose(dialog._north, "grid")
     assert not ok(dialog).isEnabled()
-    assert shown_codes(dialog._says.text()) == {"reading.notation-missing"}
+    assert shown_codes(dialog._summary.text()) == {"reading.notation-missing"}
     choose(dialog._notation, "strike/dip")
     assert dialog._column_roles[0].currentText() == "Strike (right-hand)"
     QTest.mouseClick(ok(dialog), driver.LEFT)

@@ -38,7 +38,7 @@ def read(studio, planes, **more) -> None:
 def proposed(window, panel) -> str:
     window.actions_table.run("propose_sets")
     driver.wait(lambda: not panel._newest.waiting, "the proposal")
-    return panel.said.text()
+    return panel.message.text()
 
 
 def test_without_planes_the_command_says_so(window, panel) -> None:
@@ -66,8 +66,8 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     assert (name, count, mean.partition(" ± ")[0], kappa) == ("J1", "10", "090.00/45.00", "–")
     panel.count.setValue(3)
     proposed(window, panel)
-    assert len(panel.proposed.sets) == 1
-    assert panel.proposed.found.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
+    assert len(panel.result.sets) == 1
+    assert panel.result.proposal.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
@@ -77,7 +77,7 @@ def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
     read(studio, [(90 + i % 2, 45) for i in range(12)])
     studio.selection.set([f"r{i}" for i in range(6)])
     proposed(window, panel)
-    panel.of.setCurrentIndex(0)
+    panel.group_box.setCurrentIndex(0)
     proposed(window, panel)
     panel.accept.click()
     assert [bool(r.set_name) for r in studio.session.of(Reading)] == [True] * 6 + [False] * 6
@@ -101,7 +101,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     turns = shared_rotations([("registration", sigma**2 * np.eye(3))] * 80)
     nowhere = np.full((80, 3), np.nan)
     ids = tuple(map(str, range(80)))
-    of = Candidates(ids, poles, nowhere, turns, frozenset(), (), replacing=False)
+    of = Candidates(ids, poles, nowhere, turns, frozenset(), (), includes_assigned=False)
     made = propose(of, SetOptions(exactly=1))
     own = made.sets[0].cone95_deg
     assert made.sets[0].n == 80
@@ -118,7 +118,7 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     assert seen[-1] is None
     window.workspaces.switch("results")
     window.docks.bring_forward("sets")
-    assert panel.proposed is not None
+    assert panel.result is not None
     assert seen[-1] is not None
 
 
@@ -127,7 +127,7 @@ def test_what_was_picked_is_pooled_across_types_and_said_so(window, studio, pane
         add_bed(studio, f"b{i}", dip=0.5 + 0.01 * i, type_id="bedding" if i % 2 else "joint")
     read(studio, [(10, 20), (100, 80), (200, 40)])
     said = proposed(window, panel)
-    assert panel.of.currentData() == ("picked", "")
+    assert panel.group_box.currentData() == ("picked", "")
     assert "sets.types-pooled" in shown_codes(said)
-    assert set(panel.proposed.of.ids) == {f"b{i}" for i in range(8)}
+    assert set(panel.result.candidates.ids) == {f"b{i}" for i in range(8)}
     assert panel.table.item(0, 1).text() == "8"

@@ -51,13 +51,13 @@ def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) ->
 
 
 def choose(panel, text: str) -> str:
-    panel.of.setCurrentIndex(panel.of.findText(text))
-    panel.of.activated.emit(panel.of.currentIndex())
+    panel.group_box.setCurrentIndex(panel.group_box.findText(text))
+    panel.group_box.activated.emit(panel.group_box.currentIndex())
     return panel.figures.toPlainText()
 
 
 def test_a_type_is_described_first_with_n_and_methods(panel) -> None:
-    assert panel.of.currentText() == "Bedding"
+    assert panel.group_box.currentText() == "Bedding"
     text = panel.figures.toPlainText()
     assert "24 poles of planes" in text
     for word in ("Fisher", "Tensor", "Bingham", "Uniformity", "Verdict"):
@@ -93,5 +93,5 @@ def test_the_figures_are_copied_as_text(panel) -> None:
 def test_what_is_deleted_leaves_the_list(panel, studio) -> None:
     studio.selection.set([f"r{i}" for i in range(12, 24)])
     assert studio.attempt(edits.delete, list(studio.selection.ids))
-    driver.wait(lambda: panel.of.findText("Bedding: flank") < 0, "the list")
+    driver.wait(lambda: panel.group_box.findText("Bedding: flank") < 0, "the list")
     assert "12 poles" in panel.figures.toPlainText()

@@ -56,7 +56,7 @@ def net(window, studio):
 
 def drawn(window) -> None:
     net = window.net
-    driver.wait(lambda: net.artists is not None and net.up_to_date, "the net")
+    driver.wait(lambda: net.artists is not None and net.is_up_to_date, "the net")
     QApplication.processEvents()
 
 
@@ -124,7 +124,7 @@ def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(n
     assert net.artists is artists
     assert not draws
     assert net.canvas.grab().toImage() != before
-    assert "E1" in net._under.text()
+    assert "E1" in net._corner_label.text()
     studio.selection.set(())
     driver.pause(50)
     assert net.canvas.grab().toImage() == before
@@ -199,14 +199,14 @@ def test_a_net_of_many_is_drawn_in_a_thread_and_is_the_same(net, window, studio,
     assert studio.attempt(edits.add_readings, readings)
     drawn(window)
     shown = net.canvas.grab().toImage()
-    monkeypatch.setattr(stereonet_panel, "_MANY", 1000)
+    monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 1000)
     net.redraw()
-    assert net.up_to_date
+    assert net.is_up_to_date
     assert net.canvas.grab().toImage() == shown
-    monkeypatch.setattr(stereonet_panel, "_MANY", 100)
+    monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 100)
     net.redraw()
     # What is selected while it is being drawn is emphasised when it is there.
-    assert not net.up_to_date
+    assert not net.is_up_to_date
     studio.selection.set(["r7"])
     drawn(window)
     assert net.artists.contents.selected == {"r7"}
@@ -221,7 +221,7 @@ def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window)
     image = net.canvas._image
     for width, height in ((800, 420), (300, 600)):
         net.canvas.resize(width, height)
-        place = net.canvas._place(image)
+        place = net.canvas._image_rect(image)
         assert place.width() / place.height() == pytest.approx(image.width() / image.height())
         assert place.width() <= width + 1e-6
         assert place.height() <= height + 1e-6
@@ -275,22 +275,22 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
 
     assert not contours()
     assert not net.contours.isChecked()
-    assert not net.contours.filled.isEnabled()
+    assert not net.contours.fill_action.isEnabled()
     net.contours.methods["linear_kamb"].trigger()
     assert [c.filled for c in contours()] == [True, False]
     assert net.contours.isChecked()
     assert studio.settings.contour == "linear_kamb"
-    net.contours.filled.trigger()
-    net.contours.each_set.trigger()
+    net.contours.fill_action.trigger()
+    net.contours.each_set_action.trigger()
     # Bedding in two sets and joints in two: each has its own.
     assert [c.filled for c in contours()] == [False] * 4
-    assert net.for_print().contour == "linear_kamb"
-    assert net.for_print().contouring.each_set
+    assert net.print_contents().contour == "linear_kamb"
+    assert net.print_contents().contouring.each_set
     again = ContourButton(studio)
     again.setParent(net)  # so that it goes with the window
     assert again.method == "linear_kamb"
-    assert again.each_set.isChecked()
-    assert not again.filled.isChecked()
+    assert again.each_set_action.isChecked()
+    assert not again.fill_action.isChecked()
     net.contours.methods[""].trigger()
     assert not contours()
     assert studio.settings.contour == ""
@@ -332,9 +332,9 @@ def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
     net.contours.methods["exponential_kamb"].trigger()
     drawn(window)
     shown = net.canvas.grab().toImage()
-    monkeypatch.setattr(stereonet_panel, "_MANY", 1000)
+    monkeypatch.setattr(stereonet_panel, "_MAX_DIRECT_FEATURES", 1000)
     net.redraw()
-    assert net.up_to_date
+    assert net.is_up_to_date
     assert net.canvas.grab().toImage() == shown
 
 
@@ -390,18 +390,18 @@ def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path)
     assert studio.attempt(edits.add_trace, Trace("t1", "", "bedding", "m2", "1" * 64, points))
     drawn(window)
     assert not net.contents().north
-    assert any("Local frame" in note for note in net.for_print().notes)
+    assert any("Local frame" in note for note in net.print_contents().notes)
     target = tmp_path / "net.svg"
     export_net(studio, net, target)
     words = "".join(ElementTree.parse(target).getroot().itertext())
     assert "Local frame" in words
-    net.wishes.show_view("strike", "area")
+    net.view_settings.show_view("strike", "area")
     found = net.rose_contents()
     assert not found.north
     assert any("Local frame" in note for note in found.notes)
     studio.undo()
     assert net.rose_contents().north
-    net.wishes.show_view("net", "area")
+    net.view_settings.show_view("net", "area")
     assert studio.attempt(edits.delete, [r.id for r in studio.session.of(Feature)])
     drawn(window)
     assert not net.artists.contents.north, "an empty net has the axes of the outcrop"

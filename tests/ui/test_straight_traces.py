@@ -41,7 +41,7 @@ def beds(window, studio):
     assert studio.attempt(edits.add_readings, readings)
     add_bed(studio, "t1", vertices=along(0.0, 0.0, 1))
     add_bed(studio, "t2", vertices=along(90.0, 40.0, 2))
-    driver.wait(lambda: window.net.artists is not None and window.net.up_to_date, "the net")
+    driver.wait(lambda: window.net.artists is not None and window.net.is_up_to_date, "the net")
     return window
 
 

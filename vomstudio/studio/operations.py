@@ -81,7 +81,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (CheckOptions,),
         command_options=(CheckScene,),
         function="check",
-        window="photos.photos_panel.PhotosPanel",
+        window="panels.photos.photos_panel.PhotosPanel",
         missing=_OF_PHOTOS,
     ),
     Operation(
@@ -130,7 +130,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "register",
         (RegisterOptions,),
         function="register",
-        window="interpret.tool_panels.control.ControlPanel",
+        window="panels.tools.control.ControlPanel",
         action="register",
         missing={"project method": "`vs.register` takes the path of a model"},
     ),

@@ -1,4 +1,4 @@
-"""Removing unreachable edits and files from a project, and restoring them."""
+"""Commands that remove unreachable edits and files from a project, and restore them."""
 
 from __future__ import annotations
 
@@ -11,29 +11,25 @@ from vomstudio.project.compaction import Plan
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Notice, Studio
 
-_MEGABYTE = 1e6
+_BYTES_PER_MB = 1e6
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the question"""
+    """Create the commands that compact a project and undo the compaction."""
     return [
         Command(
             "compact_project",
             tr("&Compact project…"),
             lambda: _compact(studio, parent),
-            None,
-            (),
-            tr("Remove edits and files that can no longer be restored."),
-            lambda: _why_not(studio),
+            tip=tr("Remove edits and files that can no longer be restored."),
+            why_not=lambda: _why_not(studio),
         ),
         Command(
             "take_back_compaction",
             tr("Undo compaction"),
-            lambda: _take_back(studio),
-            None,
-            (),
-            tr("Possible until the project is closed."),
-            lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
+            lambda: _undo_compaction(studio),
+            tip=tr("Possible until the project is closed."),
+            why_not=lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
         ),
     ]
 
@@ -63,7 +59,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
 
 
 def compaction_text(plan: Plan) -> str:
-    """What a compaction would remove, and what it would not, for the question before it."""
+    """Describe what a compaction removes and what it keeps, as text of the question."""
     sentences = [
         tr(
             "{rows} of {total} journal rows hold edits that were undone and then replaced.",
@@ -77,7 +73,7 @@ def compaction_text(plan: Plan) -> str:
                 "{count} file of {size:.1f} MB belongs to such edits.",
                 "{count} files of {size:.1f} MB belong to such edits.",
                 len(plan.assets),
-                size=plan.asset_bytes / _MEGABYTE,
+                size=plan.asset_bytes / _BYTES_PER_MB,
             )
         )
     consequence = tr(
@@ -88,7 +84,7 @@ def compaction_text(plan: Plan) -> str:
     return f"{' '.join(sentences)}\n\n{consequence}"
 
 
-def _take_back(studio: Studio) -> None:
+def _undo_compaction(studio: Studio) -> None:
     try:
         studio.project.undo_compaction()
     except VomError as error:

@@ -1,4 +1,4 @@
-"""Deleting what is selected while lists are filtered."""
+"""Deletion of the selected features in filtered lists."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from vomstudio.ui.base.studio import Studio
 
 
 def delete_selected(studio: Studio) -> None:
-    """In a list the rows that its filter hides stay, however they came to be selected. Elsewhere
-    all that is selected is in sight and goes, and it is said how many of them no list shows."""
+    """Delete the selected features, except rows hidden in the focused list.
+
+    If no filtered list has the focus, delete all and report how many of them no list shows.
+    """
     ids = chosen_features(studio)
     focus = QApplication.focusWidget()
-    own = [
-        hidden
-        for widget, hidden in studio.filters
+    focused_filters = [
+        find_hidden
+        for widget, find_hidden in studio.filters
         if focus is not None and (widget is focus or widget.isAncestorOf(focus))
     ]
-    if own:
-        kept = own[0](ids)
-        studio.delete_selected(but=kept)
-        if kept:
-            studio.info(Finding("delete.hidden-left", count=len(kept)))
+    if focused_filters:
+        hidden_ids = focused_filters[0](ids)
+        studio.delete_selected(but=hidden_ids)
+        if hidden_ids:
+            studio.info(Finding("delete.hidden-left", count=len(hidden_ids)))
         return
-    unseen = set().union(*(hidden(ids) for _, hidden in studio.filters))
-    if studio.delete_selected() and unseen:
-        studio.info(Finding("delete.hidden-deleted", count=len(unseen)))
+    unlisted_ids = set().union(*(find_hidden(ids) for _, find_hidden in studio.filters))
+    if studio.delete_selected() and unlisted_ids:
+        studio.info(Finding("delete.hidden-deleted", count=len(unlisted_ids)))

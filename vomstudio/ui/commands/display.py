@@ -18,7 +18,7 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.camera_view import CameraView
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
-_DOCK = "display"
+_DOCK_NAME = "display"
 
 MODE_NAMES = {
     "display_textured": "textured",
@@ -30,42 +30,39 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
-    """docks : where the display panel is shown"""
-    shown = studio.display
+    """Create the commands of the menu View > Display. `docks` contains the display panel."""
+    state = studio.display
 
     def models() -> list[display.Data]:
         return [m.data for m in studio.models.values()]
 
-    def mode(value: str) -> Callable[[], None]:
-        return lambda: shown.set_mode(value)
+    def set_mode(value: str) -> Callable[[], None]:
+        return lambda: state.set_mode(value)
 
     def is_mode(value: str) -> Callable[[], bool]:
-        return lambda: now() == value
+        return lambda: current_mode() == value
 
-    def now() -> str:
-        return display.mode_shown(shown.mode, models())
+    def current_mode() -> str:
+        return display.mode_shown(state.mode, models())
 
-    def light() -> None:
-        shown.set_lit(now(), not shown.lit[now()])
+    def toggle_lighting() -> None:
+        state.set_lit(current_mode(), not state.lit[current_mode()])
 
-    def cannot(value: str) -> Callable[[], Finding | None]:
+    def why_not_mode(value: str) -> Callable[[], Finding | None]:
         return lambda: display.why_not_mode(value, models())
 
-    def size(value: float | None) -> Callable[[], None]:
-        return lambda: shown.set_point_size(value)
+    def set_size(value: float | None) -> Callable[[], None]:
+        return lambda: state.set_point_size(value)
 
     def is_size(value: float | None) -> Callable[[], bool]:
-        return lambda: shown.point_size == value
+        return lambda: state.point_size == value
 
     table = [
         Command(
             name,
             tr(display.MODES[value]),
-            mode(value),
-            None,
-            (),
-            "",
-            cannot(value),
+            set_mode(value),
+            why_not=why_not_mode(value),
             checked=is_mode(value),
         )
         for name, value in MODE_NAMES.items()
@@ -75,78 +72,66 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             "display_field",
             tr("Scalar field"),
             lambda: choose_field(studio, docks),
-            None,
-            (),
-            tr(
+            tip=tr(
                 "Colour the model by intensity, classification, elevation or another value, "
                 "with a colour bar."
             ),
-            view.why_not,
-            checked=lambda: shown.mode == "field",
+            why_not=view.why_not,
+            checked=lambda: state.mode == "field",
         ),
         Command(
             "display_lit",
             tr("&Lighting"),
-            light,
-            None,
-            (),
-            tr("A light at the viewer shades the surface; without it colours are true."),
-            lambda: display.why_not_lit(models()),
-            checked=lambda: shown.lit[now()],
+            toggle_lighting,
+            tip=tr("A light at the viewer shades the surface; without it colours are true."),
+            why_not=lambda: display.why_not_lit(models()),
+            checked=lambda: state.lit[current_mode()],
         ),
         Command(
             "display_eye_dome",
             tr("&Eye-dome lighting"),
-            lambda: shown.set_eye_dome(not shown.eye_dome),
-            None,
-            (),
-            tr("Shades a point cloud by its depth while the view is at rest."),
-            lambda: display.why_not_eye_dome(models()),
-            checked=lambda: shown.eye_dome,
+            lambda: state.set_eye_dome(not state.eye_dome),
+            tip=tr("Shades a point cloud by its depth while the view is at rest."),
+            why_not=lambda: display.why_not_eye_dome(models()),
+            checked=lambda: state.eye_dome,
         ),
         Command(
             "display_cameras",
             tr("&Cameras"),
-            lambda: shown.set_cameras(not shown.cameras),
-            "camera-outline",
-            (),
-            tr("Show where the photos of the model were taken."),
-            cameras.why_not,
-            checked=lambda: shown.cameras,
+            lambda: state.set_cameras(not state.cameras),
+            icon="camera-outline",
+            tip=tr("Show where the photos of the model were taken."),
+            why_not=cameras.why_not,
+            checked=lambda: state.cameras,
         ),
         Command(
             "display_size_auto",
             tr("Automatic (fill gaps)"),
-            size(None),
-            None,
-            (),
-            "",
-            view.why_not,
+            set_size(None),
+            why_not=view.why_not,
             checked=is_size(None),
         ),
         Command(
             "clipping_box",
             tr("&Clipping box"),
             lambda: toggle_clip(studio, view, docks),
-            "cube-scan",
-            (),
-            tr(
+            icon="cube-scan",
+            tip=tr(
                 "Show and pick only what is inside a box. Drag its faces or enter their "
                 "coordinates."
             ),
-            view.why_not,
-            checked=lambda: shown.clipping,
+            why_not=view.why_not,
+            checked=lambda: state.clipping,
         ),
         Command(
             "clipping_reset",
             tr("Fit clipping box to models"),
             lambda: fit_clip(studio, view),
-            None,
-            (),
-            "",
-            lambda: None if shown.clipping else Finding("action.no-clipping-box"),
+            why_not=lambda: None if state.clipping else Finding("action.no-clipping-box"),
         ),
-        Command("display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK)),
+        Command(
+            "display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK_NAME)
+        ),
     ]
     for pixels in display.POINT_SIZES:
         text = tr_n("{count} pixel", "{count} pixels", round(pixels))
@@ -154,11 +139,8 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             Command(
                 f"display_size_{pixels:g}",
                 text,
-                size(pixels),
-                None,
-                (),
-                "",
-                view.why_not,
+                set_size(pixels),
+                why_not=view.why_not,
                 checked=is_size(pixels),
             )
         )
@@ -191,46 +173,46 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
     if model is None or opened is None:
         menu.addAction(Finding("action.no-model").message).setEnabled(False)
         return
-    shown = studio.display
-    current = shown.styles.get(model.id)
+    state = studio.display
+    style = state.styles.get(model.id)
     group = QActionGroup(menu)
     for name in field_names(opened.data):
         text = tr("Elevation (Z)") if name == ELEVATION else field_title(name).replace("&", "&&")
         action = menu.addAction(text)
         action.setCheckable(True)
-        action.setChecked(shown.mode == "field" and current is not None and current.name == name)
+        action.setChecked(state.mode == "field" and style is not None and style.name == name)
         group.addAction(action)
         action.triggered.connect(
-            lambda _=False, n=name, m=model.id: shown.show_field(m, FieldStyle(n))
+            lambda _=False, n=name, m=model.id: state.show_field(m, FieldStyle(n))
         )
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:
-    """Show each model's chosen or default field, and the panel in which it is chosen."""
-    shown = studio.display
+    """Show the scalar field of each model, by default its first, and the display panel."""
+    state = studio.display
     for model_id, opened in studio.models.items():
-        if model_id not in shown.styles:
+        if model_id not in state.styles:
             style = FieldStyle(display.default_field(opened.data))
-            shown.show_field(model_id, style)
-    shown.set_mode("field")
-    docks.bring_forward(_DOCK)
+            state.show_field(model_id, style)
+    state.set_mode("field")
+    docks.bring_forward(_DOCK_NAME)
 
 
 def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
-    """Switch the clipping box on or off; one that holds nothing is fitted to the models."""
-    shown = studio.display
-    if shown.clipping:
-        shown.set_clip(shown.box, False)
-    elif shown.box is not None and view.clip_holds_something():
-        shown.set_clip(shown.box, True)
-        docks.bring_forward(_DOCK)
+    """Switch the clipping box on or off. Fit an empty box to the models first."""
+    state = studio.display
+    if state.clipping:
+        state.set_clip(state.box, False)
+    elif state.box is not None and view.clip_holds_something():
+        state.set_clip(state.box, True)
+        docks.bring_forward(_DOCK_NAME)
     else:
         fit_clip(studio, view)
-        docks.bring_forward(_DOCK)
+        docks.bring_forward(_DOCK_NAME)
 
 
 def fit_clip(studio: Studio, view: OutcropView) -> None:
-    """Put the clipping box around all visible models."""
+    """Fit the clipping box to all visible models."""
     box = view.models_box()
     if box is not None:
         studio.display.set_clip(box, True)

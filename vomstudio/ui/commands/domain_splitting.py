@@ -1,4 +1,4 @@
-"""Features put into the domains on both sides of the selected plane."""
+"""Assignment of features to the domains on both sides of the selected plane."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 def why_not(studio: Studio) -> Finding | None:
+    """Return why the selection cannot split domains, None if it is one plane."""
     current = studio.selection.current if studio.has_project else None
     if (
         len(studio.selection.ids) == 1
@@ -20,17 +21,17 @@ def why_not(studio: Studio) -> Finding | None:
     return Finding("selection.no-plane")
 
 
-def part(studio: Studio) -> None:
-    """As one edit; what crosses the plane is named."""
+def split_domains(studio: Studio) -> None:
+    """Assign features to domains in one edit, and report how many cross the plane."""
     current = studio.selection.current
     if current is None:
         return
-    crossing = 0
+    crossing_count = 0
 
-    def made(records: object) -> Edit:
-        nonlocal crossing
-        edit, crossing = split_by_plane(studio.records, current, studio.measured)
+    def create_edit(records: object) -> Edit:
+        nonlocal crossing_count
+        edit, crossing_count = split_by_plane(studio.records, current, studio.measured)
         return edit
 
-    if studio.attempt(made) and crossing:
-        studio.info(Finding("domain.on-both-sides", count=crossing))
+    if studio.attempt(create_edit) and crossing_count:
+        studio.info(Finding("domain.on-both-sides", count=crossing_count))

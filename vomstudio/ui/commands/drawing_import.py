@@ -1,4 +1,4 @@
-"""Lines that were drawn on an orthophoto in another program, taken into the project as traces."""
+"""Import of lines that were drawn on an orthophoto in another program."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ if TYPE_CHECKING:
 
 
 class DrawingImport(QObject):
-    """Files are read and rays are cast by jobs; the traces come as one edit."""
+    """Import a drawing as traces in one edit. Jobs read the files and cast the rays."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
         self._parent, self._studio = parent, studio
         self._background = QtBackground(self)
-        self._edited: Sequence[Trace] = ()
-        self._drawing = ""
-        studio.project_opened.connect(self._forget)
+        self._edited_traces: Sequence[Trace] = ()
+        self._drawing_name = ""
+        studio.project_opened.connect(self._clear)
 
     def why_not(self) -> Finding | None:
         return why_no_model(self._studio)
 
     def choose(self) -> None:
-        """Ask for a drawing, and for the picture's sidecar where it does not lie beside it."""
+        """Ask for a drawing, and for the sidecar of the picture if it is elsewhere."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import lines drawn on an orthophoto"),
@@ -58,21 +58,23 @@ class DrawingImport(QObject):
             file_filters.drawings(),
         )
         if name:
-            self.take_in(Path(name))
+            self.import_drawing(Path(name))
 
-    def take_in(self, drawing: Path, sidecar: Path | None = None) -> None:
-        """Find the picture on which a drawing was made, then bring its lines back."""
+    def import_drawing(self, drawing: Path, sidecar: Path | None = None) -> None:
+        """Find the picture on which a drawing was made, then import its lines."""
         self._studio.jobs.submit(
             FIND_PICTURES,
             DrawingFile(drawing, sidecar),
             title=tr("Reading {file}", file=drawing.name),
-            on_done=self._background.guard(lambda found: self._choose_picture(drawing, found)),
-            on_failed=self._failed,
+            on_done=self._background.guard(
+                lambda pictures: self._choose_picture(drawing, pictures)
+            ),
+            on_failed=self._handle_failure,
         )
 
-    def _choose_picture(self, drawing: Path, found: FittingPictures) -> None:
-        if len(found.sidecars) == 1:
-            self._bring_back(drawing, found.sidecars[0], found.content_hashes[0])
+    def _choose_picture(self, drawing: Path, pictures: FittingPictures) -> None:
+        if len(pictures.sidecars) == 1:
+            self._read_lines(drawing, pictures.sidecars[0], pictures.content_hashes[0])
             return
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
@@ -81,92 +83,94 @@ class DrawingImport(QObject):
             file_filters.sidecars(),
         )
         if name:
-            self.take_in(drawing, Path(name))
+            self.import_drawing(drawing, Path(name))
 
-    def _bring_back(self, drawing: Path, sidecar: Path, content_hash: str) -> None:
+    def _read_lines(self, drawing: Path, sidecar: Path, content_hash: str) -> None:
         studio = self._studio
-        model = self._model_of(content_hash)
-        standing = None if model is None else find_placed_model(studio.workspace.projects, model.id)
-        if model is None or standing is None:
+        model = self._find_model(content_hash)
+        placed_model = (
+            None if model is None else find_placed_model(studio.workspace.projects, model.id)
+        )
+        if model is None or placed_model is None:
             studio.warn(Finding("action.no-model"))
             return
         studio.jobs.submit(
             READ_DRAWN_LINES,
-            DrawnLinesRequest(drawing, sidecar, standing),
+            DrawnLinesRequest(drawing, sidecar, placed_model),
             title=tr(
                 "Bringing the lines of {file} to {model}", file=drawing.name, model=model.name
             ),
             on_done=self._background.guard(
-                lambda found: self._to_traces(drawing, sidecar, model, found)
+                lambda lines: self._create_traces(drawing, sidecar, model, lines)
             ),
-            on_failed=self._failed,
+            on_failed=self._handle_failure,
         )
 
-    def _to_traces(self, drawing: Path, sidecar: Path, model: Model, found: DrawnLines) -> None:
+    def _create_traces(self, drawing: Path, sidecar: Path, model: Model, lines: DrawnLines) -> None:
         studio = self._studio
         records = dict(studio.records)
         surface = studio.workspace.models.surface(model.id)
 
         type_id, set_name = studio.next_type_id, studio.next_set
 
-        def work() -> DrawnTraces:
+        def compute() -> DrawnTraces:
             from vomstudio.studio.drawn_traces import DrawingTarget, create_drawn_traces
 
             target = DrawingTarget(model, surface, type_id, set_name)
-            return create_drawn_traces(found, drawing, sidecar, target, records)
+            return create_drawn_traces(lines, drawing, sidecar, target, records)
 
         self._background.run(
-            work, lambda traces: self._arrived(drawing, model, traces), self._refuse
+            compute, lambda traces: self._add_traces(drawing, model, traces), self._report_error
         )
 
-    def _failed(self, event: Failed) -> None:
+    def _handle_failure(self, event: Failed) -> None:
         if event.cancelled:
             self._studio.info(Finding("drawing.cancelled"))
         else:
-            self._refuse(event.to_error())
+            self._report_error(event.to_error())
 
-    def _model_of(self, content_hash: str) -> Model | None:
-        """The open model whose file the picture shows, else the current one."""
+    def _find_model(self, content_hash: str) -> Model | None:
+        """Find the open model shown in the picture, else return the current one."""
         studio = self._studio
         current = current_model(studio)
         models = sorted(studio.session.of(Model), key=lambda m: m is not current)
-        fitting = [m for m in models if m.content_hash == content_hash]
-        return next((m for m in (*fitting, *models) if m.id in studio.models), None)
+        matches = [m for m in models if m.content_hash == content_hash]
+        return next((m for m in (*matches, *models) if m.id in studio.models), None)
 
-    def _refuse(self, error: VomError) -> None:
+    def _report_error(self, error: VomError) -> None:
         # The field is an option of the command line.
         cause = cause_of(error)
         self._studio.warn(cause if error.file is None else cause.with_file(error.file), "error")
 
-    def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
+    def _add_traces(self, drawing: Path, model: Model, drawn_traces: DrawnTraces) -> None:
         studio = self._studio
-        now = studio.records.get(model.id)
-        if not isinstance(now, Model) or now.to_world != model.to_world:
+        current = studio.records.get(model.id)
+        if not isinstance(current, Model) or current.to_world != model.to_world:
             studio.warn(Finding("model.moved"))
             return
-        if found.traces and not studio.attempt(edits.add_features, found.traces):
+        if drawn_traces.traces and not studio.attempt(edits.add_features, drawn_traces.traces):
             return
-        self._edited, self._drawing = found.edited, drawing.name
-        if found.traces:
-            studio.selection.set([trace.id for trace in found.traces])
-            studio.info(Finding("drawing.added", count=len(found.traces), model=model.name))
-        for message in found.messages:
+        self._edited_traces, self._drawing_name = drawn_traces.edited, drawing.name
+        if drawn_traces.traces:
+            studio.selection.set([trace.id for trace in drawn_traces.traces])
+            studio.info(Finding("drawing.added", count=len(drawn_traces.traces), model=model.name))
+        for message in drawn_traces.messages:
             studio.warn(message, message.severity)
-        for edited in found.edited_findings:
-            studio.notice.emit(Notice(edited, "warning", UPDATE_DRAWN))
+        for finding in drawn_traces.edited_findings:
+            studio.notice.emit(Notice(finding, "warning", UPDATE_DRAWN))
 
-    def _forget(self, *_: object) -> None:
-        """Another project does not have the edited traces."""
-        self._edited = ()
+    def _clear(self, *_: object) -> None:
+        # Another project does not have the edited traces.
+        self._edited_traces = ()
 
     def why_no_update(self) -> Finding | None:
-        """Return why there are no edited traces to update, None if there are."""
-        return None if self._edited else Finding("action.no-edited-traces")
+        """Return why no traces can be updated, None if the last drawing changed some."""
+        return None if self._edited_traces else Finding("action.no-edited-traces")
 
     def update(self) -> None:
-        """Give the traces that were edited in the last drawing their new vertices."""
+        """Replace the vertices of traces that were edited in the last drawing."""
         from vomstudio.studio.drawn_traces import update_traces
 
-        edited, self._edited = self._edited, ()
-        if edited and self._studio.attempt(update_traces, edited, self._drawing):
-            self._studio.selection.set([trace.id for trace in edited])
+        traces, self._edited_traces = self._edited_traces, ()
+        if traces and self._studio.attempt(update_traces, traces, self._drawing_name):
+            self._studio.selection.set([trace.id for trace in traces])

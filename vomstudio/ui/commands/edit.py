@@ -1,4 +1,4 @@
-"""Undo, redo, what is done to the selected features, and finding a command."""
+"""Commands to undo, redo, edit the selected features and find a command."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from vomstudio.ui.commands.deletion import delete_selected
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
-    """find : asks for a command by its words. parent : of the dialogs"""
+    """Create the editing commands. `find` opens the search for a command."""
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_to_undo() -> Finding | None:
+    def why_not_undo() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
 
-    def nothing_to_redo() -> Finding | None:
+    def why_not_redo() -> Finding | None:
         if studio.redo_label:
             return None
         if studio.session.redo_label and studio.open_tool is not None:
@@ -35,17 +35,17 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
     def undo_text() -> str:
         label = studio.undo_label
-        return tr("&Undo {step}", step=_in_menu(label)) if label else tr("&Undo")
+        return tr("&Undo {step}", step=_menu_text(label)) if label else tr("&Undo")
 
     def redo_text() -> str:
         label = studio.redo_label
-        return tr("&Redo {step}", step=_in_menu(label)) if label else tr("&Redo")
+        return tr("&Redo {step}", step=_menu_text(label)) if label else tr("&Redo")
 
     def rename() -> None:
         current = chosen_features(studio)[-1]
-        before = studio.records[current].name
-        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=before)
-        if accepted and name.strip() != before:
+        old_name = studio.records[current].name
+        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
+        if accepted and name.strip() != old_name:
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
     return [
@@ -53,53 +53,48 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             "undo",
             tr("&Undo"),
             studio.undo,
-            "undo",
-            "Ctrl+Z",
-            "",
-            nothing_to_undo,
+            icon="undo",
+            shortcut="Ctrl+Z",
+            why_not=why_not_undo,
             text_now=undo_text,
         ),
         Command(
             "redo",
             tr("&Redo"),
             studio.redo,
-            "redo",
-            ("Ctrl+Shift+Z", "Ctrl+Y"),
-            "",
-            nothing_to_redo,
+            icon="redo",
+            shortcut=("Ctrl+Shift+Z", "Ctrl+Y"),
+            why_not=why_not_redo,
             text_now=redo_text,
         ),
         Command(
             "delete",
             tr("&Delete features"),
             lambda: delete_selected(studio),
-            "delete-outline",
-            (),
-            "",
-            none_chosen,
+            icon="delete-outline",
+            why_not=why_no_selection,
         ),
-        Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
+        Command("rename", tr("&Rename…"), rename, shortcut="F2", why_not=why_no_selection),
         Command(
             "select_all",
             tr("Select &all features"),
             lambda: studio.selection.set(f.id for f in studio.session.features()),
-            None,
-            "Ctrl+A",
+            shortcut="Ctrl+A",
         ),
-        Command("find_command", tr("&Find command…"), find, "magnify", "Ctrl+K"),
+        Command("find_command", tr("&Find command…"), find, icon="magnify", shortcut="Ctrl+K"),
     ]
 
 
-def _in_menu(label: str) -> str:
-    """A step in the words of the menu, in which `&` would stand for a key."""
+def _menu_text(label: str) -> str:
+    """Return the title of a step with `&` escaped, which otherwise marks a shortcut."""
     return step_title(label).replace("&", "&&")
 
 
 def find_command(parent: QWidget, actions: Actions) -> None:
-    """Let the user search for a command by its words, and run it."""
+    """Open the search for a command, and run the selected one."""
     from vomstudio.ui.dialogs.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions)
     fit_to_screen(dialog)
-    if dialog.exec() and dialog.chosen:
-        actions.run(dialog.chosen)
+    if dialog.exec() and dialog.selected_command:
+        actions.run(dialog.selected_command)

@@ -1,4 +1,4 @@
-"""Commands on feature types, on how planes are drawn and on which features are shown."""
+"""Commands on feature types, plane symbols and the visibility of features."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.ui.base.studio import Studio
 if TYPE_CHECKING:
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-PLANES_AS = (
+PLANE_STYLES = (
     (
         "planes_discs",
         to_translate("&Discs"),
@@ -35,27 +35,27 @@ PLANES_AS = (
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
-    """open_types : opens the dialog of feature types"""
+    """Create the feature commands. `open_types` opens the dialog of feature types."""
 
     surroundings = studio.workspace.surroundings
 
-    def chosen() -> list[str]:
+    def selected_ids() -> list[str]:
         return chosen_features(studio)
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_hidden() -> Finding | None:
+    def why_not_show_all() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")
 
-    def planes(value: str) -> Callable[[], None]:
-        def choose() -> None:
+    def set_plane_style(value: str) -> Callable[[], None]:
+        def apply() -> None:
             studio.settings.planes_as = value
             studio.keep_settings()
 
-        return choose
+        return apply
 
-    def is_planes(value: str) -> Callable[[], bool]:
+    def is_plane_style(value: str) -> Callable[[], bool]:
         return lambda: studio.settings.planes_as == value
 
     table = [
@@ -63,62 +63,61 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             "feature_types",
             tr("Feature &types…"),
             open_types,
-            "shape-outline",
-            (),
-            tr("Add, rename, colour and remove feature types: bedding, fault, joint …"),
+            icon="shape-outline",
+            tip=tr("Add, rename, colour and remove feature types: bedding, fault, joint …"),
         ),
         Command(
             "update_surroundings",
             tr("&Update earlier features"),
             surroundings.update,
-            None,
-            (),
-            tr(
+            tip=tr(
                 "Measure the resolution and the outcrop face anew around features "
                 "that were measured by an earlier rule."
             ),
-            surroundings.why_not,
+            why_not=surroundings.why_not,
         ),
         Command(
             "show_chosen",
             tr("&Show"),
-            lambda: studio.set_visible(chosen(), True),
-            "eye-outline",
-            (),
-            tr("Show the selected features, in the outcrop and on the stereonet."),
-            none_chosen,
+            lambda: studio.set_visible(selected_ids(), True),
+            icon="eye-outline",
+            tip=tr("Show the selected features, in the outcrop and on the stereonet."),
+            why_not=why_no_selection,
         ),
         Command(
             "hide_chosen",
             tr("&Hide"),
-            lambda: studio.set_visible(chosen(), False),
-            "eye-off-outline",
-            "Ctrl+H",
-            tr("Hide the selected features, in the outcrop and on the stereonet."),
-            none_chosen,
+            lambda: studio.set_visible(selected_ids(), False),
+            icon="eye-off-outline",
+            shortcut="Ctrl+H",
+            tip=tr("Hide the selected features, in the outcrop and on the stereonet."),
+            why_not=why_no_selection,
         ),
         Command(
             "show_only",
             tr("Show &only these"),
-            lambda: studio.show_only(chosen()),
-            None,
-            (),
-            tr("Hide all features except the selected ones."),
-            none_chosen,
+            lambda: studio.show_only(selected_ids()),
+            tip=tr("Hide all features except the selected ones."),
+            why_not=why_no_selection,
         ),
         Command(
             "show_all",
             tr("Show &all"),
             studio.show_all,
-            None,
-            "Ctrl+Shift+H",
-            tr("Show all features, feature types and models."),
-            nothing_hidden,
+            shortcut="Ctrl+Shift+H",
+            tip=tr("Show all features, feature types and models."),
+            why_not=why_not_show_all,
         ),
     ]
-    for name, text, value, tip in PLANES_AS:
+    for name, text, value, tip in PLANE_STYLES:
         table.append(
-            Command(name, tr(text), planes(value), None, (), tr(tip), checked=is_planes(value))
+            Command(
+                name,
+                tr(text),
+                set_plane_style(value),
+                tip=tr(tip),
+                checked=is_plane_style(value),
+            )
         )
     return table
 
@@ -126,10 +125,10 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
 def open_types(
     parent: QWidget, studio: Studio, dialogs: OpenDialogs, type_id: str = ""
 ) -> TypesDialog:
-    """The dialog, beside the window, so that the outcrop shows what is changed."""
+    """Open the dialog of feature types beside the window, so that changes are visible."""
     from vomstudio.ui.dialogs.feature_types_dialog import TypesDialog
 
-    there = dialogs.shown(TypesDialog)
-    if there is not None and type_id:
-        there.select(type_id)
+    dialog = dialogs.shown(TypesDialog)
+    if dialog is not None and type_id:
+        dialog.select(type_id)
     return dialogs.show(TypesDialog, lambda: TypesDialog(parent, studio, type_id))

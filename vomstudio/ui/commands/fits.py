@@ -1,5 +1,4 @@
-"""Commands about the planes that were fitted to picked points: their shapes as a figure, and the
-command that fits them."""
+"""Commands on planes that were fitted to picked points."""
 
 from __future__ import annotations
 
@@ -21,58 +20,60 @@ from vomstudio.ui.widgets.figure_file import ask_for_picture
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands for the figure of plane shapes and for copying the fits."""
 
     def why_not() -> Finding | None:
-        # Of thousands the first one tells: every edit asks this.
-        some = any(isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values())
-        return None if some else Finding("planes.none")
+        # Stop at the first plane: this runs after every edit, on thousands of records.
+        has_planes = any(
+            isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values()
+        )
+        return None if has_planes else Finding("planes.none")
 
     return [
         Command(
             "fit_figure",
             tr("Figure of plane s&hapes…"),
-            lambda: _figure(studio, parent),
-            "chart-scatter-plot",
-            (),
-            tr("Coplanarity by collinearity of the selected planes, else of all."),
-            why_not,
+            lambda: _ask_for_figure(studio, parent),
+            icon="chart-scatter-plot",
+            tip=tr("Coplanarity by collinearity of the selected planes, else of all."),
+            why_not=why_not,
         ),
         Command(
             "copy_fit",
             tr("Copy &fits as command…"),
             lambda: copy_fit(studio, parent),
-            "console",
-            (),
-            tr(
+            icon="console",
+            tip=tr(
                 "Keep the points of the selected traces, else of all, as a table, and copy the "
                 "command that fits their planes."
             ),
-            why_not,
+            why_not=why_not,
         ),
     ]
 
 
-def fitted(studio: Studio) -> Sequence[Picked]:
-    """The selected ones whose planes rest on picked points, else all of them."""
+def planes_to_fit(studio: Studio) -> Sequence[Picked]:
+    """Return the selected planes that were fitted to picked points, else all of them."""
     records = studio.records
-    chosen = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
-    return chosen or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
+    selected = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
+    return selected or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
 
 
-def _figure(studio: Studio, parent: QWidget) -> None:
+def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
     path = ask_for_picture(parent, studio, tr("Figure of plane shapes"), "shapes")
     if path is not None:
         write_figure(studio, path)
 
 
 def write_figure(studio: Studio, path: Path) -> None:
-    """As svg, pdf or png, in place of what is there."""
+    """Write the figure of plane shapes as SVG, PDF or PNG. Replaces an existing file."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.shape_figure import write_shapes
     from vomstudio.project.tables.project_table import project_table
 
-    table = project_table(studio.records, studio.measurements, {f.id for f in fitted(studio)})
+    table = project_table(
+        studio.records, studio.measurements, {f.id for f in planes_to_fit(studio)}
+    )
     try:
         with atomic_write(path, True) as temporary:
             write_shapes(temporary, table.rows, format=path.suffix.lower().removeprefix("."))
@@ -83,25 +84,25 @@ def write_figure(studio: Studio, path: Path) -> None:
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:
-    """Ask for the table of the points, and put the command on the clipboard."""
-    features = fitted(studio)
-    measured = studio.measured(f.id for f in features)
-    methods = {getattr(f, "method", "pca") for f in features}
+    """Save the points as a table, and copy the command that fits their planes."""
+    planes = planes_to_fit(studio)
+    measurements = studio.measured(f.id for f in planes)
+    methods = {getattr(f, "method", "pca") for f in planes}
 
     def write(path: Path) -> None:
         from vomstudio.core.files.atomic import write_bytes
         from vomstudio.project.tables.orientation_table import csv_text
 
         rows = [WORLD_COMMENT.strip(), "id,x,y,z"]
-        for f in features:
-            named = csv_text(f.id)
-            rows += [f"{named},{numbers_text(p)}" for p in measured[f.id].points.tolist()]
+        for f in planes:
+            name = csv_text(f.id)
+            rows += [f"{name},{numbers_text(p)}" for p in measurements[f.id].points.tolist()]
         write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-    def words(path: Path) -> Words:
-        found: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
+    def build_command(path: Path) -> Words:
+        arguments: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
         if len(methods) == 1:
-            found.append(("--method", str(next(iter(methods)))))
-        return found
+            arguments.append(("--method", str(next(iter(methods)))))
+        return arguments
 
-    copy_with_file(parent, studio, "points.csv", write, words)
+    copy_with_file(parent, studio, "points.csv", write, build_command)

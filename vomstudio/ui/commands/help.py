@@ -1,4 +1,4 @@
-"""The documentation, the list of shortcuts, and what this program is."""
+"""Commands that show the documentation, the shortcuts and the version."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.dialogs.help.help_pages import address_of
 from vomstudio.ui.widgets.failure_notices import Host, save_report
 
-_MOUSE = to_translate(
+_MOUSE_TEXT = to_translate(
     "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
     "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
     "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
@@ -22,72 +22,73 @@ _MOUSE = to_translate(
     "With Select: Shift adds, Ctrl takes away, Ctrl+wheel and Shift+wheel turn the tolerance. "
     "On the stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
 )
-_ABOUT = to_translate(
+_ABOUT_TEXT = to_translate(
     "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models and "
     "states the error of each measurement.<br>BSD-3-Clause."
 )
 
 
 def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the help commands."""
 
-    def read() -> None:
+    def show_documentation() -> None:
         from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
         dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
 
-    def explain() -> None:
-        what = explained_here()
-        if what is None:
-            _shortcuts(parent, actions)
+    def show_explanation() -> None:
+        topic = explained_here()
+        if topic is None:
+            _show_shortcuts(parent, actions)
             return
         from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
         dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation())).go_to(
-            what if isinstance(what, str) else address_of(what)
+            topic if isinstance(topic, str) else address_of(topic)
         )
 
     return [
         Command(
             "documentation",
             tr("&Documentation"),
-            read,
-            "book-open-outline",
-            (),
-            tr("First steps, what the numbers mean, commands and file formats."),
+            show_documentation,
+            icon="book-open-outline",
+            tip=tr("First steps, what the numbers mean, commands and file formats."),
         ),
         Command(
             "explain",
             tr("&Explain this"),
-            explain,
-            "help-circle-outline",
-            "F1",
-            tr(
+            show_explanation,
+            icon="help-circle-outline",
+            shortcut="F1",
+            tip=tr(
                 "Opens the documentation at what is under the cursor, or has the focus; over "
                 "the outcrop the list of shortcuts."
             ),
             everywhere=True,
         ),
         Command(
-            "shortcuts", tr("&Shortcuts"), lambda: _shortcuts(parent, actions), "keyboard-outline"
+            "shortcuts",
+            tr("&Shortcuts"),
+            lambda: _show_shortcuts(parent, actions),
+            "keyboard-outline",
         ),
         Command(
             "save_report",
             tr("Save &report…"),
             lambda: save_report(host, parent),
-            "file-alert-outline",
-            (),
-            tr("An error report as text. Read it before you pass it on."),
+            icon="file-alert-outline",
+            tip=tr("An error report as text. Read it before you pass it on."),
         ),
         Command(
             "about",
             tr("&About VOM Studio"),
-            lambda: QMessageBox.about(parent, "VOM Studio", tr(_ABOUT, version=__version__)),
+            lambda: QMessageBox.about(parent, "VOM Studio", tr(_ABOUT_TEXT, version=__version__)),
         ),
     ]
 
 
-def _shortcuts(parent: QWidget, actions: Actions) -> None:
+def _show_shortcuts(parent: QWidget, actions: Actions) -> None:
     rows = []
     for command in actions.commands():
         keys = ", ".join(k.toString() for k in actions.all[command.name].shortcuts())
@@ -96,4 +97,4 @@ def _shortcuts(parent: QWidget, actions: Actions) -> None:
             if command.in_viewport:
                 text = tr("{command} (in the viewport)", command=text)
             rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
-    show_long_text(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE)}")
+    show_long_text(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE_TEXT)}")

@@ -11,7 +11,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import why_no_model
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.commands import domain_splitting as domain_parting
+from vomstudio.ui.commands import domain_splitting
 from vomstudio.ui.commands.drawing_import import DrawingImport
 from vomstudio.ui.commands.plane_import import ListedImport
 from vomstudio.ui.panels.features import plane_relations
@@ -19,9 +19,9 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs."""
+    """Create the commands on lines, intersections and imported features."""
 
-    def too_few_groups() -> Finding | None:
+    def why_too_few_groups() -> Finding | None:
         if len(plane_relations.groups_of(studio)) > 1:
             return None
         return Finding("action.one-group")
@@ -31,85 +31,78 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         fit_to_screen(dialog)
         dialog.open()
 
-    drawings, listed = DrawingImport(parent, studio), ListedImport(parent, studio)
+    drawings, lists = DrawingImport(parent, studio), ListedImport(parent, studio)
     return [
         Command(
             "keep_intersection",
             tr("&Keep intersection"),
             lambda: plane_relations.keep(studio),
-            "vector-intersection",
-            (),
-            tr(
+            icon="vector-intersection",
+            tip=tr(
                 "Keep the intersection line of the two selected planes as a feature, with its "
                 "error."
             ),
-            lambda: plane_relations.why_not_keep(studio),
+            why_not=lambda: plane_relations.why_not_keep(studio),
         ),
         Command(
             "intersection_of_sets",
             tr("&Intersection of sets…"),
             ask_for_sets,
-            "vector-intersection",
-            (),
-            tr(
+            icon="vector-intersection",
+            tip=tr(
                 "Intersection line of the mean planes of two types or sets, such as bedding and "
                 "fault."
             ),
-            too_few_groups,
+            why_not=why_too_few_groups,
         ),
         Command(
             "part_by_plane",
             tr("Part into domains by this &plane"),
-            lambda: domain_parting.part(studio),
-            "vector-difference",
-            (),
-            tr(
+            lambda: domain_splitting.split_domains(studio),
+            icon="vector-difference",
+            tip=tr(
                 "Features on the two sides of the selected plane become the domains hanging "
                 "wall and footwall."
             ),
-            lambda: domain_parting.why_not(studio),
+            why_not=lambda: domain_splitting.why_not(studio),
         ),
         Command(
             "import_listed",
             tr("Import &stations, contacts and rocks…"),
-            listed.choose,
-            "map-marker-plus",
-            (),
-            tr(
+            lists.choose,
+            icon="map-marker-plus",
+            tip=tr(
                 "Import stations, samples, contact lines and rock areas from layers or a table "
                 "as they are exported."
             ),
-            lambda: why_no_model(studio),
+            why_not=lambda: why_no_model(studio),
         ),
         Command(
             "import_drawing",
             tr("Import lines &drawn on an orthophoto…"),
             drawings.choose,
-            "vector-polyline-plus",
-            (),
-            tr(
+            icon="vector-polyline-plus",
+            tip=tr(
                 "Lines and polygons that were drawn on an orthophoto in a GIS, CAD or Inkscape "
                 "become traces on the model."
             ),
-            drawings.why_not,
+            why_not=drawings.why_not,
         ),
         Command(
             UPDATE_DRAWN,
             tr("&Update edited traces"),
             drawings.update,
-            "vector-polyline-edit",
-            (),
-            tr("Give traces that were edited in the imported drawing their new vertices."),
-            drawings.why_no_update,
+            icon="vector-polyline-edit",
+            tip=tr("Give traces that were edited in the imported drawing their new vertices."),
+            why_not=drawings.why_no_update,
         ),
         Command(
             "along_line",
             tr("Look along the &line"),
-            directions.along_line,
-            None,
-            "I",
-            tr("Orthographic view along the selected lineation or intersection."),
-            directions.why_no_line,
+            directions.look_along_line,
+            shortcut="I",
+            tip=tr("Orthographic view along the selected lineation or intersection."),
+            why_not=directions.why_no_line,
             in_viewport=True,
         ),
     ]

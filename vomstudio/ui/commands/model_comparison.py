@@ -1,4 +1,4 @@
-"""Commands on two models of the same rock."""
+"""Commands that fit or compare two models of the same rock."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from vomstudio.ui.base.window_protocols import Docks, Workspaces
 def commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands to fit and compare models."""
 
-    def no_model() -> Finding | None:
+    def why_no_model() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
@@ -40,24 +40,22 @@ def commands(
             "fit_model",
             tr("Fit to another &model…"),
             fit,
-            "vector-combine",
-            (),
-            tr(
+            icon="vector-combine",
+            tip=tr(
                 "Places the model by another one of the same rock: points that are clicked in "
                 "both, then the surfaces, with the error in degrees."
             ),
-            no_model,
+            why_not=why_no_model,
         ),
         Command(
             "compare_models",
             tr("Compare with a &benchmark…"),
             compare,
-            "compare-horizontal",
-            (),
-            tr(
+            icon="compare-horizontal",
+            tip=tr(
                 "Signed distances from a better model or cloud of the same rock, and what of "
                 "them is more than chance."
             ),
-            no_model,
+            why_not=why_no_model,
         ),
     ]

@@ -1,4 +1,4 @@
-"""Copying a model into the project folder, with its cameras and, where wanted, its photos."""
+"""Copying of a model into the project folder, with its cameras and optionally its photos."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from vomstudio.ui.base.studio import Studio
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
-    """Ask whether the photos are to be copied too, and start the job."""
+    """Ask whether to copy the photos too, and start the job."""
     path = studio.project.find_model(model)
     if path is None:
         return
     cameras = links.cameras_path(model.id)
-    count, size = (0, 0) if cameras is None else photos_of(path, cameras)
-    photos = False
-    if count:
+    photo_count, size_bytes = (0, 0) if cameras is None else photos_of(path, cameras)
+    copy_photos = False
+    if photo_count:
         box = QMessageBox(parent)
         box.setIcon(QMessageBox.Icon.Question)
         box.setText(
             tr_n(
                 "Copy the {count} photo of {model} as well?",
                 "Copy the {count} photos of {model} as well?",
-                count,
+                photo_count,
                 model=as_words(model.name),
             )
         )
@@ -36,7 +36,7 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
                 "Size: {size:,.0f} MB. With its photos the project folder can be moved to another "
                 "computer and still shows features in the photos. Without them, the project "
                 "refers to the photos at their present place.",
-                size=size / 1e6,
+                size=size_bytes / 1e6,
             )
         )
         button = QMessageBox.StandardButton
@@ -44,5 +44,5 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
         answer = box.exec()
         if answer == button.Cancel:
             return
-        photos = answer == button.Yes
-    studio.copy_model(model.id, cameras, photos, lambda: links.forget_choices(model.id))
+        copy_photos = answer == button.Yes
+    studio.copy_model(model.id, cameras, copy_photos, lambda: links.forget_choices(model.id))

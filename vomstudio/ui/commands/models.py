@@ -23,12 +23,12 @@ from vomstudio.ui.commands.project_files import Files
 def commands(
     studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: Workspaces
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands on the current model."""
 
-    def no_model() -> Finding | None:
+    def why_no_model() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")
 
-    def cannot_copy() -> Finding | None:
+    def why_not_copy() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
@@ -47,85 +47,85 @@ def commands(
         if model is not None:
             copy_into_project(parent, studio, links, model)
 
-    def cannot_export() -> Finding | None:
+    def why_not_export() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return None if model.id in studio.models else Finding("model.not-open")
 
-    def not_missing() -> Finding | None:
+    def why_not_locate() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return Finding("action.model-located") if model.id in studio.models else None
 
-    def cannot_convert() -> Finding | None:
-        offered = studio.workspace.models.convertible
-        return Finding("action.no-refused-model") if offered is None else None
+    def why_not_convert() -> Finding | None:
+        convertible = studio.workspace.models.convertible
+        return Finding("action.no-refused-model") if convertible is None else None
 
     return [
         Command(
             "declare_frame",
             tr("&Declare frame…"),
             files.declare_frame,
-            "axis-arrow",
-            (),
-            tr(
+            icon="axis-arrow",
+            tip=tr(
                 "Up axis, unit, and CRS or local frame. Orientations are geographic only in "
                 "a declared frame."
             ),
-            no_model,
+            why_not=why_no_model,
         ),
         Command(
             "register_model",
             tr("&Register by points"),
             register,
-            "vector-point-select",
-            (),
-            tr(
+            icon="vector-point-select",
+            tip=tr(
                 "Places the model by points that are clicked on it or come in a table, and "
                 "their coordinates, with residuals and the error in degrees."
             ),
-            no_model,
+            why_not=why_no_model,
         ),
         Command(
             CONVERT,
             tr("Convert to &metric CRS"),
             studio.workspace.models.convert,
-            "map-marker-path",
-            (),
-            tr("Opens the refused model as a copy in a CRS whose metres are true."),
-            cannot_convert,
+            icon="map-marker-path",
+            tip=tr("Opens the refused model as a copy in a CRS whose metres are true."),
+            why_not=why_not_convert,
         ),
         Command(
             "locate",
             tr("&Locate file…"),
             files.locate_model,
-            "file-search-outline",
-            (),
-            tr("Choose the file of a model that has been moved or renamed."),
-            not_missing,
+            icon="file-search-outline",
+            tip=tr("Choose the file of a model that has been moved or renamed."),
+            why_not=why_not_locate,
         ),
         Command(
             "copy_model",
             tr("&Copy into project"),
             copy,
-            "content-copy",
-            (),
-            tr(
+            icon="content-copy",
+            tip=tr(
                 "Copies the model with its materials, textures and cameras, and its photos if "
                 "wanted, so that the project folder can be moved or zipped."
             ),
-            cannot_copy,
+            why_not=why_not_copy,
         ),
         Command(
             "export_model",
             tr("&Export model as…"),
             files.export_model,
-            "export",
-            (),
-            tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
-            cannot_export,
+            icon="export",
+            tip=tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+            why_not=why_not_export,
         ),
-        Command("remove_model", tr("&Remove model"), files.remove_model, "close", (), "", no_model),
+        Command(
+            "remove_model",
+            tr("&Remove model"),
+            files.remove_model,
+            icon="close",
+            why_not=why_no_model,
+        ),
     ]

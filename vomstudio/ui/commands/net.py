@@ -24,7 +24,7 @@ from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.figure_export import NetDock, style_of, write_shown
+from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 from vomstudio.ui.widgets.figure_file import ask_for_picture
 
 if TYPE_CHECKING:
@@ -33,75 +33,81 @@ if TYPE_CHECKING:
 
 def commands(
     studio: Studio,
-    net: Callable[[], NetDock | None],
+    find_net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
     fill_middle: Callable[[str], None],
 ) -> list[Command]:
-    """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
-    the place of the outcrop, or puts it back"""
+    """Create the commands of the stereonet and the import of field measurements.
 
-    def no_net() -> Finding | None:
-        empty = None if studio.session.features() else Finding("action.net-empty")
-        return not_loaded() or empty
+    Parameters
+    ----------
+    find_net : callable
+        Returns the stereonet, None until its library is loaded.
+    fill_middle : callable
+        Toggles a dock between its own place and the place of the outcrop.
+    """
+
+    def why_no_net() -> Finding | None:
+        no_features = None if studio.session.features() else Finding("action.net-empty")
+        return why_not_loaded() or no_features
 
     def export() -> None:
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             choose_picture(parent, studio, panel)
 
     def copy() -> None:
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             copy_net(studio, panel)
 
-    def type_in() -> None:
+    def draw_on_net() -> None:
         from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
 
-        if (panel := net()) is not None:
-            dialogs.show(NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.wishes))
+        if (panel := find_net()) is not None:
+            dialogs.show(
+                NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.view_settings)
+            )
 
-    def style() -> None:
+    def choose_style() -> None:
         from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
 
-        if (panel := net()) is not None:
+        if (panel := find_net()) is not None:
             dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
 
-    def not_loaded() -> Finding | None:
-        return None if net() else Finding("action.net-loading")
+    def why_not_loaded() -> Finding | None:
+        return None if find_net() else Finding("action.net-loading")
 
     return [
         Command(
             "type_on_net",
             tr("Draw and turn on the net…"),
-            type_in,
-            "pencil-ruler",
-            (),
-            tr("Type great and small circles, lines on planes, a turning, levels."),
-            not_loaded,
+            draw_on_net,
+            icon="pencil-ruler",
+            tip=tr("Type great and small circles, lines on planes, a turning, levels."),
+            why_not=why_not_loaded,
         ),
         Command(
             "figure_style",
             tr("Style of figures…"),
-            style,
-            "palette-outline",
-            (),
-            tr("Size, letters, symbols and colours of figures of nets and roses."),
-            not_loaded,
+            choose_style,
+            icon="palette-outline",
+            tip=tr("Size, letters, symbols and colours of figures of nets and roses."),
+            why_not=why_not_loaded,
         ),
         Command(
             "net_in_middle",
             tr("Stereonet in the middle"),
             lambda: fill_middle("stereonet"),
-            "fit-to-page-outline",
-            "Shift+F9",
-            tr("Give the stereonet the place of the outcrop, or put it back."),
+            icon="fit-to-page-outline",
+            shortcut="Shift+F9",
+            tip=tr("Give the stereonet the place of the outcrop, or put it back."),
         ),
         Command(
             "import_readings",
             tr("Import &field measurements…"),
             lambda: choose_readings(parent, studio),
-            "compass-outline",
-            (),
-            tr(
+            icon="compass-outline",
+            tip=tr(
                 "Import compass readings from a table and compare them "
                 "with the planes picked on the model."
             ),
@@ -110,22 +116,20 @@ def commands(
             "export_net",
             tr("Export stereo&net…"),
             export,
-            "export-variant",
-            (),
-            tr("The stereonet as a figure: SVG, PDF or PNG."),
-            no_net,
+            icon="export-variant",
+            tip=tr("The stereonet as a figure: SVG, PDF or PNG."),
+            why_not=why_no_net,
         ),
         Command(
             "copy_net",
             tr("&Copy stereonet as a figure"),
             copy,
-            "content-copy",
-            (),
-            tr(
+            icon="content-copy",
+            tip=tr(
                 "The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
                 "others as a picture."
             ),
-            no_net,
+            why_not=why_no_net,
         ),
     ]
 
@@ -154,24 +158,24 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
         studio.fail(error)
         return
     dialog = ReadingsDialog(
-        parent, table, dict(studio.records), place_of(studio), type_id=studio.next_type_id
+        parent, table, dict(studio.records), project_place(studio), type_id=studio.next_type_id
     )
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
-    def add() -> None:
+    def add_readings() -> None:
         ids = [reading.id for reading in dialog.readings]
         if studio.attempt(edits.add_readings, dialog.readings, dialog.types):
             studio.selection.set(ids)
-            picks = {i: found for i in ids if (found := studio.nearest_pick(i)) is not None}
+            picks = {i: pick for i in ids if (pick := studio.nearest_pick(i)) is not None}
             studio.info(reading_comparison.summary(ids, picks))
 
-    dialog.accepted.connect(add)
+    dialog.accepted.connect(add_readings)
     fit_to_screen(dialog)
     dialog.open()
 
 
-def place_of(studio: Studio) -> Place:
-    """The one CRS of the project's models, and the middle of those that are open."""
+def project_place(studio: Studio) -> Place:
+    """Return the only CRS of the project and the centre of its open models, in World."""
     from vomstudio.ui.dialogs.readings_dialog import Place
 
     models = studio.session.of(Model)
@@ -188,7 +192,7 @@ def place_of(studio: Studio) -> Place:
     return Place(crs, float(x), float(y), True)
 
 
-# --- the net as a figure ---------------------------------------------------------------------
+# --- figure of the net -----------------------------------------------------------------------
 def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
     path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
@@ -197,33 +201,33 @@ def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
 
 
 def copy_net(studio: Studio, panel: NetDock) -> None:
-    """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
-    made = {}
+    """Copy the stereonet to the clipboard as SVG and as an image."""
+    images = {}
     try:
-        shown = panel.for_print()
+        contents = panel.print_contents()
         for format_ in ("svg", "png"):
             data = io.BytesIO()
-            write_shown(data, shown, style_of(studio), format_)
-            made[format_] = data.getvalue()
+            write_net_figure(data, contents, load_figure_style(studio), format_)
+            images[format_] = data.getvalue()
     except VomError as error:
         studio.fail(error)
         return
     mime = QMimeData()
-    mime.setImageData(QImage.fromData(made["png"]))
-    mime.setData("image/svg+xml", made["svg"])
+    mime.setImageData(QImage.fromData(images["png"]))
+    mime.setData("image/svg+xml", images["svg"])
     QGuiApplication.clipboard().setMimeData(mime)
     studio.info(Finding("net.copied"))
 
 
 def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
-    """Write what the stereonet shows, on white, at the size of a printed figure."""
+    """Write the stereonet on white, at the size of a printed figure."""
     from vomstudio.core.files.atomic import atomic_write
 
     try:
-        shown = panel.for_print()
+        contents = panel.print_contents()
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_shown(Path(temporary), shown, style_of(studio), format_)
+            write_net_figure(Path(temporary), contents, load_figure_style(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

@@ -1,4 +1,4 @@
-"""The command that asks for an orthophoto."""
+"""Command that opens the dialog for an orthophoto."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 def commands(
     studio: Studio, view: OutcropView, directions: ViewPanel, parent: QWidget
 ) -> list[Command]:
-    """parent : of the dialog"""
+    """Create the orthophoto command."""
 
-    def ask() -> None:
+    def open_dialog() -> None:
         from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 
         if view.viewport is not None:
@@ -29,10 +29,10 @@ def commands(
         Command(
             "orthophoto",
             tr("&Orthophoto along this view…"),
-            ask,
-            "camera-metering-matrix",
-            "Ctrl+P",
-            tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
-            view.why_not,
+            open_dialog,
+            icon="camera-metering-matrix",
+            shortcut="Ctrl+P",
+            tip=tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
+            why_not=view.why_not,
         ),
     ]

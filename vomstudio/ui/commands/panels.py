@@ -1,4 +1,4 @@
-"""The commands that bring a panel of Analyse, or of Views and export, forward."""
+"""Commands that show a panel of the workspaces Analyse, Interpret or Views."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
     def no_model() -> Finding | None:
         return why_no_model(studio)
 
-    def no_lines() -> Finding | None:
+    def why_no_lines() -> Finding | None:
         if any(kind_of(f).layer is not None for f in studio.session.of(Picked)):
             return None
         return Finding("traces.none")
 
-    def no_planes() -> Finding | None:
+    def why_no_planes() -> Finding | None:
         if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
             return None
         return Finding("planes.none")
 
-    def bring(workspace: str, dock: str) -> Callable[[], None]:
+    def panel_command(workspace: str, dock: str) -> Callable[[], None]:
         def show() -> None:
             workspaces.switch(workspace)
             docks.bring_forward(dock)
@@ -37,96 +37,89 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
         return show
 
     def propose_sets() -> None:
-        count("sets")()
+        analysis_command("sets")()
         studio.sets_wanted.emit()
 
-    make = partial(bring, "results")
-    count = partial(bring, "results")
+    view_command = partial(panel_command, "results")
+    analysis_command = partial(panel_command, "results")
     return [
         Command(
             "propose_sets",
             tr("Propose &sets…"),
             propose_sets,
-            "scatter-plot-outline",
-            (),
-            tr("Sort planes into sets, see them on the net, and accept or reject the proposal."),
-            no_planes,
+            icon="scatter-plot-outline",
+            tip=tr(
+                "Sort planes into sets, see them on the net, and accept or reject the proposal."
+            ),
+            why_not=why_no_planes,
         ),
         Command(
             "elevation_model",
             tr("&Elevation model…"),
-            make("elevation"),
-            "image-filter-hdr",
-            (),
-            tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."),
-            no_model,
+            view_command("elevation"),
+            icon="image-filter-hdr",
+            tip=tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."),
+            why_not=no_model,
         ),
         Command(
             "section",
             tr("Se&ction…"),
-            make("section"),
-            "box-cutter",
-            (),
-            tr("Cut the model along a plane or a line, with the features beside it."),
-            no_model,
+            view_command("section"),
+            icon="box-cutter",
+            tip=tr("Cut the model along a plane or a line, with the features beside it."),
+            why_not=no_model,
         ),
         Command(
             "count_fractures",
             tr("F&ractures…"),
-            count("fractures"),
-            "grid",
-            (),
-            tr(
+            analysis_command("fractures"),
+            icon="grid",
+            tip=tr(
                 "Number, length, nodes and spacing of traces along a line, in a circle or in a "
                 "window."
             ),
-            no_lines,
+            why_not=why_no_lines,
         ),
         Command(
             "looked_at",
             tr("What was &looked at…"),
-            count("looked_at"),
-            "grid",
-            (),
-            tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
-            no_model,
+            analysis_command("looked_at"),
+            icon="grid",
+            tip=tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
+            why_not=no_model,
         ),
         Command(
             "repeats",
             tr("Picks a&gain…"),
-            count("repeats"),
-            "replay",
-            (),
-            tr(
+            analysis_command("repeats"),
+            icon="replay",
+            tip=tr(
                 "Offer some picks for a second time, unseen, and compare the spread with the "
                 "stated errors."
             ),
-            no_lines,
+            why_not=why_no_lines,
         ),
         Command(
             "fault_displacement",
             tr("Fault &displacement…"),
-            count("displacement"),
-            "arrow-split-horizontal",
-            (),
-            tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
-            no_lines,
+            analysis_command("displacement"),
+            icon="arrow-split-horizontal",
+            tip=tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
+            why_not=why_no_lines,
         ),
         Command(
             "three_points",
             tr("T&hree points…"),
-            bring("interpret", "three_points"),
-            "vector-triangle",
-            (),
-            tr("The plane through three points or more, clicked or typed, with its error."),
+            panel_command("interpret", "three_points"),
+            icon="vector-triangle",
+            tip=tr("The plane through three points or more, clicked or typed, with its error."),
         ),
         Command(
             "bed_log",
             tr("&Log along a line…"),
-            make("bed_log"),
-            "layers-triple-outline",
-            (),
-            tr("Boundaries of beds along a line, and the true thickness between them."),
-            no_model,
+            view_command("bed_log"),
+            icon="layers-triple-outline",
+            tip=tr("Boundaries of beds along a line, and the true thickness between them."),
+            why_not=no_model,
         ),
     ]

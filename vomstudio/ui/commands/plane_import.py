@@ -1,4 +1,4 @@
-"""Stations, contact lines and rock areas of a file, taken into the project from the menu."""
+"""Import of stations, contact lines and rock areas from a file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class ListedImport(QObject):
-    """The file is read in a thread; what it holds comes as one edit."""
+    """Import the features of a file in one edit. The file is read in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -30,7 +30,7 @@ class ListedImport(QObject):
         self._background = QtBackground(self)
 
     def choose(self) -> None:
-        """Ask for a file, and take in what it holds."""
+        """Ask for a file, and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
             tr("Import stations, contact lines and rock areas"),
@@ -38,46 +38,48 @@ class ListedImport(QObject):
             file_filters.listed(),
         )
         if name:
-            self.take_in(Path(name))
+            self.import_file(Path(name))
 
-    def take_in(self, path: Path) -> None:
-        """On the current model; what was left out is told."""
+    def import_file(self, path: Path) -> None:
+        """Import features on the current model, and report those that were skipped."""
         studio = self._studio
         model = current_model(studio)
         if model is None:
             studio.warn(Finding("action.no-model"))
             return
-        shown, records = model, dict(studio.records)
+        target, records = model, dict(studio.records)
         opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
         bounds = None if opened is None else opened.data.bounds
 
-        def work() -> ImportedFeatures:
+        def read_features() -> ImportedFeatures:
             from vomstudio.io.gis.crs import world_crs
             from vomstudio.project.imports.feature_lists import read_listed_features
 
             return read_listed_features(
                 path,
-                shown,
+                target,
                 records,
-                world_crs(shown.frame.crs, shown.frame.unit_m),
+                world_crs(target.frame.crs, target.frame.unit_m),
                 None if surface is None else surface.area_inside,
                 bounds,
             )
 
         studio.info(Finding("file.reading", file=path.name))
-        self._background.run(work, lambda found: self._arrived(shown, found), studio.fail)
+        self._background.run(
+            read_features, lambda imported: self._add_features(target, imported), studio.fail
+        )
 
-    def _arrived(self, model: Model, found: ImportedFeatures) -> None:
+    def _add_features(self, model: Model, imported: ImportedFeatures) -> None:
         studio = self._studio
-        now = studio.records.get(model.id)
-        if not isinstance(now, Model) or now.to_world != model.to_world:
+        current = studio.records.get(model.id)
+        if not isinstance(current, Model) or current.to_world != model.to_world:
             studio.warn(Finding("model.moved"))
             return
-        if not studio.attempt(edits.add_features, found.features):
+        if not studio.attempt(edits.add_features, imported.features):
             return
-        studio.selection.set([feature.id for feature in found.features])
-        studio.info(Finding("features.added", count=len(found.features)))
-        for warning in found.warnings:
+        studio.selection.set([feature.id for feature in imported.features])
+        studio.info(Finding("features.added", count=len(imported.features)))
+        for warning in imported.warnings:
             studio.warn(warning, warning.severity)
-        for name, reason in found.skipped:
+        for name, reason in imported.skipped:
             studio.warn(Finding("feature.left-out", feature=name, reason=reason))

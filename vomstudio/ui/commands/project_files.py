@@ -1,4 +1,4 @@
-"""The dialogs of the menus File and Model: open, save, export, locate, close."""
+"""Dialogs of the menus File and Model: open, save, export, locate, close."""
 
 from __future__ import annotations
 
@@ -57,49 +57,49 @@ _PROGRAMS = {
     "loopstructural": to_translate("LoopStructural (*.csv)"),
     "gems": to_translate("GeMS OrientationPoints (*.csv)"),
 }
-"""Formats of other programs, each with the words of the dialog."""
+"""File filters of the dialog for each program format."""
 
 
 class Files(QObject):
-    """Dialogs belong to `parent`; the studio does what they decide."""
+    """Open, save and export projects and models through dialogs of `parent`."""
 
     opened = Signal()
-    """The user has had a model or a project opened."""
+    """Emitted when the user opened a model or a project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
         self._parent, self._studio, self._survey = parent, studio, survey
         self._frame_dialog: FrameDialog | None = None
-        self._to_ask: list[str] = []
-        self._exported: tuple[str, Path] | None = None
+        self._pending_ids: list[str] = []
+        self._last_export: tuple[str, Path] | None = None
 
     def project_name(self) -> str:
-        """Name of the open project for titles; "untitled" where it has none."""
+        """Return the name of the open project for titles, or "untitled"."""
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
     def window_title(self) -> str:
-        """Says of the open project whether it is saved, and whether it is on the disk at all."""
-        words = {
+        """Return the window title, which shows if the project is saved and can be written."""
+        values = {
             "project": self.project_name(),
             "unsaved": "*" if self._studio.session.dirty else "",
         }
         projects = self._studio.workspace.projects
         if projects.kept:
-            return tr("{project}{unsaved} – VOM Studio", **words)
+            return tr("{project}{unsaved} – VOM Studio", **values)
         if projects.whole_on_disk:
-            return tr("{project}{unsaved} (cannot be written) – VOM Studio", **words)
-        return tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
+            return tr("{project}{unsaved} (cannot be written) – VOM Studio", **values)
+        return tr("{project}{unsaved} (in memory only) – VOM Studio", **values)
 
     def open_path(self, path: Path) -> None:
-        """Open a model or a project; before another project the user is asked to save."""
-        if is_project(path) and not self.ask_to_keep():
+        """Open a model or a project. Before a project, offer to save the open one."""
+        if is_project(path) and not self.ask_to_save():
             return
         self._studio.open_path(path)
         self.opened.emit()
 
     def choose_model(self) -> None:
-        """Ask for files of models and open them."""
+        """Ask for model files and open them."""
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
@@ -118,13 +118,15 @@ class Files(QObject):
             self.open_path(Path(name))
 
     def new_project(self) -> None:
-        """Open an untitled project, after asking whether to save the present one."""
-        if self.ask_to_keep():
+        """Open an untitled project, after offering to save the open one."""
+        if self.ask_to_save():
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
-        """Save the project, an untitled one under a name that is asked for, as one that is no
-        longer at its place; False where it is not saved."""
+        """Save the project, and return whether it was saved.
+
+        Ask for a folder if the project is untitled or its folder was lost.
+        """
         project = self._studio.project
         failure = project.write_failure
         if project.untitled or (failure is not None and is_lost(failure)):
@@ -132,29 +134,38 @@ class Files(QObject):
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
-        """Ask for a folder and save the project there; False where it is not saved."""
+        """Ask for a folder, save the project there, and return whether it was saved."""
         project = self._studio.project
-        return self._save_where(
+        return self._save_to_choice(
             tr("Save project as"), "outcrop" if project.untitled else project.name
         )
 
-    def place_for(self, photos: str) -> bool:
-        """Ask where the project is to be, before a model of photos is made in one without a name:
-        the model comes to lie in it. photos : the name of their folder, proposed for the project.
-        False, with nothing changed, where the user has cancelled or it cannot be there."""
+    def choose_place(self, photos: str) -> bool:
+        """Ask for the folder of an untitled project before a model is made in it.
+
+        Parameters
+        ----------
+        photos : str
+            Name of the photo folder, proposed as the project name.
+
+        Returns
+        -------
+        bool
+            False if the user cancelled or the project cannot be saved there.
+        """
         if not self._studio.project.untitled:
             return True
         title = tr(
             "Choose where to save the project; the model of {photos} is made in it", photos=photos
         )
-        return self._save_where(title, photos)
+        return self._save_to_choice(title, photos)
 
-    def _save_where(self, title: str, stem: str) -> bool:
-        """Ask under a title, and propose a name that is free."""
+    def _save_to_choice(self, title: str, stem: str) -> bool:
+        """Ask for a folder under a title, with a free name as proposal, and save there."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             title,
-            str(_free_place(Path(start_folder(self._studio)), stem)),
+            str(_free_folder(Path(start_folder(self._studio)), stem)),
             tr("VOM Studio project (*{suffix})", suffix=SUFFIX),
         )
         if not name:
@@ -164,121 +175,124 @@ class Files(QObject):
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
-        """Ask for a file and export the features. format_ : a key of the known formats, as
-        "csv"."""
+        """Ask for a file and export the features, in a format such as "csv"."""
         path = ask_for_target(
             self._parent,
             self._studio,
             tr("Export"),
-            f"{self._stem()}.{format_}",
+            f"{self._file_stem()}.{format_}",
             {format_: tr(_EXPORTS[format_])},
         )
         if path is not None:
             self.export_to(format_, path)
 
-    def _stem(self) -> str:
+    def _file_stem(self) -> str:
         project = self._studio.project
         return "orientations" if project.untitled else project.name
 
     def export_for_program(self) -> None:
-        """Ask for a program and a file, and export what the program can take."""
+        """Ask for a program and a file, and export in the format of the program."""
         formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
-        asked = ask_for_file(
+        answer = ask_for_file(
             self._parent,
             tr("Export for another program"),
-            Path(start_folder(self._studio)) / self._stem(),
+            Path(start_folder(self._studio)) / self._file_stem(),
             {pattern: pattern.rpartition("*")[2].rstrip(")") for pattern in formats},
         )
-        if asked is not None:
-            path, chosen = asked
-            self.export_to(formats[chosen], path)
+        if answer is not None:
+            path, selected_pattern = answer
+            self.export_to(formats[selected_pattern], path)
 
     def export_to(self, format_: str, path: Path) -> None:
-        """Export the features to `path`, replacing what is there."""
+        """Export the features to `path`. Replaces an existing file."""
 
         def write() -> None:
-            made = export_records(
+            result = export_records(
                 self._studio.records,
                 format_,
                 path,
                 force=True,
                 thresholds=self._studio.settings.thresholds,
             )
-            files = ", ".join(str(file) for file in made.files)
-            self._exported = format_, path
+            files = ", ".join(str(file) for file in result.files)
+            self._last_export = format_, path
             self._studio.info(Finding("export.written", file=files))
 
         self.attempt(write)
 
     def why_no_export(self) -> Finding | None:
         """Return that nothing was exported yet; None if something was."""
-        return Finding("action.nothing-exported") if self._exported is None else None
+        return Finding("action.nothing-exported") if self._last_export is None else None
 
     def copy_export(self) -> None:
-        """Put the command that exports the same on the clipboard."""
-        if self._exported is not None:
-            format_, path = self._exported
+        """Copy the command that repeats the last export to the clipboard."""
+        if self._last_export is not None:
+            format_, path = self._last_export
             folder = self._studio.project.folder
             copy_command(
                 self._studio, ["export", folder, ("--to", format_), ("-o", path), "--force"]
             )
 
     def export_model(self) -> None:
-        """The current model in World coordinates, in any format that can be written, as a job."""
+        """Export the current model in World coordinates as a job."""
         from vomstudio.io.models.writing import find_writers
 
         model = current_model(self._studio)
         path = self._studio.project.find_model(model) if model is not None else None
         if model is None or path is None:
             return
-        formats = {e.removeprefix("."): tr(w.name) for w in find_writers() for e in w.extensions}
-        ending = path.suffix.lower().removeprefix(".")
+        formats = {
+            extension.removeprefix("."): tr(writer.name)
+            for writer in find_writers()
+            for extension in writer.extensions
+        }
+        suffix = path.suffix.lower().removeprefix(".")
         out = ask_for_target(
             self._parent,
             self._studio,
             tr("Export {model} as", model=model.name),
-            f"{model.name}_export.{ending if ending in formats else 'ply'}",
+            f"{model.name}_export.{suffix if suffix in formats else 'ply'}",
             formats,
         )
         if out is None:
             return
 
-        def done(made: ExportedModel) -> None:
+        def handle_result(result: ExportedModel) -> None:
             self._studio.info(Finding("export.written", file=out))
-            for warning in made.warnings:
+            for warning in result.warnings:
                 self._studio.warn(warning)
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if not event.cancelled:
                 self._studio.warn(event.to_error(), "error")
 
         self._studio.jobs.submit(
             EXPORT_MODEL,
             ModelExport(
-                path,
-                self._studio.project.cache,
-                model.to_world,
-                world_crs(model.frame.crs, model.frame.unit_m),
-                out,
-                model.frame.axes,
-                model.registration,
+                path=path,
+                cache=self._studio.project.cache,
+                to_world=model.to_world,
+                crs=world_crs(model.frame.crs, model.frame.unit_m),
+                out=out,
+                axes=model.frame.axes,
+                registration=model.registration,
             ),
             title=tr("Exporting {model}", model=model.name),
-            on_done=done,
-            on_failed=failed,
+            on_done=handle_result,
+            on_failed=handle_failure,
         )
 
-    def attempt(self, do: Callable[[], None]) -> bool:
-        """Call `do`; False, with the reason shown, where it fails."""
+    def attempt(self, action: Callable[[], None]) -> bool:
+        """Call an action, show its error if it fails, and return whether it succeeded."""
         try:
-            do()
+            action()
         except VomError as error:
             self._studio.fail(error)
             return False
         return True
 
-    def ask_to_keep(self) -> bool:
-        """Before the project is closed: save, close without saving, or stay (False)."""
+    def ask_to_save(self) -> bool:
+        """Offer to save before the project is closed. Return False if the user cancels."""
         studio = self._studio
         if studio.has_work_to_save:
             box = QMessageBox(self._parent)
@@ -304,21 +318,26 @@ class Files(QObject):
                 return False
             if answer == QMessageBox.StandardButton.Save:
                 return self.save()
-        # Where even this cannot be written the work stays in the journal; a full disk must not
-        # hold the window open.
+        # If this cannot be written, the work stays in the journal. A full disk must not keep the
+        # window open.
         self.attempt(studio.discard)
         return True
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
-        """Show the frame dialog for a model; without an id for the current one.
+        """Show the frame dialog for a model, by default for the current one.
 
-        It stands beside the window, since which way is up is seen by turning the model. Models that
-        come while one is asked about are asked about after it.
+        The dialog stays beside the window, because the user finds the up axis by turning the model.
+        Models that are opened meanwhile are queued.
         """
-        now = self._frame_dialog
-        if model_id is not None and now is not None and isValid(now) and now.isVisible():
-            self._to_ask.append(model_id)
+        current = self._frame_dialog
+        if (
+            model_id is not None
+            and current is not None
+            and isValid(current)
+            and current.isVisible()
+        ):
+            self._pending_ids.append(model_id)
             return
         model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
@@ -327,26 +346,28 @@ class Files(QObject):
             self._frame_dialog.close()
         dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._declare(model.id, dialog.frame))
-        dialog.finished.connect(self._ask_next)
+        dialog.accepted.connect(lambda: self._apply_frame(model.id, dialog.frame))
+        dialog.finished.connect(self._declare_next)
         self._studio.project_opened.connect(dialog.close)
         fit_to_screen(dialog)
         self._frame_dialog = dialog
         dialog.show()
 
-    def _ask_next(self, answer: int) -> None:
-        """Who leaves one question unanswered is not asked the others."""
-        waiting = [i for i in self._to_ask if isinstance(self._studio.records.get(i), Model)]
-        self._to_ask = waiting[1:] if answer == QDialog.DialogCode.Accepted else []
-        if not waiting:
+    def _declare_next(self, answer: int) -> None:
+        """Show the frame dialog for the next queued model, unless one was cancelled."""
+        pending_ids = [
+            i for i in self._pending_ids if isinstance(self._studio.records.get(i), Model)
+        ]
+        self._pending_ids = pending_ids[1:] if answer == QDialog.DialogCode.Accepted else []
+        if not pending_ids:
             return
         if answer == QDialog.DialogCode.Accepted:
-            QTimer.singleShot(0, self, partial(self.declare_frame, waiting[0]))
+            QTimer.singleShot(0, self, partial(self.declare_frame, pending_ids[0]))
             return
-        self._studio.warn(Finding("frame.undeclared", count=len(waiting)))
+        self._studio.warn(Finding("frame.undeclared", count=len(pending_ids)))
 
-    def _declare(self, model_id: str, frame: Frame) -> None:
-        """Apply a declared frame; a registration is replaced only with the user's consent."""
+    def _apply_frame(self, model_id: str, frame: Frame) -> None:
+        """Apply a declared frame. Ask before it replaces a registration."""
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model):
             return
@@ -391,13 +412,13 @@ class Files(QObject):
             self._studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
-        """Remove the current model from the project; its file stays."""
+        """Remove the current model from the project but not from the disk."""
         model = current_model(self._studio)
         if model is not None:
             self._studio.attempt(edits.remove_model, model.id)
 
     def fill_recent(self, menu: QMenu) -> None:
-        """What was open lately; entries whose file is gone are disabled."""
+        """Fill the menu of recent projects and models. Missing files are disabled."""
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
@@ -407,18 +428,18 @@ class Files(QObject):
             menu.addAction(tr("No recent projects or models")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
-        """Untitled projects that were closed without saving, the newest 20."""
+        """Fill the menu of untitled projects closed without saving, at most 20."""
         menu.clear()
-        for work in list_discarded_works():
-            action = menu.addAction(work.describe())
+        for project in list_discarded_works():
+            action = menu.addAction(project.describe())
             action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
-            action.triggered.connect(lambda _=False, p=work.folder: self.open_path(p))
+            action.triggered.connect(lambda _=False, p=project.folder: self.open_path(p))
         if menu.isEmpty():
             menu.addAction(tr("No discarded work")).setEnabled(False)
 
 
-def _free_place(folder: Path, stem: str) -> Path:
-    """A project of this name in a folder, numbered where there is one already."""
-    ends = ("", *(f"-{number}" for number in range(2, 1000)))
-    places = [folder / f"{stem}{end}{SUFFIX}" for end in ends]
-    return next((place for place in places if not place.exists()), places[0])
+def _free_folder(folder: Path, stem: str) -> Path:
+    """Return a project folder that does not exist, with a number if needed."""
+    suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
+    folders = [folder / f"{stem}{suffix}{SUFFIX}" for suffix in suffixes]
+    return next((candidate for candidate in folders if not candidate.exists()), folders[0])

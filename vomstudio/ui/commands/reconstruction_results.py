@@ -18,7 +18,7 @@ from vomstudio.ui.outcrop.camera_view import CameraView
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.widgets.html_page import open_page
 
-SPARSE, REPORT = "sparse.ply", "report.html"
+TIE_POINT_FILE, REPORT_FILE = "sparse.ply", "report.html"
 
 
 def commands(
@@ -28,17 +28,17 @@ def commands(
     dialogs: OpenDialogs,
     parent: QWidget,
 ) -> list[Command]:
-    """parent : of the dialogs"""
+    """Create the commands on the results of a reconstruction."""
 
-    def results() -> Path | None:
-        """Where a reconstruction is: of the photos in the panel, else of a model that is open."""
-        out = survey.out()
+    def find_results() -> Path | None:
+        """Return the reconstruction folder of the Photos panel, else of an open model."""
+        out = survey.output_folder()
         if out is not None and is_aligned(out):
             return out
         return out if out is not None and survey.rows else cameras.folder()
 
-    def not_aligned() -> Finding | None:
-        out = results()
+    def why_not_aligned() -> Finding | None:
+        out = find_results()
         if out is None:
             return Finding("action.no-photos")
         return None if is_aligned(out) else Finding("action.not-aligned")
@@ -46,79 +46,80 @@ def commands(
     def show_alignment() -> None:
         from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
-        if (out := results()) is not None:
+        if (out := find_results()) is not None:
             dialogs.show(AlignmentDialog, lambda: AlignmentDialog(parent, studio, out), out)
 
-    def no_tie_points() -> Finding | None:
-        out = results()
+    def why_no_tie_points() -> Finding | None:
+        out = find_results()
         if out is None:
             return Finding("action.no-photos")
-        return None if (out / SPARSE).exists() else Finding("action.not-aligned")
+        return None if (out / TIE_POINT_FILE).exists() else Finding("action.not-aligned")
 
-    def tie_points() -> None:
-        if (out := results()) is not None:
+    def show_tie_points() -> None:
+        if (out := find_results()) is not None:
             _show_tie_points(studio, out)
 
-    def no_report() -> Finding | None:
-        out = results()
-        if out is not None and (out / REPORT).exists():
+    def why_no_report() -> Finding | None:
+        out = find_results()
+        if out is not None and (out / REPORT_FILE).exists():
             return None
         return Finding("action.no-report")
 
     def open_report() -> None:
-        if (out := results()) is not None:
-            open_page(parent, out / REPORT)
+        if (out := find_results()) is not None:
+            open_page(parent, out / REPORT_FILE)
 
     return [
         Command(
             "show_alignment",
             tr("&Alignment…"),
             show_alignment,
-            "vector-link",
-            (),
-            tr("Matches, camera calibration, residuals and depth maps."),
-            not_aligned,
+            icon="vector-link",
+            tip=tr("Matches, camera calibration, residuals and depth maps."),
+            why_not=why_not_aligned,
         ),
         Command(
             "show_tie_points",
             tr("Show &tie points"),
-            tie_points,
-            "dots-hexagon",
-            (),
-            tr("The sparse cloud of tie points, coloured by reprojection error."),
-            no_tie_points,
+            show_tie_points,
+            icon="dots-hexagon",
+            tip=tr("The sparse cloud of tie points, coloured by reprojection error."),
+            why_not=why_no_tie_points,
         ),
         Command(
             "open_report",
             tr("&Report"),
             open_report,
-            "file-document-outline",
-            (),
-            tr("All figures of the reconstruction on one page."),
-            no_report,
+            icon="file-document-outline",
+            tip=tr("All figures of the reconstruction on one page."),
+            why_not=why_no_report,
         ),
     ]
 
 
 def _show_tie_points(studio: Studio, out: Path) -> None:
-    """Open the tie points as a model of their own, in the frame of the model that was made of the
-    same photos."""
+    """Open the tie points as a model, in the frame of the model from the same photos."""
     folder = out.resolve()
-    # Links may lead to the same folder: paths are compared as they truly are.
+    # Symbolic links may lead to the same folder: compare resolved paths.
     models = {
         model.id: path.resolve()
         for model in studio.session.of(Model)
         if (path := studio.project.find_model(model)) is not None
     }
-    there = next((i for i, path in models.items() if path == folder / SPARSE), None)
-    if there is not None:
-        studio.set_visible([there], True)
-        studio.display.show_field(there, FieldStyle("error_px"))
+    existing_id = next((i for i, path in models.items() if path == folder / TIE_POINT_FILE), None)
+    if existing_id is not None:
+        studio.set_visible([existing_id], True)
+        studio.display.show_field(existing_id, FieldStyle("error_px"))
         return
-    like = next((i for i, path in models.items() if path.parent == folder), None)
-    name = studio.records[like].name if like is not None else folder.name
+    sibling_id = next((i for i, path in models.items() if path.parent == folder), None)
+    name = studio.records[sibling_id].name if sibling_id is not None else folder.name
 
-    def opened(model_id: str) -> None:
+    def show_errors(model_id: str) -> None:
         studio.display.show_field(model_id, FieldStyle("error_px"))
 
-    studio.open_model(out / SPARSE, tr("Tie points of {model}", model=name), like=like, then=opened)
+    studio.open_model(
+        out / TIE_POINT_FILE,
+        tr("Tie points of {model}", model=name),
+        like=sibling_id,
+        then=show_errors,
+    )

@@ -1,4 +1,4 @@
-"""The commands that show a page of the surface's panel."""
+"""Commands that show a page of the surface panel."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from vomstudio.ui.base.command_targets import why_no_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 
-_DOCK = "surface"
+_DOCK_NAME = "surface"
 
 
 def commands(studio: Studio, docks: Docks) -> list[Command]:
-    """They show the dock in the workspace where somebody is."""
+    """Create the commands. They show the panel in the current workspace."""
 
     def show(page: str) -> None:
-        docks.bring_forward(_DOCK)
+        docks.bring_forward(_DOCK_NAME)
         studio.surface_wanted.emit(page)
 
     def no_model() -> Finding | None:
@@ -27,27 +27,26 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             "surface_fields",
             tr("Surface f&ields…"),
             lambda: show("fields"),
-            "palette-outline",
-            (),
-            tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
-            no_model,
+            icon="palette-outline",
+            tip=tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
+            why_not=no_model,
         ),
         Command(
             "propose_facets",
             tr("Propose fa&cets…"),
             lambda: show("facets"),
-            "vector-polygon",
-            (),
-            tr("Find near-planar pieces of the outcrop, look at them, and accept or reject each."),
-            no_model,
+            icon="vector-polygon",
+            tip=tr(
+                "Find near-planar pieces of the outcrop, look at them, and accept or reject each."
+            ),
+            why_not=no_model,
         ),
         Command(
             "propose_traces",
             tr("Propose &traces…"),
             lambda: show("traces"),
-            "vector-polyline",
-            (),
-            tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
-            no_model,
+            icon="vector-polyline",
+            tip=tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
+            why_not=no_model,
         ),
     ]

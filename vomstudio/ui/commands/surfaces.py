@@ -1,4 +1,4 @@
-"""Commands that look at a patch as a surface, and carry a plane on through its model."""
+"""Commands that analyse a patch as a surface and extend a plane through its model."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from vomstudio.ui.base.studio import Studio
 
 
 def selected_patch(studio: Studio) -> Painted | None:
-    """The one selected feature, where it is a piece of a surface."""
+    """Return the selected feature if it is the only one and a patch."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Painted) else None
 
 
 def selected_plane(studio: Studio) -> Feature | None:
-    """The one selected feature, where it has a plane."""
+    """Return the selected feature if it is the only one and has a plane."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
     return record if isinstance(record, Feature) and has_plane(record) else None
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
-    """parent : of the dialogs."""
+    """Create the commands on the selected patch or plane."""
 
-    def no_patch() -> Finding | None:
+    def why_no_patch() -> Finding | None:
         patch = selected_patch(studio)
         if patch is None:
             return Finding("selection.no-patch")
@@ -38,7 +38,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             return Finding("model.not-open")
         return None
 
-    def no_plane() -> Finding | None:
+    def why_no_plane() -> Finding | None:
         plane = selected_plane(studio)
         if plane is None:
             return Finding("selection.no-plane")
@@ -71,24 +71,22 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             "patch_surface",
             tr("Patch as a &surface…"),
             show_surface,
-            "waves",
-            (),
-            tr(
+            icon="waves",
+            tip=tr(
                 "Deviations of the selected patch from its plane, where the plane ceases to "
                 "hold, its roughness and smoothest direction."
             ),
-            no_patch,
+            why_not=why_no_patch,
         ),
         Command(
             "extend_plane",
             tr("E&xtend through the model…"),
             show_extension,
-            "arrow-expand-horizontal",
-            (),
-            tr(
+            icon="arrow-expand-horizontal",
+            tip=tr(
                 "Carry the selected plane on through its model, with the band of its error, "
                 "also repeated at the thickness of the beds."
             ),
-            no_plane,
+            why_not=why_no_plane,
         ),
     ]

@@ -18,25 +18,32 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
-_DOCK = "photos"
-# Five photos with their thumbnails.
-_HEIGHT = 320
+_DOCK_NAME = "photos"
+# Five rows with thumbnails.
+_MIN_HEIGHT_PX = 320
 
 
 def commands(
     studio: Studio,
     survey: PhotoSurvey,
-    show: SurveyDialogs,
+    dialogs: SurveyDialogs,
     open_folder: Callable[[Path], None],
-    has_place: Callable[[str], bool],
+    choose_place: Callable[[str], bool],
 ) -> list[Command]:
-    """open_folder : called with the folder of photos that was chosen. has_place : whether a model
-    of the photos in a folder of this name can be made in the project, which asks for its place
-    where it has none"""
+    """Create the commands of the Photos panel.
 
-    def choose() -> None:
+    Parameters
+    ----------
+    open_folder : callable
+        Called with the selected folder of photos.
+    choose_place : callable
+        Returns whether the project has a folder for the model of the photos with this folder
+        name. Asks for it if the project is untitled.
+    """
+
+    def choose_folder() -> None:
         name = QFileDialog.getExistingDirectory(
-            show.parent,
+            dialogs.parent,
             tr("Choose a folder of photos"),
             start_folder(studio),
             QFileDialog.Option.ShowDirsOnly,
@@ -44,13 +51,13 @@ def commands(
         if name:
             open_folder(Path(name))
 
-    def make() -> None:
-        # Hours of work must not come to lie where the user never looks.
-        if survey.folder is not None and has_place(survey.folder.name):
-            survey.make()
+    def reconstruct() -> None:
+        # Hours of work must not be saved in a folder that the user does not know.
+        if survey.folder is not None and choose_place(survey.folder.name):
+            survey.reconstruct()
 
-    def nothing_to_make() -> Finding | None:
-        if survey.making is not None:
+    def why_no_settings() -> Finding | None:
+        if survey.reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         return None if survey.rows else Finding("action.no-photos")
 
@@ -58,18 +65,17 @@ def commands(
         Command(
             "choose_photos",
             tr("New model from &photos…"),
-            choose,
-            "image-multiple-outline",
-            "Ctrl+Shift+I",
-            tr("Open a folder of photos, check the survey, and reconstruct."),
+            choose_folder,
+            icon="image-multiple-outline",
+            shortcut="Ctrl+Shift+I",
+            tip=tr("Open a folder of photos, check the survey, and reconstruct."),
         ),
         Command(
             "plan_survey",
             tr("&Plan a survey…"),
-            show.plan,
-            "clipboard-text-outline",
-            (),
-            tr(
+            dialogs.show_planner,
+            icon="clipboard-text-outline",
+            tip=tr(
                 "Distance, camera positions, number of photos and control points, and a field "
                 "sheet."
             ),
@@ -77,43 +83,41 @@ def commands(
         Command(
             "video_frames",
             tr("Frames from a &video…"),
-            show.video,
-            "movie-open-outline",
-            (),
-            tr("Extract the sharp frames of a video as photos."),
+            dialogs.show_video,
+            icon="movie-open-outline",
+            tip=tr("Extract the sharp frames of a video as photos."),
         ),
         Command(
             "make_settings",
             tr("Reconstruction &settings…"),
-            show.settings,
-            "tune",
-            (),
-            tr("Quality, ground control, coordinate reference system, threads and memory."),
-            nothing_to_make,
+            dialogs.show_settings,
+            icon="tune",
+            tip=tr("Quality, ground control, coordinate reference system, threads and memory."),
+            why_not=why_no_settings,
         ),
         Command(
             "make_model",
             tr("&Reconstruct"),
-            make,
-            "cube-scan",
-            (),
-            tr("Align the photos and make a dense, textured model, in the background."),
-            survey.why_not_make,
+            reconstruct,
+            icon="cube-scan",
+            tip=tr("Align the photos and make a dense, textured model, in the background."),
+            why_not=survey.why_not_reconstruct,
         ),
         Command(
             "pause_model",
             tr("Pause"),
             survey.pause,
-            "pause",
-            (),
-            tr("Stop the reconstruction; finished stages are kept."),
-            lambda: None if survey.making else Finding("action.no-reconstruction"),
+            icon="pause",
+            tip=tr("Stop the reconstruction; finished stages are kept."),
+            why_not=lambda: (
+                None if survey.reconstruction_job else Finding("action.no-reconstruction")
+            ),
         ),
     ]
 
 
 class SurveyDialogs:
-    """Opens the dialogs about photos. actions : of the window, looked up when they are needed"""
+    """Open the dialogs on photos. The window fills `actions` after this is created."""
 
     def __init__(
         self,
@@ -128,7 +132,7 @@ class SurveyDialogs:
         self._studio, self._survey = studio, survey
         self._dialogs, self._actions, self._open_folder = dialogs, actions, open_folder
 
-    def plan(self) -> None:
+    def show_planner(self) -> None:
         """Open the survey planner."""
         from vomstudio.ui.dialogs.planner.planner_dialog import PlannerDialog
 
@@ -136,31 +140,31 @@ class SurveyDialogs:
             PlannerDialog, lambda: PlannerDialog(self.parent, self._studio, self._survey)
         )
 
-    def video(self) -> None:
-        """Open the extraction of frames from a video."""
+    def show_video(self) -> None:
+        """Open the dialog that extracts frames from a video."""
         from vomstudio.ui.dialogs.video_dialog import VideoDialog
 
         self._dialogs.show(
             VideoDialog, lambda: VideoDialog(self.parent, self._studio, self._open_folder)
         )
 
-    def settings(self) -> None:
+    def show_settings(self) -> None:
         """Open the reconstruction settings."""
         from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
 
-        make = self._actions["make_model"]
+        make_action = self._actions["make_model"]
         self._dialogs.show(
-            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make)
+            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make_action)
         )
 
 
 def is_photo_folder(path: Path) -> bool:
-    """Whether a path is a folder that is no project."""
+    """Return whether a path is a folder but not a project."""
     return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
 
 
 def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
     """Open a folder of photos and bring the Photos panel forward."""
     survey.open(folder)
-    docks.bring_forward(_DOCK)
-    docks.make_room(_DOCK, _HEIGHT)
+    docks.bring_forward(_DOCK_NAME)
+    docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX)

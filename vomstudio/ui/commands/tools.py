@@ -1,4 +1,4 @@
-"""Commands that choose a tool, and those on the open feature."""
+"""Commands that activate a tool, and commands on the open feature."""
 
 from __future__ import annotations
 
@@ -19,35 +19,35 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.commands.deletion import delete_selected
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 
-_NOTHING_OPEN = Finding("tool.nothing-open")
+_NO_OPEN_FEATURE = Finding("tool.nothing-open")
 
 
 class _OpenFeature:
-    """The open feature, or the selected one that can be continued."""
+    """Actions on the open feature, or on the selected one if it can be continued."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
 
     @property
     def tool(self) -> PolylineTool[Any] | None:
-        """The open tool, where it picks vertices."""
+        """The open tool, None if it does not pick vertices."""
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
-    def why_nothing(self) -> Finding | None:
-        return _NOTHING_OPEN if self._studio.open_tool is None else None
+    def why_no_feature(self) -> Finding | None:
+        return _NO_OPEN_FEATURE if self._studio.open_tool is None else None
 
     def why_not_finish(self) -> Finding | None:
-        unfinished = self._studio.open_tool or self._studio.tool
-        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
+        tool = self._studio.open_tool or self._studio.tool
+        return _NO_OPEN_FEATURE if tool is None else tool.why_not_finish()
 
     def why_not_cancel(self) -> Finding | None:
-        unfinished = self._studio.open_tool or self._studio.tool
-        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
+        tool = self._studio.open_tool or self._studio.tool
+        return _NO_OPEN_FEATURE if tool is None else tool.why_not_cancel()
 
     def why_no_vertex(self) -> Finding | None:
         if (tool := self.tool) is None:
-            return _NOTHING_OPEN
+            return _NO_OPEN_FEATURE
         if tool.current_vertex is None:
             return Finding("action.no-vertex")
         return None
@@ -58,10 +58,10 @@ class _OpenFeature:
     def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
             return Finding("feature.open")
-        return None if self._to_continue() else Finding("action.nothing-to-continue")
+        return None if self._find_continuable() else Finding("action.nothing-to-continue")
 
-    def _to_continue(self) -> tuple[str, str] | None:
-        """Id and tool of the last selected feature that was picked vertex by vertex."""
+    def _find_continuable(self) -> tuple[str, str] | None:
+        """Return id and tool of the last selected feature with picked vertices."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
             for name, tool in studio.tools.items():
@@ -72,11 +72,11 @@ class _OpenFeature:
         return None
 
     def continue_feature(self) -> None:
-        """Choose the tool of the selected feature and continue it."""
-        found = self._to_continue()
-        if found is None:
+        """Activate the tool of the selected feature and continue it."""
+        target = self._find_continuable()
+        if target is None:
             return
-        id_, name = found
+        id_, name = target
         self._studio.activate(name)
         tool = self._studio.tools[name]
         try:
@@ -97,22 +97,25 @@ class _OpenFeature:
             delete_selected(self._studio)
 
     def undo_click(self) -> None:
-        if (unfinished := self._studio.open_tool) is not None:
-            unfinished.undo()
+        if (tool := self._studio.open_tool) is not None:
+            tool.undo()
 
 
-class _Following:
-    """Whether lines follow contacts, and what of them: those of the tool that is active, else
-    traces."""
+class _ContactFollowing:
+    """Contact following of the active tool, or of the trace tool if it cannot follow."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._last = "colour"
+        self._last_cost = "colour"
 
     @property
     def tool(self) -> FollowingTool[Any]:
-        active = self._studio.tool
-        return active if isinstance(active, FollowingTool) else self._studio.tool_of(TraceTool)
+        active_tool = self._studio.tool
+        return (
+            active_tool
+            if isinstance(active_tool, FollowingTool)
+            else self._studio.tool_of(TraceTool)
+        )
 
     def why_not(self) -> Finding | None:
         if self.tool.continued:
@@ -120,14 +123,17 @@ class _Following:
         return why_no_model(self._studio)
 
     def toggle(self) -> None:
-        """What was followed last is followed again. While no line is being picked traces are: what
-        is switched without a tool to show it seems to do nothing."""
-        active = isinstance(self._studio.tool, FollowingTool)
+        """Switch following with the last cost on or off.
+
+        Activates the trace tool if the active tool cannot follow, because the switch would
+        otherwise have no visible effect.
+        """
+        is_active = isinstance(self._studio.tool, FollowingTool)
         cost = self.tool.cost
-        self._last = cost or self._last
-        if not active:
+        self._last_cost = cost or self._last_cost
+        if not is_active:
             self._studio.activate(TraceTool.name)
-        self.tool.follow(None if cost and active else self._last)
+        self.tool.follow(None if cost and is_active else self._last_cost)
 
 
 def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
@@ -136,27 +142,27 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
         name,
         tr(entry.label),
         lambda: studio.activate(name),
-        entry.icon,
-        entry.key,
-        tr(entry.tip),
-        lambda: why_no_model(studio),
+        icon=entry.icon,
+        shortcut=entry.key,
+        tip=tr(entry.tip),
+        why_not=lambda: why_no_model(studio),
         in_viewport=True,
         checked=lambda: studio.tool_name == name,
     )
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
-    """directions : looks along fold axes and planes; docks : where the stereonet is shown"""
-    picking, following = _OpenFeature(studio), _Following(studio)
+    """Create the tool commands. `directions` sets the view, `docks` shows the stereonet."""
+    picking, following = _OpenFeature(studio), _ContactFollowing(studio)
 
     return [
         Command(
             "navigate",
             tr("&Navigate"),
             lambda: studio.activate("navigate"),
-            "cursor-move",
-            "N",
-            tr("Orbit, pan and zoom; click a feature to select it."),
+            icon="cursor-move",
+            shortcut="N",
+            tip=tr("Orbit, pan and zoom; click a feature to select it."),
             in_viewport=True,
             checked=lambda: studio.tool_name == "navigate",
         ),
@@ -165,13 +171,13 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "follow",
             tr("&Follow contacts"),
             following.toggle,
-            "vector-curve",
-            "Shift+T",
-            tr(
+            icon="vector-curve",
+            shortcut="Shift+T",
+            tip=tr(
                 "A trace, contact line or outline follows the contact from click to click, or "
                 "goes straight."
             ),
-            following.why_not,
+            why_not=following.why_not,
             in_viewport=True,
             checked=lambda: following.tool.cost is not None,
         ),
@@ -179,81 +185,74 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             "finish",
             tr("Finish"),
             studio.finish_tool,
-            "check",
-            ("Return", "Enter"),
-            tr("Finish the open feature and keep it."),
-            picking.why_not_finish,
+            icon="check",
+            shortcut=("Return", "Enter"),
+            tip=tr("Finish the open feature and keep it."),
+            why_not=picking.why_not_finish,
             in_viewport=True,
         ),
         Command(
             "cancel",
             tr("Cancel"),
             studio.cancel_tool,
-            "close",
-            "Esc",
-            tr("Discard the open feature; a continued one stays as it was."),
-            picking.why_not_cancel,
+            icon="close",
+            shortcut="Esc",
+            tip=tr("Discard the open feature; a continued one stays as it was."),
+            why_not=picking.why_not_cancel,
             in_viewport=True,
         ),
         Command(
             "continue_trace",
             tr("Continue"),
             picking.continue_feature,
-            "vector-polyline-plus",
-            (),
-            tr(
+            icon="vector-polyline-plus",
+            tip=tr(
                 "Continue the selected trace, line, area or measurement: add, move, insert "
                 "or delete vertices."
             ),
-            picking.why_not_continue,
+            why_not=picking.why_not_continue,
         ),
         Command(
             "delete_vertex",
             tr("Delete vertex"),
             picking.delete_vertex,
-            "vector-polyline-remove",
-            (),
-            tr("Delete the marked vertex of the open feature (Del in the viewport)."),
-            picking.why_no_vertex,
+            icon="vector-polyline-remove",
+            tip=tr("Delete the marked vertex of the open feature (Del in the viewport)."),
+            why_not=picking.why_no_vertex,
         ),
         Command(
             "delete_here",
             tr("Delete vertex or features"),
             picking.delete,
-            None,
-            "Del",
-            tr("Delete the marked vertex of the open feature, else the selected features."),
-            picking.why_not_delete,
+            shortcut="Del",
+            tip=tr("Delete the marked vertex of the open feature, else the selected features."),
+            why_not=picking.why_not_delete,
             in_viewport=True,
         ),
         Command(
             "undo_click",
             tr("Undo last click"),
             picking.undo_click,
-            None,
-            "Backspace",
-            "",
-            picking.why_nothing,
+            shortcut="Backspace",
+            why_not=picking.why_no_feature,
             in_viewport=True,
         ),
         Command(
             "along_beta",
             tr("Look along fold axis &beta"),
-            directions.along_beta,
-            None,
-            "B",
-            tr("Orthographic view along the fold axis of the bedding."),
-            directions.why_no_beta,
+            directions.look_along_beta,
+            shortcut="B",
+            tip=tr("Orthographic view along the fold axis of the bedding."),
+            why_not=directions.why_no_beta,
             in_viewport=True,
         ),
         Command(
             "face_plane",
             tr("Face the &plane"),
             directions.face,
-            None,
-            "Shift+P",
-            tr("Orthographic view perpendicular to the selected plane."),
-            directions.why_no_plane,
+            shortcut="Shift+P",
+            tip=tr("Orthographic view perpendicular to the selected plane."),
+            why_not=directions.why_no_plane,
             in_viewport=True,
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),

@@ -1,4 +1,4 @@
-"""Commands that change the view of the outcrop, and the notation of orientations."""
+"""Commands on the view of the outcrop, the notation of orientations and the theme."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
-# (name, text, key, what the viewer looks toward)
+# (name, text, key)
 _VIEWS = (
     ("top", to_translate("From above"), "7"),
     ("north", to_translate("Looking north"), "1"),
@@ -32,18 +32,18 @@ _THEMES = (
 )
 
 
-def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]) -> list[Command]:
-    """only_outcrop : hides the panels, or shows them again"""
+def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None]) -> list[Command]:
+    """Create the view commands. `toggle_panels` hides or shows all panels."""
 
-    def none_chosen() -> Finding | None:
+    def why_no_selection() -> Finding | None:
         if studio.measured(studio.selection.ids):
             return view.why_not()
         return Finding("action.no-feature")
 
-    def look(name: str) -> Callable[[], None]:
+    def show_view(name: str) -> Callable[[], None]:
         return lambda: view.standard_view(name)
 
-    def notation(name: str) -> Callable[[], None]:
+    def set_notation(name: str) -> Callable[[], None]:
         def choose() -> None:
             studio.settings.notation = name
             studio.keep_settings()
@@ -53,7 +53,7 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
     def is_notation(name: str) -> Callable[[], bool]:
         return lambda: studio.settings.notation == name
 
-    def trackball() -> None:
+    def toggle_trackball() -> None:
         studio.settings.turntable = not studio.settings.turntable
         view.set_turntable(studio.settings.turntable)
         studio.keep_settings()
@@ -63,85 +63,88 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
             "home",
             tr("&Whole model"),
             view.see_all,
-            "home-outline",
-            "Home",
-            "",
-            view.why_not,
+            icon="home-outline",
+            shortcut="Home",
+            why_not=view.why_not,
             in_viewport=True,
         ),
         Command(
             "frame_selection",
             tr("&Zoom to selection"),
             view.frame_selection,
-            "image-filter-center-focus",
-            "F",
-            tr("Show the selected features."),
-            none_chosen,
+            icon="image-filter-center-focus",
+            shortcut="F",
+            tip=tr("Show the selected features."),
+            why_not=why_no_selection,
             in_viewport=True,
         ),
         Command(
             "view_back",
             tr("&Earlier view"),
             view.history.back,
-            "chevron-left",
-            "Shift+Z",
-            tr("Back to the camera and the clipping box before their last change."),
-            view.history.why_not_back,
+            icon="chevron-left",
+            shortcut="Shift+Z",
+            tip=tr("Back to the camera and the clipping box before their last change."),
+            why_not=view.history.why_not_back,
             in_viewport=True,
         ),
         Command(
             "view_forward",
             tr("&Later view"),
             view.history.forward,
-            "chevron-right",
-            "Shift+Y",
-            tr("Forward again, after going back."),
-            view.history.why_not_forward,
+            icon="chevron-right",
+            shortcut="Shift+Y",
+            tip=tr("Forward again, after going back."),
+            why_not=view.history.why_not_forward,
             in_viewport=True,
         ),
         Command(
             "orthographic",
             tr("&Orthographic"),
             view.toggle_orthographic,
-            "cube-outline",
-            "O",
-            tr("Without perspective: lengths perpendicular to the view are true."),
-            view.why_not,
+            icon="cube-outline",
+            shortcut="O",
+            tip=tr("Without perspective: lengths perpendicular to the view are true."),
+            why_not=view.why_not,
             in_viewport=True,
             checked=lambda: view.orthographic,
         ),
         Command(
             "trackball",
             tr("Free rotation (&trackball)"),
-            trackball,
-            None,
-            (),
-            tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
-            view.why_not,
+            toggle_trackball,
+            tip=tr("Rotate about any axis. Otherwise Z stays up (turntable)."),
+            why_not=view.why_not,
             checked=lambda: not studio.settings.turntable,
         ),
         Command(
             "only_outcrop",
             tr("Hide all panels"),
-            only_outcrop,
-            None,
-            "F9",
-            tr("Hide the panels, or show them again."),
+            toggle_panels,
+            shortcut="F9",
+            tip=tr("Hide the panels, or show them again."),
         ),
     ]
     table += [
-        Command(f"view_{name}", tr(text), look(name), None, key, "", view.why_not, in_viewport=True)
+        Command(
+            f"view_{name}",
+            tr(text),
+            show_view(name),
+            shortcut=key,
+            why_not=view.why_not,
+            in_viewport=True,
+        )
         for name, text, key in _VIEWS
     ]
     table += [
-        Command(name, tr(text), notation(value), checked=is_notation(value))
+        Command(name, tr(text), set_notation(value), checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
     return table + _theme_commands(studio)
 
 
 def _theme_commands(studio: Studio) -> list[Command]:
-    def use(name: str) -> Callable[[], None]:
+    def set_theme(name: str) -> Callable[[], None]:
         def choose() -> None:
             studio.settings.theme = name
             theme.use(name)
@@ -149,10 +152,10 @@ def _theme_commands(studio: Studio) -> list[Command]:
 
         return choose
 
-    def is_used(name: str) -> Callable[[], bool]:
+    def is_theme(name: str) -> Callable[[], bool]:
         return lambda: studio.settings.theme == name
 
     return [
-        Command(f"theme_{name}", tr(text), use(name), checked=is_used(name))
+        Command(f"theme_{name}", tr(text), set_theme(name), checked=is_theme(name))
         for name, text in _THEMES
     ]

@@ -1,1 +1,1 @@
-"""Dialogs beside the main window."""
+"""Dialogs of the main window."""

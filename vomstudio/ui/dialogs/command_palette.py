@@ -1,4 +1,4 @@
-"""Find a command by its words (Ctrl+K), and the list of shortcuts (F1)."""
+"""Search dialog for commands."""
 
 from __future__ import annotations
 
@@ -18,58 +18,60 @@ from vomstudio.ui.base.actions import Actions
 
 
 class CommandPalette(QDialog):
-    """Lists the commands whose texts contain all typed words; `chosen` is the selected one."""
+    """Search for commands whose texts contain all typed words."""
 
     def __init__(self, parent: QWidget, actions: Actions) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("Find command"))
         self.resize(520, 420)
         self._actions = actions
-        self._words = QLineEdit()
-        self._words.setPlaceholderText(tr("Type part of a command's name"))
-        self._words.textChanged.connect(self._fill)
-        self._words.installEventFilter(self)
-        # Rows with and without an icon stand in one line.
-        blank = QPixmap(16, 16)
-        blank.fill(Qt.GlobalColor.transparent)
-        self._blank = QIcon(blank)
+        self._search = QLineEdit()
+        self._search.setPlaceholderText(tr("Type part of a command's name"))
+        self._search.textChanged.connect(self._fill)
+        self._search.installEventFilter(self)
+        # An empty icon aligns the texts of commands without an icon.
+        empty_pixmap = QPixmap(16, 16)
+        empty_pixmap.fill(Qt.GlobalColor.transparent)
+        self._empty_icon = QIcon(empty_pixmap)
         self._list = QListWidget()
         self._list.itemActivated.connect(lambda _: self.accept())
         self._list.itemClicked.connect(lambda _: self.accept())
         layout = QVBoxLayout(self)
-        layout.addWidget(self._words)
+        layout.addWidget(self._search)
         layout.addWidget(self._list)
-        self._words.returnPressed.connect(self._run)
+        self._search.returnPressed.connect(self._accept_selection)
         self._fill("")
 
-    def _run(self) -> None:
-        if self.chosen is not None:
+    def _accept_selection(self) -> None:
+        if self.selected_command is not None:
             self.accept()
 
     @property
-    def chosen(self) -> str | None:
-        """Name of the selected command; None where none can run."""
+    def selected_command(self) -> str | None:
+        """Name of the selected command, None if no listed command is enabled."""
         item = self._list.currentItem()
         return str(item.data(Qt.ItemDataRole.UserRole)) if item and item.flags() else None
 
     def _fill(self, text: str) -> None:
         self._list.clear()
         self._actions.refresh()
-        words = text.casefold().split()
+        terms = text.casefold().split()
         for command in self._actions.commands():
             action = self._actions.all[command.name]
-            plain = command.text.replace("&", "")
-            haystack = f"{plain} {command.tip} {command.name}".casefold()
-            if not all(word in haystack for word in words):
+            title = command.text.replace("&", "")
+            searched_text = f"{title} {command.tip} {command.name}".casefold()
+            if not all(word in searched_text for word in terms):
                 continue
-            keys = ", ".join(key.toString() for key in action.shortcuts())
-            why_not = command.why_not()
+            shortcuts = ", ".join(key.toString() for key in action.shortcuts())
+            reason = command.why_not()
             item = QListWidgetItem(
-                self._blank if action.icon().isNull() else action.icon(),
-                plain + (f"    {keys}" if keys else "") + (f"    – {why_not}" if why_not else ""),
+                self._empty_icon if action.icon().isNull() else action.icon(),
+                title
+                + (f"    {shortcuts}" if shortcuts else "")
+                + (f"    – {reason}" if reason else ""),
             )
             item.setData(Qt.ItemDataRole.UserRole, command.name)
-            if why_not is not None:
+            if reason is not None:
                 item.setFlags(Qt.ItemFlag.NoItemFlags)
             self._list.addItem(item)
         for row in range(self._list.count()):
@@ -85,7 +87,7 @@ class CommandPalette(QDialog):
         ):
             step = 1 if event.key() == Qt.Key.Key_Down else -1
             row = self._list.currentRow() + step
-            # Past what cannot run now.
+            # Skip disabled commands.
             while 0 <= row < self._list.count() and not self._list.item(row).flags():
                 row += step
             if 0 <= row < self._list.count():

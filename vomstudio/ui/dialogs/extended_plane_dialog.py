@@ -1,5 +1,4 @@
-"""A plane carried on through its model: the band of its error in colours, and its traces as a
-file."""
+"""Dialog that extends a plane through its model, with its error band and its traces."""
 
 from __future__ import annotations
 
@@ -41,11 +40,11 @@ from vomstudio.ui.widgets.axis_titles import axes_of, unit_of
 from vomstudio.ui.widgets.options_form import OptionFields
 
 FIELD = "extended_plane_m"
-"""Of the model's points in the band: their distance from the plane."""
+"""Scalar field with the distance from the plane of points within the error band."""
 
 
 class ExtendDialog(QDialog):
-    """Of the plane that was selected when it was opened. The work is done in a thread."""
+    """Extend a plane through its model. The computation runs in a thread."""
 
     def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
         super().__init__(parent)
@@ -55,29 +54,29 @@ class ExtendDialog(QDialog):
         self.setMinimumWidth(520)
         self._studio, self._plane = studio, plane
         self._model_id: str = plane.model_id  # type: ignore[attr-defined]
-        self.found: ExtendedPlane | None = None
+        self.extension: ExtendedPlane | None = None
         self.limits = OptionFields(ExtendOptions, "extend")
         self.limits.show_unit(unit_of(axes_of(studio)))
         form = QFormLayout()
         self.limits.add_rows(form)
-        self.painted = QCheckBox(tr("Colour the band by the distance from the plane"))
-        self.painted.setToolTip(
+        self.color_box = QCheckBox(tr("Colour the band by the distance from the plane"))
+        self.color_box.setToolTip(
             tr(
                 "Without colours the outcrop keeps its texture under the lines, so that the plane "
                 "can be held against the beds."
             )
         )
-        self.painted.setChecked(True)
-        self.painted.toggled.connect(self._paint)
-        form.addRow(self.painted)
-        self.said = Label(
+        self.color_box.setChecked(True)
+        self.color_box.toggled.connect(self._show_colors)
+        form.addRow(self.color_box)
+        self.summary = Label(
             tr(
                 "Places on the outcrop that lie within the 95 % error of the plane are coloured by "
                 "their distance from it. Lines show the plane and the edges of its band while this "
                 "window is open."
             )
         )
-        self.said.setWordWrap(True)
+        self.summary.setWordWrap(True)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
         self.show_button = buttons.addButton(tr("Show on the outcrop"), role)
@@ -88,103 +87,109 @@ class ExtendDialog(QDialog):
         self.show_button.setDefault(True)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
-        layout.addWidget(self.said)
+        layout.addWidget(self.summary)
         layout.addStretch()
         layout.addWidget(buttons)
         self._background = QtBackground(self)
-        self._busy = False
-        self._mode_before = studio.display.mode
-        self._style_before = studio.display.styles.get(self._model_id)
-        self._reach: float | None = None
+        self._is_busy = False
+        self._previous_mode = studio.display.mode
+        self._previous_style = studio.display.styles.get(self._model_id)
+        self._max_distance_m: float | None = None
         self._refresh_buttons()
 
     def start(self) -> None:
-        """Work it out with what is typed, and show it."""
+        """Extend the plane with the entered options, and show the result."""
         studio = self._studio
         model, opened = studio.records.get(self._model_id), studio.models.get(self._model_id)
         plane = studio.records.get(self._plane.id)
         fit = None if not isinstance(plane, Feature) else studio.measure(plane).fit
         if not isinstance(model, Model) or opened is None or fit is None:
-            self.said.setText(Finding("field.feature-missing").message)
+            self.summary.setText(Finding("field.feature-missing").message)
             return
         try:
             options = self.limits.options()
         except VomError as error:
-            self.said.setText(error.message)
+            self.summary.setText(error.message)
             return
-        self._busy = True
-        self.said.setText(tr("Carrying the plane on…"))
+        self._is_busy = True
+        self.summary.setText(tr("Carrying the plane on…"))
         self._refresh_buttons()
         self._background.run(
-            partial(_carry_on, opened.data, model, fit, options),
-            self._came,
+            partial(_extend_plane, opened.data, model, fit, options),
+            self._show_result,
             self._failed,
         )
 
     def _failed(self, error: VomError) -> None:
-        self._busy = False
-        self.said.setText(error.message)
+        self._is_busy = False
+        self.summary.setText(error.message)
         self._refresh_buttons()
 
-    def _came(self, made: tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]) -> None:
-        self._busy = False
-        self.found, lines = made
-        self.said.setText(
+    def _show_result(
+        self, result: tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]
+    ) -> None:
+        self._is_busy = False
+        self.extension, lines = result
+        self.summary.setText(
             "\n".join(
                 [
-                    *_lines(self.found, metric=axes_of(self._studio).metric),
-                    *map(str, self.found.warnings),
+                    *_describe_extension(self.extension, metric=axes_of(self._studio).metric),
+                    *map(str, self.extension.warnings),
                 ]
             )
         )
         self._refresh_buttons()
         self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
-        opened, bands = self._studio.models.get(self._model_id), self.found.bands
+        opened, bands = self._studio.models.get(self._model_id), self.extension.bands
         if opened is None or bands is None:
             return
         values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
         if not opened.give_fields({FIELD: values}):
             self._studio.warn(Finding("model.fields-too-large"))
             return
-        self._reach = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
-        self._paint()
+        self._max_distance_m = (
+            float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
+        )
+        self._show_colors()
 
-    def _paint(self) -> None:
-        """Colours of the band, or the outcrop as it was shown before."""
+    def _show_colors(self) -> None:
+        """Colour the error band, or restore the previous display."""
         display = self._studio.display
-        if self._reach is None:
+        if self._max_distance_m is None:
             return
-        if self.painted.isChecked():
-            style = FieldStyle(FIELD, -self._reach, self._reach, palette="PuOr_r")
+        if self.color_box.isChecked():
+            style = FieldStyle(FIELD, -self._max_distance_m, self._max_distance_m, palette="PuOr_r")
             display.show_field(self._model_id, style)
         else:
-            self._unpaint()
+            self._restore_colors()
 
-    def _unpaint(self) -> None:
-        """The outcrop as it was before, unless another field is shown by now."""
+    def _restore_colors(self) -> None:
         display = self._studio.display
-        shown = display.styles.get(self._model_id)
-        if shown is None or shown.name != FIELD:
+        style = display.styles.get(self._model_id)
+        # Another field may be shown by now.
+        if style is None or style.name != FIELD:
             return
-        if self._style_before is not None:
-            display.show_field(self._model_id, self._style_before)
+        if self._previous_style is not None:
+            display.show_field(self._model_id, self._previous_style)
         else:
             display.show_no_field(self._model_id)
         if display.mode == "field":
-            display.set_mode(self._mode_before)
+            display.set_mode(self._previous_mode)
 
     def done(self, result: int) -> None:
-        """However it is closed: colours go with the lines, or a grey outcrop would stay."""
+        """Close the dialog and remove its lines and colours."""
         try:
             self._studio.extension_shown.emit(None)
-            self._unpaint()
+            self._restore_colors()
         finally:
             super().done(result)
 
     def _refresh_buttons(self) -> None:
-        busy = Finding("extension.pending") if self._busy else None
-        allow(self.show_button, busy)
-        allow(self.save_button, busy or (None if self.found else Finding("extension.missing")))
+        pending = Finding("extension.pending") if self._is_busy else None
+        allow(self.show_button, pending)
+        allow(
+            self.save_button, pending or (None if self.extension else Finding("extension.missing"))
+        )
 
     def _ask_for_file(self) -> None:
         formats = {"gpkg": "GeoPackage", "csv": "CSV"}
@@ -194,50 +199,54 @@ class ExtendDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the traces, in World."""
+        """Write the traces in World coordinates."""
         model = self._studio.records.get(self._model_id)
-        if self.found is None or not isinstance(model, Model):
+        if self.extension is None or not isinstance(model, Model):
             return
         frame = model.frame
         crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
         try:
-            write_traces(path, self.found, crs=crs, model=model.name, force=True, axes=frame.axes)
+            write_traces(
+                path, self.extension, crs=crs, model=model.name, force=True, axes=frame.axes
+            )
         except VomError as error:
             self._studio.warn(error, "error")
             return
         self._studio.info(Finding("export.written", file=path))
 
 
-def _carry_on(
+def _extend_plane(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
-    """Carry a plane on through the model, in World. Runs in a worker thread."""
+    """Extend a plane through the model in World. Runs in a worker thread."""
     world = transform_model(data, model.to_world)
-    belief = plane_estimate_from_fit(fit)
-    found = extend(world, belief, options)
+    estimate = plane_estimate_from_fit(fit)
+    extension = extend(world, estimate, options)
     edges = [np.zeros((0, 2, 3))]
     if isinstance(world, Mesh):
-        beds = repeat_planes(belief, world.vertices, options.thickness_m, options.thickness_error_m)
-        for bed in found.beds:
-            edges += band_edges(world, belief, beds, bed.bed)
-    return found, ([trace.points for trace in found.traces], np.concatenate(edges))
+        planes = repeat_planes(
+            estimate, world.vertices, options.thickness_m, options.thickness_error_m
+        )
+        for bed in extension.beds:
+            edges += band_edges(world, estimate, planes, bed.bed)
+    return extension, ([trace.points for trace in extension.traces], np.concatenate(edges))
 
 
-def _lines(found: ExtendedPlane, *, metric: bool) -> list[str]:
-    least = min(bed.least_error95_m for bed in found.beds)
-    most = max(bed.most_error95_m for bed in found.beds)
+def _describe_extension(extension: ExtendedPlane, *, metric: bool) -> list[str]:
+    min_error_m = min(bed.least_error95_m for bed in extension.beds)
+    max_error_m = max(bed.most_error95_m for bed in extension.beds)
     return [
         tr_n(
             "{count} plane meets the model, over {length}.",
             "{count} planes meet the model, over {length}.",
-            len(found.beds),
-            length=length_text(found.length_m, metric=metric),
+            len(extension.beds),
+            length=length_text(extension.length_m, metric=metric),
         ),
         tr(
             "Its place is known to {least} where it is known best, and to {most} at the far end "
             "(95 %).",
-            least=length_text(least, metric=metric),
-            most=length_text(most, metric=metric),
+            least=length_text(min_error_m, metric=metric),
+            most=length_text(max_error_m, metric=metric),
         ),
         tr("This is where it is if it goes on as a plane."),
     ]

@@ -1,5 +1,4 @@
-"""Dialog of the feature types with name, colour and symbol. Every change is an edit of its own and
-can be undone."""
+"""Dialog of the feature types with name, colour and symbol."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ _ID = Qt.ItemDataRole.UserRole
 
 
 class TypesDialog(QDialog):
-    """Opens at the type with `type_id`, or at that of the next feature."""
+    """Edit the feature types. Every change is a separate edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio, type_id: str = "") -> None:
         super().__init__(parent)
@@ -52,31 +51,33 @@ class TypesDialog(QDialog):
         self.list.currentItemChanged.connect(self._show)
         self.name = QLineEdit()
         self.name.setObjectName("type_name")
-        self.name.editingFinished.connect(self._named)
+        self.name.editingFinished.connect(self._apply_name)
         self.colors: dict[str, QToolButton] = {}
         self.symbol = ComboBox()
         self.symbol.setObjectName("type_symbol")
         self.symbol.activated.connect(lambda _: self._change(symbol=self.symbol.currentData()))
-        self.nature = ComboBox()
-        self.nature.setObjectName("type_nature")
-        self.nature.addItem(tr("Planes (beds, faults, joints)"), "plane")
-        self.nature.addItem(tr("Lines (axes, striations)"), "line")
-        self.nature.activated.connect(lambda _: self._change(geometry=self.nature.currentData()))
-        self.used = Label()
-        self.used.setWordWrap(True)
-        self.says = Label()
-        self.says.setWordWrap(True)
+        self.geometry_box = ComboBox()
+        self.geometry_box.setObjectName("type_nature")
+        self.geometry_box.addItem(tr("Planes (beds, faults, joints)"), "plane")
+        self.geometry_box.addItem(tr("Lines (axes, striations)"), "line")
+        self.geometry_box.activated.connect(
+            lambda _: self._change(geometry=self.geometry_box.currentData())
+        )
+        self.usage = Label()
+        self.usage.setWordWrap(True)
+        self.message = Label()
+        self.message.setWordWrap(True)
         self.add_button = QPushButton(theme.icon("plus"), tr("Add"))
         self.add_button.setObjectName("type_add")
         self.add_button.clicked.connect(self._add)
         self.remove_button = QPushButton(theme.icon("delete-outline"), tr("Remove"))
         self.remove_button.setObjectName("type_remove")
         self.remove_button.clicked.connect(self._remove)
-        # Enter in the name ends the typing, not the dialog.
+        # Enter in the name field must not close the dialog.
         for button in (self.add_button, self.remove_button):
             button.setAutoDefault(False)
         self._arrange()
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._handle_edit)
         studio.project_opened.connect(self.close)
         self._fill(type_id or studio.next_type_id)
 
@@ -109,49 +110,49 @@ class TypesDialog(QDialog):
         form.addRow(tr("Name"), self.name)
         form.addRow(tr("Colour"), colors)
         form.addRow(tr("Symbol"), self.symbol)
-        form.addRow(tr("Features"), self.nature)
-        form.addRow("", self.used)
-        right = QVBoxLayout()
-        right.addLayout(form)
-        right.addStretch()
-        right.addWidget(self.says)
+        form.addRow(tr("Features"), self.geometry_box)
+        form.addRow("", self.usage)
+        right_column = QVBoxLayout()
+        right_column.addLayout(form)
+        right_column.addStretch()
+        right_column.addWidget(self.message)
         buttons = QHBoxLayout()
         buttons.addWidget(self.add_button)
         buttons.addWidget(self.remove_button)
-        left = QVBoxLayout()
-        left.addWidget(self.list)
-        left.addLayout(buttons)
-        both = QHBoxLayout()
-        both.addLayout(left, 2)
-        both.addLayout(right, 3)
-        box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        box.button(QDialogButtonBox.StandardButton.Close).setAutoDefault(False)
-        box.rejected.connect(self.close)
+        left_column = QVBoxLayout()
+        left_column.addWidget(self.list)
+        left_column.addLayout(buttons)
+        columns = QHBoxLayout()
+        columns.addLayout(left_column, 2)
+        columns.addLayout(right_column, 3)
+        close_box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        close_box.button(QDialogButtonBox.StandardButton.Close).setAutoDefault(False)
+        close_box.rejected.connect(self.close)
         layout = QVBoxLayout(self)
-        layout.addLayout(both)
-        layout.addWidget(box)
+        layout.addLayout(columns)
+        layout.addWidget(close_box)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     @property
     def type_id(self) -> str:
-        """Id of the type that is shown; empty where there is none."""
+        """Id of the selected type, empty without one."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 
     def select(self, type_id: str) -> None:
-        """Show a type, ready to be renamed."""
+        """Select a type and its name, ready to be renamed."""
         self._fill(type_id)
         self.name.setFocus()
         self.name.selectAll()
 
-    def _fill(self, chosen: str) -> None:
+    def _fill(self, selected_id: str) -> None:
         with QSignalBlocker(self.list):
             self.list.clear()
             for kind in self._studio.session.of(FeatureType):
                 item = QListWidgetItem(theme.type_icon(kind.color, kind.symbol), kind.name)
                 item.setData(_ID, kind.id)
                 self.list.addItem(item)
-                if kind.id == chosen:
+                if kind.id == selected_id:
                     self.list.setCurrentItem(item)
             if self.list.currentItem() is None:
                 self.list.setCurrentRow(0)
@@ -161,43 +162,47 @@ class TypesDialog(QDialog):
         kind = self._studio.records.get(self.type_id)
         if not isinstance(kind, FeatureType):
             return
-        self.says.clear()
+        self.message.clear()
         self.name.setText(kind.name)
         self.name.setModified(False)
         for color, button in self.colors.items():
             button.setChecked(color == kind.color)
-        own = kind.color not in self.colors
-        self.other_color.setChecked(own)
-        self.other_color.setText(kind.color if own else tr("Other…"))
+        is_custom = kind.color not in self.colors
+        self.other_color.setChecked(is_custom)
+        self.other_color.setText(kind.color if is_custom else tr("Other…"))
         self.symbol.clear()
         for symbol in theme.SYMBOLS:
             self.symbol.addItem(
                 theme.type_icon(kind.color, symbol), tr(SYMBOL_NAMES[symbol]), symbol
             )
         self.symbol.setCurrentIndex(max(0, self.symbol.findData(kind.symbol)))
-        self.nature.setCurrentIndex(self.nature.findData(kind.geometry))
+        self.geometry_box.setCurrentIndex(self.geometry_box.findData(kind.geometry))
         count = sum(
             isinstance(f, Typed) and f.type_id == kind.id for f in self._studio.session.features()
         )
-        self.used.setText(
+        self.usage.setText(
             tr_n("{count} feature is of this type.", "{count} features are of this type.", count)
             if count
             else tr("No feature is of this type yet.")
         )
 
-    def _edited(self, edit: Edit) -> None:
-        new = [i for i, r in edit.after.items() if isinstance(r, FeatureType)]
-        added = [i for i in new if edit.before[i] is None]
-        # What is being typed survives an edit made elsewhere.
-        typed = self.name.text() if self.name.isModified() else None
-        before = self.type_id
-        self._fill(added[0] if added else before)
-        if typed is not None and self.type_id == before and before not in new:
-            self.name.setText(typed)
+    def _handle_edit(self, edit: Edit) -> None:
+        changed_ids = [i for i, r in edit.after.items() if isinstance(r, FeatureType)]
+        added_ids = [i for i in changed_ids if edit.before[i] is None]
+        # Keep an unfinished name when another edit is applied.
+        pending_name = self.name.text() if self.name.isModified() else None
+        previous_id = self.type_id
+        self._fill(added_ids[0] if added_ids else previous_id)
+        if (
+            pending_name is not None
+            and self.type_id == previous_id
+            and previous_id not in changed_ids
+        ):
+            self.name.setText(pending_name)
             self.name.setModified(True)
 
-    # --- what is done ------------------------------------------------------------------------
-    def _named(self) -> None:
+    # --- edits -------------------------------------------------------------------------------
+    def _apply_name(self) -> None:
         if self.name.isModified():
             self.name.setModified(False)
             self._change(name=self.name.text().strip())
@@ -208,62 +213,62 @@ class TypesDialog(QDialog):
     def _choose_color(self) -> None:
         kind = self._studio.records.get(self.type_id)
         assert isinstance(kind, FeatureType)
-        chosen = QColorDialog.getColor(QColor(kind.color), self, tr("Colour of the type"))
-        if chosen.isValid():
-            self._change(color=chosen.name())
+        color = QColorDialog.getColor(QColor(kind.color), self, tr("Colour of the type"))
+        if color.isValid():
+            self._change(color=color.name())
         else:
             self._show()
 
     def _change(self, **values: str) -> None:
         kind = self._studio.records.get(self.type_id)
         if isinstance(kind, FeatureType) and any(getattr(kind, k) != v for k, v in values.items()):
-            # The literal types of the record's fields are those of the boxes' entries.
-            self._do(edits.change_type, replace(kind, **values))  # type: ignore[arg-type]
+            # The boxes only contain values of the literal types.
+            self._apply(edits.change_type, replace(kind, **values))  # type: ignore[arg-type]
         else:
             self._show()
 
     def _add(self) -> None:
-        """Offer the default types that are missing, and a type of the user's own."""
-        present = {kind.id for kind in self._studio.session.of(FeatureType)}
-        missing = [kind for kind in DEFAULT_TYPES if kind.id not in present]
-        if not missing:
-            self._add_own()
+        """Offer the default types that are missing, and a custom type."""
+        present_ids = {kind.id for kind in self._studio.session.of(FeatureType)}
+        missing_types = [kind for kind in DEFAULT_TYPES if kind.id not in present_ids]
+        if not missing_types:
+            self._add_custom()
             return
         menu = QMenu(self)
-        for kind in missing:
+        for kind in missing_types:
             action = menu.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
-            action.triggered.connect(partial(self._do, edits.add_type, kind))
+            action.triggered.connect(partial(self._apply, edits.add_type, kind))
         menu.addSeparator()
-        menu.addAction(tr("Own type"), self._add_own)
+        menu.addAction(tr("Own type"), self._add_custom)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
-    def _add_own(self) -> None:
+    def _add_custom(self) -> None:
         kind = new_type(self._studio)
-        if self._do(edits.add_type, kind):
+        if self._apply(edits.add_type, kind):
             self.select(kind.id)
 
     def _remove(self) -> None:
-        self._do(edits.remove_type, self.type_id)
+        self._apply(edits.remove_type, self.type_id)
 
-    def _do(self, make: object, *args: object) -> bool:
-        """Make an edit; False, with the reason shown in the dialog, where it is refused."""
-        assert callable(make)
+    def _apply(self, create_edit: object, *args: object) -> bool:
+        """Apply an edit, show its error if it is refused, and return whether it succeeded."""
+        assert callable(create_edit)
         try:
-            self._studio.session.apply(make(self._studio.records, *args))
+            self._studio.session.apply(create_edit(self._studio.records, *args))
         except VomError as error:
             self._show()
-            self.says.setText(error.message)
+            self.message.setText(error.message)
             return False
         return True
 
 
 def new_type(studio: Studio) -> FeatureType:
-    """A type of the user's own, with a name, colour and symbol that are free."""
+    """Create a custom type with an unused name and an unused colour and symbol."""
     kinds = studio.session.of(FeatureType)
     names = {kind.name.casefold() for kind in kinds}
     name = next(n for i in range(1, 1000) if (n := f"Type {i}").casefold() not in names)
-    looks = [(kind.color, kind.symbol) for kind in kinds]
-    used = [color for color, _ in looks]
-    color = min((c for _, c in theme.COLORS), key=used.count)
-    symbol = next((s for s in theme.SYMBOLS if (color, s) not in looks), "circle")
+    styles = [(kind.color, kind.symbol) for kind in kinds]
+    used_colors = [color for color, _ in styles]
+    color = min((c for _, c in theme.COLORS), key=used_colors.count)
+    symbol = next((s for s in theme.SYMBOLS if (color, s) not in styles), "circle")
     return FeatureType(new_id("type"), name, color, symbol)

@@ -1,4 +1,4 @@
-"""Dialog that declares the frame of a model whose file states none: up axis, unit, CRS or local."""
+"""Dialog that declares the frame of a model whose file states none."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
 class FrameDialog(QDialog):
-    """`frame` holds the answer once it is accepted."""
+    """Declare up axis, unit, and CRS or local frame. `frame` is the accepted frame."""
 
     def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
         super().__init__(parent)
@@ -49,11 +49,11 @@ class FrameDialog(QDialog):
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
-        # A name that is not known is looked for in the whole register: not at every key.
-        self._pause = QTimer(self)
-        self._pause.setSingleShot(True)
-        self._pause.setInterval(300)
-        self._pause.timeout.connect(self._check)
+        # Wait for a pause in typing: the search for a name reads the whole register.
+        self._check_timer = QTimer(self)
+        self._check_timer.setSingleShot(True)
+        self._check_timer.setInterval(300)
+        self._check_timer.timeout.connect(self._check)
         intro = Label(
             tr(
                 "The file states no frame. Dip directions and lengths are correct only if the "
@@ -61,7 +61,7 @@ class FrameDialog(QDialog):
             )
         )
         intro.setWordWrap(True)
-        size = Label(_size(opened)) if opened is not None else Label()
+        size = Label(_describe_size(opened)) if opened is not None else Label()
         size.setWordWrap(True)
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -76,12 +76,12 @@ class FrameDialog(QDialog):
             layout.addWidget(widget)
         layout.addLayout(self._make_form())
         layout.addWidget(self._buttons)
-        self._fill(model.frame, opened is not None and _large(opened))
+        self._fill(model.frame, opened is not None and _has_large_coordinates(opened))
         self._check()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
-        """Four choices: how much is known of the frame, most first."""
+        """Create the choices, ordered from a CRS to an unknown frame."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
             tr("Local: scale, up axis and grid north are correct, position arbitrary")
@@ -89,10 +89,10 @@ class FrameDialog(QDialog):
         self._scaled_button = QRadioButton(
             tr("Scale only: the unit is known; orientations are in the local frame")
         )
-        self._none_button = QRadioButton(
+        self._unknown_button = QRadioButton(
             tr("Unknown: orientations are in the local frame, lengths in model units")
         )
-        buttons = (self._crs_button, self._local_button, self._scaled_button, self._none_button)
+        buttons = (self._crs_button, self._local_button, self._scaled_button, self._unknown_button)
         group = QButtonGroup(self)
         for button in buttons:
             group.addButton(button)
@@ -100,10 +100,10 @@ class FrameDialog(QDialog):
         self._crs = CrsField(crs)
         self._crs.setPlaceholderText(tr("EPSG:32633"))
         self._crs.setObjectName("frame_crs")
-        self._crs.textChanged.connect(self._typed)
-        self._crs_says = Label()
-        self._crs_says.setWordWrap(True)
-        return (self._crs_button, self._crs, self._crs_says, *buttons[1:])
+        self._crs.textChanged.connect(self._schedule_check)
+        self._crs_message = Label()
+        self._crs_message.setWordWrap(True)
+        return (self._crs_button, self._crs, self._crs_message, *buttons[1:])
 
     def _make_form(self) -> QFormLayout:
         self._up = ComboBox()
@@ -117,11 +117,10 @@ class FrameDialog(QDialog):
         form.addRow(tr("Unit"), self._unit)
         return form
 
-    def _fill(self, frame: Frame, large: bool) -> None:
-        """large : the model's coordinates look like projected ones"""
+    def _fill(self, frame: Frame, has_large_coordinates: bool) -> None:
         self._up.setCurrentIndex(self._up.findData(frame.up_axis))
         self._unit.setCurrentIndex(max(0, self._unit.findData(frame.unit_m)))
-        if frame.kind == "crs" or (frame.kind == "undeclared" and large):
+        if frame.kind == "crs" or (frame.kind == "undeclared" and has_large_coordinates):
             self._crs_button.setChecked(True)
             self._crs.setFocus()
         elif frame.kind == "local":
@@ -129,50 +128,50 @@ class FrameDialog(QDialog):
         elif frame.kind == "scaled":
             self._scaled_button.setChecked(True)
         else:
-            self._none_button.setChecked(True)
+            self._unknown_button.setChecked(True)
 
-    # --- what is typed -----------------------------------------------------------------------
-    def _typed(self, text: str) -> None:
+    # --- validation --------------------------------------------------------------------------
+    def _schedule_check(self, text: str) -> None:
         if not text.strip() or _CODE.fullmatch(text.strip()):
             self._check()
         else:
             ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
             allow(ok, Finding("action.crs-pending"))
-            self._pause.start()
+            self._check_timer.start()
 
     def _check(self, *_: object) -> None:
-        self._pause.stop()
+        self._check_timer.stop()
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        other = Finding("action.frame-without-crs")
-        allow(self._crs, None if self._crs_button.isChecked() else other)
-        unknown = Finding("action.frame-unknown")
-        allow(self._unit, unknown if self._none_button.isChecked() else None)
+        no_crs_button = Finding("action.frame-without-crs")
+        allow(self._crs, None if self._crs_button.isChecked() else no_crs_button)
+        unknown_frame = Finding("action.frame-unknown")
+        allow(self._unit, unknown_frame if self._unknown_button.isChecked() else None)
         if not self._crs_button.isChecked():
-            self._say("")
+            self._show_message("")
             allow(ok, None)
             return
         if not self._crs.text().strip():
-            why = Finding("action.no-crs")
-            self._say(why.message)
-            allow(ok, why)
+            problem = Finding("action.no-crs")
+            self._show_message(problem.message)
+            allow(ok, problem)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
-            self._say(error.message)
+            self._show_message(error.message)
             allow(ok, cause_of(error))
             return
-        self._say(crs_name(code))
+        self._show_message(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
         allow(ok, None)
 
-    def _say(self, text: str) -> None:
-        self._crs_says.setText(text)
+    def _show_message(self, text: str) -> None:
+        self._crs_message.setText(text)
         if self.isVisible():
             make_room_for_text(self)
 
     def accept(self) -> None:
-        """Make `frame` of what was chosen, and close."""
+        """Set `frame` to the entered frame, and close."""
         up, unit = self._up.currentData(), float(self._unit.currentData())
         if self._crs_button.isChecked():
             code, _ = parse_crs(self._crs.text())
@@ -190,14 +189,14 @@ def _bounds(opened: OpenModel) -> np.ndarray:
     return opened.data.bounds
 
 
-def _large(opened: OpenModel) -> bool:
+def _has_large_coordinates(opened: OpenModel) -> bool:
     return bool(np.abs(_bounds(opened)).max() > 1e4)
 
 
-def _size(opened: OpenModel) -> str:
-    low, high = _bounds(opened)
-    x, y, z = high - low
-    centre = ", ".join(f"{value:,.1f}" for value in (low + high) / 2)
+def _describe_size(opened: OpenModel) -> str:
+    minimum, maximum = _bounds(opened)
+    x, y, z = maximum - minimum
+    centre = ", ".join(f"{value:,.1f}" for value in (minimum + maximum) / 2)
     size = f"{x:.4g} × {y:.4g} × {z:.4g}"
     if isinstance(opened.data, Mesh):
         return tr("Mesh of {size} units (x × y × z), centre at {centre}", size=size, centre=centre)

@@ -1,4 +1,4 @@
-"""What of the interpretation is drawn on an orthophoto: traces, patches, symbols, and their key."""
+"""Checkboxes for the interpretation that is drawn on an orthophoto."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from vomstudio.ui.base.studio import Studio
 
 
 class InterpretationBox(QWidget):
-    """changed : another choice"""
+    """Select the parts of the interpretation. `changed` is emitted on each change."""
 
     changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
-        shown = {
+        labels = {
             "traces": (tr("Traces"), tr("Everything that is a line, in the colour of its type.")),
             "patches": (tr("Patches"), tr("Outlines of patches, and areas of rock.")),
             "symbols": (
@@ -33,40 +33,40 @@ class InterpretationBox(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         for part in PARTS:
-            title, tip = shown[part]
+            title, tip = labels[part]
             box = self.boxes[part] = QCheckBox(title)
             box.setObjectName(f"ortho_{part}")
             box.setToolTip(tip)
             box.setChecked(True)
-            box.toggled.connect(lambda _: self._changed())
+            box.toggled.connect(lambda _: self._handle_change())
             row.addWidget(box)
         row.addStretch()
-        self._features = any(isinstance(r, Feature) for r in studio.records.values())
-        self._sheet = True
+        self._has_features = any(isinstance(r, Feature) for r in studio.records.values())
+        self._has_sheet = True
         self._refresh()
 
     @property
-    def drawn(self) -> tuple[str, ...]:
-        """The chosen parts of PARTS; none where nothing is drawn."""
-        chosen = tuple(part for part in PARTS if self.boxes[part].isChecked())
-        return chosen if self._features and set(chosen) - {LEGEND} else ()
+    def selected_parts(self) -> tuple[str, ...]:
+        """Selected parts of PARTS, empty if nothing is to be drawn."""
+        parts = tuple(part for part in PARTS if self.boxes[part].isChecked())
+        return parts if self._has_features and set(parts) - {LEGEND} else ()
 
-    def show_sheet(self, written: bool) -> None:
-        """Only a sheet has a legend."""
-        self._sheet = written
+    def enable_legend(self, has_sheet: bool) -> None:
+        """Enable the legend, which only a sheet has."""
+        self._has_sheet = has_sheet
         self._refresh()
 
-    def _changed(self) -> None:
+    def _handle_change(self) -> None:
         self._refresh()
         self.changed.emit()
 
     def _refresh(self) -> None:
         for part, box in self.boxes.items():
-            why = None
-            if not self._features:
-                why = Finding("export.no-features")
-            elif part == LEGEND and not self._sheet:
-                why = Finding("action.no-sheet")
-            elif part == LEGEND and not self.drawn:
-                why = Finding("interpretation.legend-alone")
-            allow(box, why)
+            reason = None
+            if not self._has_features:
+                reason = Finding("export.no-features")
+            elif part == LEGEND and not self._has_sheet:
+                reason = Finding("action.no-sheet")
+            elif part == LEGEND and not self.selected_parts:
+                reason = Finding("interpretation.legend-alone")
+            allow(box, reason)

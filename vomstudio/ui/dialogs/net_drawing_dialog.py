@@ -1,4 +1,4 @@
-"""The dialog in which circles, lines, a turning and levels of contours are typed for the net."""
+"""Dialog for circles, lines, a rotation and contour levels of the net."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from vomstudio.products.net.net_options import (
 from vomstudio.ui.base.controls import Label, allow
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
-Made = TypeVar("Made")
+Item = TypeVar("Item")
 
 _FIELDS = (
     (
@@ -70,76 +70,76 @@ _FIELDS = (
 
 
 class NetTypingDialog(QDialog):
-    """What is typed is drawn at once; what cannot be understood is said and changes nothing."""
+    """Draw entered elements at once. Invalid input is reported and changes nothing."""
 
-    def __init__(self, parent: QWidget, studio: Studio, wishes: NetWishes) -> None:
+    def __init__(self, parent: QWidget, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
-        self._studio, self._wishes = studio, wishes
+        self._studio, self._view_settings = studio, view_settings
         self.setWindowTitle(tr("Draw and turn on the net"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
         example = format_plane(parse_net_plane("120/60", ""), studio.settings.notation)
-        for name, title, about in _FIELDS:
-            field = QLineEdit(wishes.texts.get(name, ""))
+        for name, title, hint in _FIELDS:
+            field = QLineEdit(view_settings.texts.get(name, ""))
             field.setObjectName(f"net_{name}")
-            field.setPlaceholderText(tr(about, plane=example))
-            field.setToolTip(tr(about, plane=example))
-            field.textChanged.connect(lambda _: self._typed())
-            # All of what an empty field says is read.
-            words = field.fontMetrics().horizontalAdvance(field.placeholderText())
-            field.setMinimumWidth(words + 16)
+            field.setPlaceholderText(tr(hint, plane=example))
+            field.setToolTip(tr(hint, plane=example))
+            field.textChanged.connect(lambda _: self._apply_texts())
+            # Make the whole placeholder visible.
+            hint_width = field.fontMetrics().horizontalAdvance(field.placeholderText())
+            field.setMinimumWidth(hint_width + 16)
             form.addRow(tr(title), field)
             self.fields[name] = field
-        self.fields["levels"].setText(", ".join(f"{v:g}" for v in wishes.levels))
-        self.take = QPushButton(tr("Untilt by the selected plane"))
-        self.take.clicked.connect(self._take)
-        form.addRow("", self.take)
-        self.said = Label()
-        self.said.setWordWrap(True)
-        self.said.setObjectName("net_said")
+        self.fields["levels"].setText(", ".join(f"{v:g}" for v in view_settings.levels))
+        self.use_plane_button = QPushButton(tr("Untilt by the selected plane"))
+        self.use_plane_button.clicked.connect(self._use_selected_plane)
+        form.addRow("", self.use_plane_button)
+        self.message = Label()
+        self.message.setWordWrap(True)
+        self.message.setObjectName("net_said")
         buttons = QDialogButtonBox()
-        self.clear = buttons.addButton(tr("Clear"), QDialogButtonBox.ButtonRole.ResetRole)
-        self.clear.clicked.connect(self._clear)
+        self.clear_button = buttons.addButton(tr("Clear"), QDialogButtonBox.ButtonRole.ResetRole)
+        self.clear_button.clicked.connect(self._clear_fields)
         close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.addLayout(form)
-        column.addWidget(self.said)
-        column.addWidget(buttons)
-        # Enter ends the typing of a field, and nothing else.
-        for button in (self.clear, close, self.take):
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addWidget(self.message)
+        layout.addWidget(buttons)
+        # Enter in a field must not press a button.
+        for button in (self.clear_button, close, self.use_plane_button):
             button.setAutoDefault(False)
-        studio.selection_changed.connect(lambda _: self._show_take())
-        self._show_take()
+        studio.selection_changed.connect(lambda _: self._refresh_plane_button())
+        self._refresh_plane_button()
 
-    def _typed(self) -> None:
+    def _apply_texts(self) -> None:
         notation = self._studio.settings.notation
         texts = {name: field.text().strip() for name, field in self.fields.items()}
         try:
-            planes = _each(texts["planes"], lambda text: parse_plane_circle(text, notation))
-            cones = _each(texts["cones"], parse_cone)
-            slips = _each(texts["slips"], parse_slip)
+            planes = _parse_items(texts["planes"], lambda text: parse_plane_circle(text, notation))
+            cones = _parse_items(texts["cones"], parse_cone)
+            slips = _parse_items(texts["slips"], parse_slip)
             plane = parse_net_plane(texts["untilt"], "", notation) if texts["untilt"] else None
-            turn = parse_rotation(texts["rotate"]) if texts["rotate"] else (None, 0.0)
+            rotation = parse_rotation(texts["rotate"]) if texts["rotate"] else (None, 0.0)
             levels = parse_levels(texts["levels"].replace(";", ",").strip(", ") or None)
         except VomError as error:
-            self.said.setText(error.message)
+            self.message.setText(error.message)
             return
-        self.said.setText("")
+        self.message.setText("")
         circles = (*planes, *cones, *(circle for circle, _ in slips))
         marks = tuple(mark for _, mark in slips)
-        if levels != self._wishes.levels:
-            self._wishes.contour_at(levels)
-        self._wishes.draw(texts, circles, marks, Turning(plane, *turn))
+        if levels != self._view_settings.levels:
+            self._view_settings.set_levels(levels)
+        self._view_settings.set_drawings(texts, circles, marks, Turning(plane, *rotation))
 
-    def _take(self) -> None:
-        plane = self._selected()
+    def _use_selected_plane(self) -> None:
+        plane = self._selected_plane_text()
         if plane:
             self.fields["untilt"].setText(plane)
 
-    def _selected(self) -> str:
-        """The plane of the current feature, as it is typed."""
+    def _selected_plane_text(self) -> str:
+        """Return the plane of the current feature in the notation of the field."""
         current = self._studio.selection.current
         if current is None:
             return ""
@@ -148,13 +148,16 @@ class NetTypingDialog(QDialog):
             return ""
         return format_plane(measured.plane, self._studio.settings.notation, 1)
 
-    def _show_take(self) -> None:
-        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
+    def _refresh_plane_button(self) -> None:
+        allow(
+            self.use_plane_button,
+            None if self._selected_plane_text() else Finding("selection.no-plane"),
+        )
 
-    def _clear(self) -> None:
+    def _clear_fields(self) -> None:
         for field in self.fields.values():
             field.clear()
 
 
-def _each(text: str, make: Callable[[str], Made]) -> tuple[Made, ...]:
-    return tuple(make(part.strip()) for part in text.split(";") if part.strip())
+def _parse_items(text: str, parse: Callable[[str], Item]) -> tuple[Item, ...]:
+    return tuple(parse(part.strip()) for part in text.split(";") if part.strip())

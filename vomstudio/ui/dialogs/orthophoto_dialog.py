@@ -1,4 +1,4 @@
-"""Dialog for an orthophoto along the present view; a worker process makes it."""
+"""Dialog for an orthophoto along the current view."""
 
 from __future__ import annotations
 
@@ -59,12 +59,11 @@ _SUFFIX = ".tif"
 
 
 class OrthoDialog(QDialog):
-    """Accepting it starts the job; the window remains usable."""
+    """Start a job that creates an orthophoto. The window remains usable."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
     ) -> None:
-        """directions : knows from which measurement the view direction was taken"""
         super().__init__(parent)
         explain(self, "conventions.md#orthophotos")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -75,48 +74,50 @@ class OrthoDialog(QDialog):
         self._direction = Line(wrap360(trend), plunge)
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
-        self._seen = planning.Region((x, y, z), width, height)
-        self._words, self._error_deg = directions.origin_of(self._direction)
+        self._visible_region = planning.Region((x, y, z), width, height)
+        self._direction_source, self._error_deg = directions.origin_of(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self._start = self._buttons.addButton(
+        self._start_button = self._buttons.addButton(
             tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
         )
-        self.copy = CopyCommandButton(
+        self.copy_button = CopyCommandButton(
             self.copy_command, tr("the command that makes the same orthophoto")
         )
-        self.copy.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._buttons.addButton(self.copy, QDialogButtonBox.ButtonRole.ActionRole)
+        self.copy_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self._buttons)
         self.model.currentIndexChanged.connect(self._propose)
-        for signal in (self.whole.toggled, self.gsd.textChanged, self.target.textChanged):
+        for signal in (self.whole_model.toggled, self.gsd.textChanged, self.target.textChanged):
             signal.connect(self._check)
         project = studio.project
         folder = Path(start_folder(studio)) if project.untitled else project.folder.parent
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
-        # The texture's resolution is looked for once the dialog is on the screen.
+        # Read the resolution of the texture once the dialog is shown.
         self._size.setText(tr("Reading the resolution of the model…"))
         QTimer.singleShot(0, self._propose)
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
         self.model = ComboBox()
         for record in self._studio.session.of(Model):
             if record.id in self._studio.models:
                 self.model.addItem(record.name, record.id)
-        chosen = current_model(self._studio)
-        if chosen is not None:
-            self.model.setCurrentIndex(max(0, self.model.findData(chosen.id)))
-        shown = f"<b>{format_line(self._direction, 1)}</b>  {escape(self._words)}"
-        direction = rich_label(shown)
+        current = current_model(self._studio)
+        if current is not None:
+            self.model.setCurrentIndex(max(0, self.model.findData(current.id)))
+        direction_text = (
+            f"<b>{format_line(self._direction, 1)}</b>  {escape(self._direction_source)}"
+        )
+        direction = rich_label(direction_text)
         direction.setWordWrap(True)
-        self._cost = Label()
-        self._cost.setWordWrap(True)
+        self._error_effect = Label()
+        self._error_effect.setWordWrap(True)
         self.flip = QCheckBox(tr("From the opposite side (mirror image)"))
         self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
@@ -124,12 +125,12 @@ class OrthoDialog(QDialog):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("View direction"), direction)
         form.addRow("", self.flip)
-        form.addRow(tr("Effect of its error"), self._cost)
+        form.addRow(tr("Effect of its error"), self._error_effect)
         form.addRow(tr("Area"), self._make_area())
         form.addRow(tr("Pixel size"), self._make_pixel())
         form.addRow(tr("Sheet"), self._make_sheet())
         self.interpretation = InterpretationBox(self._studio)
-        self.sheet.toggled.connect(self.interpretation.show_sheet)
+        self.sheet.toggled.connect(self.interpretation.enable_legend)
         form.addRow(tr("Interpretation"), self.interpretation)
         self.domain = ComboBox()
         self.domain.setObjectName("ortho_domain")
@@ -145,12 +146,12 @@ class OrthoDialog(QDialog):
         return form
 
     def _make_area(self) -> QHBoxLayout:
-        self.whole = QRadioButton(tr("Whole model"))
-        self.seen = QRadioButton(tr("Visible area"))
-        self.whole.setChecked(True)
+        self.whole_model = QRadioButton(tr("Whole model"))
+        self.visible_area = QRadioButton(tr("Visible area"))
+        self.whole_model.setChecked(True)
         area = QHBoxLayout()
-        area.addWidget(self.whole)
-        area.addWidget(self.seen)
+        area.addWidget(self.whole_model)
+        area.addWidget(self.visible_area)
         area.addStretch()
         return area
 
@@ -180,61 +181,66 @@ class OrthoDialog(QDialog):
         sheet.addStretch()
         return sheet
 
-    # --- what it will be ----------------------------------------------------------------------
-    def _model(self) -> Model:
+    # --- preview ------------------------------------------------------------------------------
+    def _selected_model(self) -> Model:
         record = self._studio.records[str(self.model.currentData())]
         assert isinstance(record, Model)
         return record
 
-    def _box(self) -> np.ndarray:
-        """(8, 3) corners of the model along right, down and depth of the picture."""
-        model = self._model()
-        low, high = self._studio.models[model.id].data.bounds
+    def _view_corners(self) -> np.ndarray:
+        """Return the model corners (8, 3) along right, down and depth of the picture."""
+        model = self._selected_model()
+        minimum, maximum = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
+        corners = transform.apply(model.to_world, np.where(grid == 1, maximum, minimum))
         view = view_directions.view_along_line(
             self._direction.trend_deg, self._direction.plunge_deg
         )
-        return view.frame.to_view(corners, np.asarray(self._seen.centre))
+        return view.frame.to_view(corners, np.asarray(self._visible_region.centre))
 
     def _extent(self) -> tuple[float, float]:
-        """Width and height of the area, at most, m."""
-        box = self._box()
-        low, high = box.min(axis=0), box.max(axis=0)
-        if self.seen.isChecked():
-            half = 0.5 * np.array([self._seen.width, self._seen.height])
-            low[:2], high[:2] = np.maximum(low[:2], -half), np.minimum(high[:2], half)
-        width, height = np.maximum(high - low, 0.0)[:2].tolist()
+        """Return the maximum width and height of the area in metres."""
+        corners = self._view_corners()
+        minimum, maximum = corners.min(axis=0), corners.max(axis=0)
+        if self.visible_area.isChecked():
+            half_size = 0.5 * np.array([self._visible_region.width, self._visible_region.height])
+            minimum[:2], maximum[:2] = (
+                np.maximum(minimum[:2], -half_size),
+                np.minimum(maximum[:2], half_size),
+            )
+        width, height = np.maximum(maximum - minimum, 0.0)[:2].tolist()
         return width, height
 
     def _propose(self) -> None:
-        model = self._model()
+        model = self._selected_model()
         data = self._studio.models[model.id].data
         gsd, code = planning.default_gsd(data, model.to_world, max(self._extent()))
         unit = "m" if model.frame.has_metres else tr("units")
         self._proposal = Finding(code, gsd=gsd, unit=unit)
         self.gsd.setText(f"{gsd:g}")
-        box = self._box()
-        deep = float(np.ptp(box[:, 2]))
+        corners = self._view_corners()
+        depth = float(np.ptp(corners[:, 2]))
         metric = model.frame.has_metres
         self._unit.setText(unit)
-        cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
-        self._cost.setText(cost.message)
+        effect = view_directions.cost_of_direction(self._error_deg, depth, metric=metric)
+        self._error_effect.setText(effect.message)
         self._check()
-        # Labels of several lines have their text only now.
+        # The labels with several lines have their text only now.
         make_room_for_text(self)
 
     def _check(self, *_: object) -> None:
         gsd = parse_number(self.gsd.text())
         width, height = self._extent()
-        why = None
+        problem = None
         if gsd is None or gsd <= 0:
-            why = Finding("number.not-a-length", text=self.gsd.text().strip())
+            problem = Finding("number.not-a-length", text=self.gsd.text().strip())
         elif not (width and height):
-            why = Finding("view.part-empty")
+            problem = Finding("view.part-empty")
         else:
             pixels = (width / gsd) * (height / gsd)
-            size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
+            size = [
+                length(v, metric=self._selected_model().frame.has_metres) for v in (width, height)
+            ]
             self._size.setText(
                 tr(
                     "At most {width:,.0f} × {height:,.0f} pixels, {size}\n{proposal}",
@@ -245,65 +251,65 @@ class OrthoDialog(QDialog):
                 )
             )
             if pixels > planning.MAX_PIXELS:
-                why = Finding(
+                problem = Finding(
                     "gsd.too-many-pixels",
                     gsd_m=gsd,
                     megapixels=pixels / 1_000_000,
                     limit=planning.MAX_PIXELS // 1_000_000,
                     least_m=math.sqrt(width * height / planning.MAX_PIXELS),
                 )
-        if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
-            why = Finding("export.not-tif")
-        if why is not None and gsd is not None:
-            self._size.setText(why.message)
-        allow(self._start, why)
-        self.copy.allow(why)
+        if problem is None and not self.target.text().lower().endswith((".tif", ".tiff")):
+            problem = Finding("export.not-tif")
+        if problem is not None and gsd is not None:
+            self._size.setText(problem.message)
+        allow(self._start_button, problem)
+        self.copy_button.allow(problem)
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
             self, tr("Orthophoto file"), self.target.text(), tr("GeoTIFF (*.tif)")
         )
         if name:
-            named = name.lower().endswith((".tif", ".tiff"))
-            self.target.setText(name if named else name + _SUFFIX)
+            has_suffix = name.lower().endswith((".tif", ".tiff"))
+            self.target.setText(name if has_suffix else name + _SUFFIX)
 
     def copy_command(self) -> None:
-        """Put the command that makes the same orthophoto on the clipboard."""
-        place = model_words(self._studio, self._model())
+        """Copy the command that creates the same orthophoto to the clipboard."""
+        model_arguments = model_words(self._studio, self._selected_model())
         gsd = parse_number(self.gsd.text())
-        if place is None or gsd is None:
-            self._studio.warn(Finding("model.file-missing", model=self._model().name))
+        if model_arguments is None or gsd is None:
+            self._studio.warn(Finding("model.file-missing", model=self._selected_model().name))
             return
         out = Path(self.target.text()).expanduser()
-        line, seen = self._direction, self._seen
-        parts, domain = self.interpretation.drawn, self.domain.currentData()
+        direction, region = self._direction, self._visible_region
+        parts, domain = self.interpretation.selected_parts, self.domain.currentData()
         options = OrthoOptions(
-            trend_deg=line.trend_deg,
-            plunge_deg=line.plunge_deg,
+            trend_deg=direction.trend_deg,
+            plunge_deg=direction.plunge_deg,
             gsd_m=gsd,
             flip=self.flip.isChecked(),
         )
-        sheet = self._sheet_of(out)
+        sheet = self._sheet_path(out)
         drawing = OrthoDrawing(
             sheet=None if sheet is None else str(sheet),
             draw=str(self._studio.project.folder) if parts or domain is not None else None,
             show=",".join(parts) if parts and parts != interpretation.PARTS else None,
             domain=domain,
-            around=numbers_text([*seen.centre, seen.width, seen.height])
-            if self.seen.isChecked()
+            around=numbers_text([*region.centre, region.width, region.height])
+            if self.visible_area.isChecked()
             else None,
         )
-        words = [*option_words(options), *option_words(drawing)]
-        copy_command(self._studio, ["ortho", *place, ("-o", out), *words, "--force"])
+        arguments = [*option_words(options), *option_words(drawing)]
+        copy_command(self._studio, ["ortho", *model_arguments, ("-o", out), *arguments, "--force"])
 
-    def _sheet_of(self, out: Path) -> Path | None:
-        ending = str(self.sheet_format.currentData())
-        return out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
+    def _sheet_path(self, out: Path) -> Path | None:
+        suffix = str(self.sheet_format.currentData())
+        return out.with_name(f"{out.stem}_sheet.{suffix}") if self.sheet.isChecked() else None
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
-        """Start the job, after asking before files are replaced."""
-        model, studio = self._model(), self._studio
+        """Start the job. Ask before existing files are replaced."""
+        model, studio = self._selected_model(), self._studio
         path = studio.project.find_model(model)
         if path is None:
             studio.warn(Finding("model.file-missing", model=model.name))
@@ -313,39 +319,41 @@ class OrthoDialog(QDialog):
             self._direction.trend_deg,
             self._direction.plunge_deg,
             view_directions.AS_GIVEN,
-            Finding("view.chosen", description=self._words),
+            Finding("view.chosen", description=self._direction_source),
         )
         if self.flip.isChecked():
             view = view.flipped()
-        region = self._seen if self.seen.isChecked() else None
-        sheet = self._sheet_of(out)
+        region = self._visible_region if self.visible_area.isChecked() else None
+        sheet = self._sheet_path(out)
         try:
-            beside = [*orthophoto.orthophoto_outputs(out), *([sheet] if sheet else [])]
+            outputs = [*orthophoto.orthophoto_outputs(out), *([sheet] if sheet else [])]
         except VomError as error:
             studio.fail(error)
             return
-        parts = self.interpretation.drawn
+        parts = self.interpretation.selected_parts
         if parts:
-            beside += drawing_targets(out).values()
+            outputs += drawing_targets(out).values()
         domain = self.domain.currentData()
-        there = [p.name for p in (out, *beside) if p.exists()]
-        if there and not may_replace(self, there):
+        existing = [p.name for p in (out, *outputs) if p.exists()]
+        if existing and not may_replace(self, existing):
             return
         studio.jobs.submit(
             ORTHOPHOTO,
             OrthophotoRequest(
-                path,
-                studio.project.cache,
-                replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
-                model.to_world,
-                world_crs(model.frame.crs, model.frame.unit_m),
-                parse_number(self.gsd.text()),
-                region,
-                out,
-                sheet,
-                studio.project.folder if parts else None,
-                parts,
-                None if domain is None else (studio.project.folder, domain),
+                path=path,
+                cache=studio.project.cache,
+                view=replace(
+                    view, north_known=model.frame.has_north, metric=model.frame.has_metres
+                ),
+                to_world=model.to_world,
+                crs=world_crs(model.frame.crs, model.frame.unit_m),
+                gsd=parse_number(self.gsd.text()),
+                region=region,
+                out=out,
+                sheet=sheet,
+                draw=studio.project.folder if parts else None,
+                parts=parts,
+                domain=None if domain is None else (studio.project.folder, domain),
             ),
             title=tr("Orthophoto {file}", file=out.name),
             on_done=lambda result: _show_result(studio, result),
@@ -354,19 +362,19 @@ class OrthoDialog(QDialog):
         super().accept()
 
 
-def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
-    beside = [file for file in (made.sheet, *made.drawing) if file]
-    findings = [*(Finding("export.written", file=file) for file in beside), *made.warnings]
-    written = Finding(
+def _show_result(studio: Studio, result: WrittenOrthophoto) -> None:
+    extra_files = [file for file in (result.sheet, *result.drawing) if file]
+    findings = [*(Finding("export.written", file=file) for file in extra_files), *result.warnings]
+    main_finding = Finding(
         "ortho.written",
-        file=made.image,
-        width=made.width,
-        height=made.height,
-        gsd=made.gsd_m,
-        unit=made.unit,
-        coverage_percent=100 * made.coverage,
+        file=result.image,
+        width=result.width,
+        height=result.height,
+        gsd=result.gsd_m,
+        unit=result.unit,
+        coverage_percent=100 * result.coverage,
     )
-    for finding in (written, *findings):
+    for finding in (main_finding, *findings):
         studio.info(finding)
 
 

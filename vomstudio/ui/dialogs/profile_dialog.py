@@ -1,4 +1,4 @@
-"""The dialog in which the profile is chosen by whose limits planes and lines are judged."""
+"""Dialog for the profile of limits by which planes and lines are judged."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
-_PREVIEWED = 5_000
-"""More features are not judged twice, only to be counted."""
+_MAX_PREVIEW_FEATURES = 5_000
+"""Judging more features for a preview takes too long."""
 
 _LIMITS = (
     ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
@@ -43,7 +43,7 @@ _LIMITS = (
     ("surface_effect_deg", "", to_translate("Trace along the outcrop face, within"), "°"),
 )
 
-_SAYS = {
+_DESCRIPTIONS = {
     "error": to_translate(
         "A plane is judged by how far it may be off (95 %). Shape and extent are notes."
     ),
@@ -55,23 +55,22 @@ _SAYS = {
 
 
 def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
-    """parent : of the dialog"""
+    """Create the command that opens the dialog."""
 
-    def show() -> None:
+    def show_dialog() -> None:
         dialogs.show(ProfileDialog, lambda: ProfileDialog(parent, studio))
 
     return Command(
         "verdict_profile",
         tr("Verdict &profile…"),
-        show,
-        "scale-balance",
-        (),
-        tr("Choose the limits by which planes are called good, doubtful or poor."),
+        show_dialog,
+        icon="scale-balance",
+        tip=tr("Choose the limits by which planes are called good, doubtful or poor."),
     )
 
 
 class ProfileDialog(QDialog):
-    """Applying is one edit that judges all features anew and can be undone."""
+    """Edit the verdict profile. Applying it is one edit that can be undone."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -81,18 +80,18 @@ class ProfileDialog(QDialog):
         self.setMinimumWidth(460)
         self.profile = ComboBox()
         self.profile.setObjectName("profile")
-        self.profile.activated.connect(self._chosen)
+        self.profile.activated.connect(self._show_selected)
         self.name = QLineEdit()
         self.name.setObjectName("profile_name")
         self.name.setPlaceholderText(tr("Name of your profile"))
-        self.name.textEdited.connect(self._typed)
-        self.says = Label()
-        self.says.setWordWrap(True)
+        self.name.textEdited.connect(self._handle_change)
+        self.description = Label()
+        self.description.setWordWrap(True)
         self.effect = Label()
         self.effect.setWordWrap(True)
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._arrange()
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._handle_edit)
         studio.project_opened.connect(self.close)
 
     def _arrange(self) -> None:
@@ -105,97 +104,101 @@ class ProfileDialog(QDialog):
             box.setDecimals(1)
             box.setRange(0.1, 100_000.0)
             box.setSuffix(unit)
-            box.valueChanged.connect(self._typed)
+            box.valueChanged.connect(self._handle_change)
             self.boxes[name] = box
             self.form.addRow(tr(title), box)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.apply = buttons.addButton(
+        self.apply_button = buttons.addButton(
             tr("Judge all features"), QDialogButtonBox.ButtonRole.ApplyRole
         )
-        self.apply.setToolTip(tr("One step, which can be undone."))
-        self.apply.clicked.connect(self._apply)
+        self.apply_button.setToolTip(tr("One step, which can be undone."))
+        self.apply_button.clicked.connect(self._apply)
         buttons.rejected.connect(self.close)
-        column = QVBoxLayout(self)
-        column.addLayout(self.form)
-        column.addWidget(self.says)
-        column.addWidget(self.effect)
-        column.addStretch()
-        column.addWidget(buttons)
+        layout = QVBoxLayout(self)
+        layout.addLayout(self.form)
+        layout.addWidget(self.description)
+        layout.addWidget(self.effect)
+        layout.addStretch()
+        layout.addWidget(buttons)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
         self._show_project()
 
-    def _edited(self, *_: object) -> None:
-        """Another profile is shown; what is typed of one stays while features are worked on."""
+    def _handle_edit(self, *_: object) -> None:
+        """Show another profile, but keep entered limits while features are edited."""
         if not self.isVisible():
             return
         if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
             self._show_project()
         else:
-            self._tell()
+            self._show_effect()
 
     def _show_project(self) -> None:
-        """The profile of the project."""
+        """Show the profile of the project."""
         self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
-        kept = self._studio.settings.profiles.values()
-        own = [Thresholds(**limits) for limits in kept]
-        self._own = PROFILES | {each.profile: each for each in (*own, self._current)}
+        stored = self._studio.settings.profiles.values()
+        custom = [Thresholds(**limits) for limits in stored]
+        self._profiles = PROFILES | {
+            profile.profile: profile for profile in (*custom, self._current)
+        }
         with QSignalBlocker(self.profile):
             self.profile.clear()
-            for name in self._own:
+            for name in self._profiles:
                 self.profile.addItem(_title(name), name)
             self.profile.setCurrentIndex(self.profile.findData(self._current.profile))
         self._fill(self._current)
 
-    def _chosen(self) -> None:
-        self._fill(self._own[self.profile.currentData()])
+    def _show_selected(self) -> None:
+        self._fill(self._profiles[self.profile.currentData()])
 
     def _fill(self, limits: Thresholds) -> None:
         self._base = limits
         with QSignalBlocker(self.name):
             self.name.setText(_title(limits.profile))
-        for name, by, _, _ in _LIMITS:
+        for name, criterion, _, _ in _LIMITS:
             with QSignalBlocker(self.boxes[name]):
                 self.boxes[name].setValue(getattr(limits, name))
-            self.form.setRowVisible(self.boxes[name], by in ("", limits.by))
-        self.says.setText(tr(_SAYS[limits.by]))
-        self._tell()
+            self.form.setRowVisible(self.boxes[name], criterion in ("", limits.by))
+        self.description.setText(tr(_DESCRIPTIONS[limits.by]))
+        self._show_effect()
 
-    def _typed(self, *_: object) -> None:
+    def _handle_change(self, *_: object) -> None:
         standard = PROFILES.get(self._base.profile)
         if standard is not None and self.name.text() == _title(standard.profile):
             with QSignalBlocker(self.name):
                 self.name.setText(tr("own limits"))
-        self._tell()
+        self._show_effect()
 
     def limits(self) -> Thresholds:
-        """As they stand in the boxes, under the name beside them."""
+        """Return the entered limits under the entered name."""
         values: dict[str, Any] = {name: box.value() for name, box in self.boxes.items()}
-        shown = replace(self._base, **values)
-        if shown == self._base and self.name.text() == _title(self._base.profile):
+        limits = replace(self._base, **values)
+        if limits == self._base and self.name.text() == _title(self._base.profile):
             return self._base
-        return replace(shown, profile=self.name.text().strip())
+        return replace(limits, profile=self.name.text().strip())
 
-    def _tell(self) -> None:
-        """What the limits would change."""
+    def _show_effect(self) -> None:
+        """Count the verdicts now and with the entered limits."""
         limits, records = self.limits(), self._studio.records
-        same = limits == self._current
-        allow(self.apply, Finding("edit.no-change") if same else None)
+        is_unchanged = limits == self._current
+        allow(self.apply_button, Finding("edit.no-change") if is_unchanged else None)
         ids = [id_ for id_, record in records.items() if isinstance(record, Feature)]
-        if len(ids) > _PREVIEWED:
+        if len(ids) > _MAX_PREVIEW_FEATURES:
             self.effect.clear()
             return
-        now = _counts(self._studio.measured(ids))
-        if same:
-            self.effect.setText(tr("Now: {counts}.", counts=now))
+        current_counts = _describe_counts(self._studio.measured(ids))
+        if is_unchanged:
+            self.effect.setText(tr("Now: {counts}.", counts=current_counts))
             return
-        without = {id_: record for id_, record in records.items() if id_ != PROFILE_ID}
-        then = _counts(Measurements(limits).of(without, ids))
-        self.effect.setText(tr("Now: {counts}. With these limits: {then}.", counts=now, then=then))
+        other_records = {id_: record for id_, record in records.items() if id_ != PROFILE_ID}
+        new_counts = _describe_counts(Measurements(limits).of(other_records, ids))
+        self.effect.setText(
+            tr("Now: {counts}. With these limits: {then}.", counts=current_counts, then=new_counts)
+        )
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- edit --------------------------------------------------------------------------------
     def _apply(self) -> None:
         limits = self.limits()
         if not self._studio.attempt(edits.judge_by, limits):
@@ -210,11 +213,11 @@ def _title(profile: str) -> str:
     return titles.get(profile, profile)
 
 
-def _counts(measured: Any) -> str:
-    found = Counter(m.verdict.quality for m in measured.values() if m.verdict is not None)
+def _describe_counts(measured: Any) -> str:
+    counts = Counter(m.verdict.quality for m in measured.values() if m.verdict is not None)
     return tr(
         "{good} good, {doubtful} doubtful, {poor} poor",
-        good=found["good"],
-        doubtful=found["doubtful"],
-        poor=found["poor"],
+        good=counts["good"],
+        doubtful=counts["doubtful"],
+        poor=counts["poor"],
     )

@@ -1,4 +1,4 @@
-"""Dialog that imports field measurements: columns, notation, north, and a preview of the result."""
+"""Dialog that imports field measurements: columns, notation, north and a preview."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ from vomstudio.ui.base.controls import ComboBox, Label, allow, rich_label, rich_
 from vomstudio.ui.base.help_links import explain
 
 _PREVIEW_ROWS = 200
-_FAR_M = 10_000.0
-_UNREADABLE = "#d55e00"
+_MAX_DISTANCE_M = 10_000.0
+_UNREADABLE_COLOR = "#d55e00"
 
 _NOTATIONS = (
     (to_translate("Dip direction / dip"), "dipdir/dip"),
@@ -86,8 +86,7 @@ _ROLES = (
 
 @dataclass(frozen=True)
 class Place:
-    """Where the project is: its CRS, None where unknown, and a World position in it, where
-    `has_position`."""
+    """Location of the project: its CRS if known, and a World position if `has_position`."""
 
     crs: str | None = None
     x: float = 0.0
@@ -96,7 +95,7 @@ class Place:
 
 
 class ReadingsDialog(QDialog):
-    """`readings` and `types` hold what is to be added once it is accepted."""
+    """Import readings. `readings` and `types` are the records to add once accepted."""
 
     def __init__(
         self,
@@ -113,27 +112,27 @@ class ReadingsDialog(QDialog):
         self.setWindowTitle(tr("Import field measurements: {path}", path=table.path.name))
         self.resize(820, 680)
         self._table, self._records, self._place = table, records, place
-        self._kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+        self._types = [r for r in records.values() if isinstance(r, FeatureType)]
         self._to_grid = None if place.crs is None else degrees_to_grid(place.crs)
-        self._understood = FieldReadings((), (), ())
+        self._field_readings = FieldReadings((), (), ())
         self.readings: list[Reading] = []
         self.types: list[FeatureType] = []
         self._guess = guess(table)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_angles())
         layout.addWidget(self._make_preview(), 1)
-        layout.addLayout(self._make_rest(type_id, declination))
-        self._says = rich_label()
-        self._says.setWordWrap(True)
-        self._says.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        layout.addWidget(self._says)
-        self._bad = QPlainTextEdit()
-        self._bad.setObjectName("readings_bad")
-        self._bad.setReadOnly(True)
-        self._bad.setMaximumHeight(110)
-        self._bad_title = Label()
-        layout.addWidget(self._bad_title)
-        layout.addWidget(self._bad)
+        layout.addLayout(self._make_settings(type_id, declination))
+        self._summary = rich_label()
+        self._summary.setWordWrap(True)
+        self._summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        layout.addWidget(self._summary)
+        self._unreadable_list = QPlainTextEdit()
+        self._unreadable_list.setObjectName("readings_bad")
+        self._unreadable_list.setReadOnly(True)
+        self._unreadable_list.setMaximumHeight(110)
+        self._unreadable_title = Label()
+        layout.addWidget(self._unreadable_title)
+        layout.addWidget(self._unreadable_list)
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
@@ -142,7 +141,7 @@ class ReadingsDialog(QDialog):
         layout.addWidget(self._buttons)
         self._read()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_angles(self) -> QHBoxLayout:
         self._notation = ComboBox()
         self._notation.setObjectName("readings_notation")
@@ -162,10 +161,10 @@ class ReadingsDialog(QDialog):
 
     def _make_preview(self) -> QTableWidget:
         table = self._table
-        shown = min(len(table.rows), _PREVIEW_ROWS)
-        view = QTableWidget(shown + 1, table.width)
+        row_count = min(len(table.rows), _PREVIEW_ROWS)
+        view = QTableWidget(row_count + 1, table.width)
         view.setHorizontalHeaderLabels([table.label(c) for c in range(table.width)])
-        view.setVerticalHeaderLabels(["", *(str(n) for n in table.lines[:shown])])
+        view.setVerticalHeaderLabels(["", *(str(n) for n in table.lines[:row_count])])
         view.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         view.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         view.setMinimumHeight(170)
@@ -178,10 +177,10 @@ class ReadingsDialog(QDialog):
             for text, role in _ROLES:
                 combo.addItem(tr(text), role)
             combo.setCurrentIndex(max(0, combo.findData(role_of.get(column, ""))))
-            combo.activated.connect(lambda _, c=column: self._assigned(c))
+            combo.activated.connect(lambda _, c=column: self._assign_role(c))
             self._column_roles.append(combo)
             view.setCellWidget(0, column, combo)
-        for i in range(shown):
+        for i in range(row_count):
             for column in range(table.width):
                 view.setItem(i + 1, column, QTableWidgetItem(table.rows[i][column]))
         view.resizeColumnsToContents()
@@ -192,19 +191,19 @@ class ReadingsDialog(QDialog):
         self._preview = view
         return view
 
-    def _make_rest(self, type_id: str, declination: str) -> QHBoxLayout:
+    def _make_settings(self, type_id: str, declination: str) -> QHBoxLayout:
         self._type = ComboBox()
         self._type.setObjectName("readings_type")
-        for kind in self._kinds:
+        for kind in self._types:
             self._type.addItem(theme.swatch(kind.color), kind.name, kind.id)
         self._type.setCurrentIndex(max(0, self._type.findData(type_id)))
-        self._type.activated.connect(lambda _: self._say())
+        self._type.activated.connect(lambda _: self._refresh_summary())
         self._set = QLineEdit()
         self._set.setPlaceholderText(tr("none"))
-        self._left = QFormLayout()
-        self._left.addRow(tr("Type"), self._type)
-        self._left.addRow(tr("Set"), self._set)
-        self._unknown: dict[str, QComboBox] = {}
+        self._left_form = QFormLayout()
+        self._left_form.addRow(tr("Type"), self._type)
+        self._left_form.addRow(tr("Set"), self._set)
+        self._new_type_boxes: dict[str, QComboBox] = {}
         self._north = ComboBox()
         self._north.setObjectName("readings_north")
         for text, value in (
@@ -214,26 +213,26 @@ class ReadingsDialog(QDialog):
             (tr("Grid north of the project"), "grid"),
         ):
             self._north.addItem(text, value)
-        self._north.activated.connect(lambda _: self._say())
+        self._north.activated.connect(lambda _: self._refresh_summary())
         self._declination = QLineEdit(declination)
         self._declination.setObjectName("readings_declination")
         self._declination.setPlaceholderText(tr("Degrees east, such as 2.6; west is negative"))
-        self._declination.textChanged.connect(lambda _: self._say())
+        self._declination.textChanged.connect(lambda _: self._refresh_summary())
         self._convergence = Label()
         self._convergence.setWordWrap(True)
-        right = QFormLayout()
-        right.addRow(tr("Azimuths refer to"), self._north)
-        right.addRow(tr("Declination"), self._declination)
-        right.addRow(tr("Convergence"), self._convergence)
+        right_form = QFormLayout()
+        right_form.addRow(tr("Azimuths refer to"), self._north)
+        right_form.addRow(tr("Declination"), self._declination)
+        right_form.addRow(tr("Convergence"), self._convergence)
         row = QHBoxLayout()
-        row.addLayout(self._left, 2)
+        row.addLayout(self._left_form, 2)
         row.addSpacing(16)
-        row.addLayout(right, 3)
+        row.addLayout(right_form, 3)
         return row
 
-    # --- reading the table -----------------------------------------------------------------------
-    def _assigned(self, column: int) -> None:
-        """A role belongs to one column: the one that was chosen last."""
+    # --- table -----------------------------------------------------------------------------------
+    def _assign_role(self, column: int) -> None:
+        """Assign a role to the column that was chosen last, and to no other."""
         role = self._column_roles[column].currentData()
         for other, combo in enumerate(self._column_roles):
             if role and other != column and combo.currentData() == role:
@@ -241,7 +240,7 @@ class ReadingsDialog(QDialog):
         self._read()
 
     def columns(self) -> dict[str, int]:
-        """The column of each role that has been assigned."""
+        """Return the column of each assigned role."""
         return {
             str(combo.currentData()): column
             for column, combo in enumerate(self._column_roles)
@@ -255,89 +254,89 @@ class ReadingsDialog(QDialog):
             combo.setItemText(combo.findData("azimuth"), azimuth)
             inclination = tr("Plunge") if notation == "trend/plunge" else tr("Dip")
             combo.setItemText(combo.findData("inclination"), inclination)
-        self._missing = missing_choice(self.columns(), notation)
-        self._understood = (
+        self._missing_choice = missing_choice(self.columns(), notation)
+        self._field_readings = (
             FieldReadings((), (), ())
-            if self._missing
+            if self._missing_choice
             else read_readings(
                 self._table, self.columns(), notation, self._to_grid, ModelFrame(self._place.crs)
             )
         )
-        self._ask_for_types()
-        self._show_bad()
+        self._show_new_types()
+        self._show_unreadable()
         self._show_convergence()
-        self._say()
+        self._refresh_summary()
 
-    def _ask_for_types(self) -> None:
-        known = {kind.name.casefold() for kind in self._kinds}
-        names = [n for n in self._understood.type_names if n.casefold() not in known]
-        wanted = list({n.casefold(): n for n in names}.values())
-        if [n.casefold() for n in wanted] == list(self._unknown):
+    def _show_new_types(self) -> None:
+        known_names = {kind.name.casefold() for kind in self._types}
+        names = [n for n in self._field_readings.type_names if n.casefold() not in known_names]
+        new_names = list({n.casefold(): n for n in names}.values())
+        if [n.casefold() for n in new_names] == list(self._new_type_boxes):
             return
-        while self._left.rowCount() > 2:
-            self._left.removeRow(2)
-        self._unknown = {}
-        for name in wanted[:8]:
+        while self._left_form.rowCount() > 2:
+            self._left_form.removeRow(2)
+        self._new_type_boxes = {}
+        for name in new_names[:8]:
             combo = ComboBox()
             combo.addItem(tr("New feature type"), None)
-            for kind in self._kinds:
+            for kind in self._types:
                 combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
-            combo.activated.connect(lambda _: self._say())
-            self._unknown[name.casefold()] = combo
-            self._left.addRow(f"“{name}”", combo)
-        if len(wanted) > 8:
-            self._left.addRow(
+            combo.activated.connect(lambda _: self._refresh_summary())
+            self._new_type_boxes[name.casefold()] = combo
+            self._left_form.addRow(f"“{name}”", combo)
+        if len(new_names) > 8:
+            self._left_form.addRow(
                 Label(
                     tr_n(
                         "{count} further name becomes a new feature type.",
                         "{count} further names become new feature types.",
-                        len(wanted) - 8,
+                        len(new_names) - 8,
                     )
                 )
             )
 
-    def _show_bad(self) -> None:
-        bad = self._understood.bad
-        self._bad.setPlainText("\n".join(str(row) for row in bad))
-        self._bad.setVisible(bool(bad))
-        self._bad_title.setVisible(bool(bad))
-        self._bad_title.setText(
+    def _show_unreadable(self) -> None:
+        rows = self._field_readings.bad
+        self._unreadable_list.setPlainText("\n".join(str(row) for row in rows))
+        self._unreadable_list.setVisible(bool(rows))
+        self._unreadable_title.setVisible(bool(rows))
+        self._unreadable_title.setText(
             tr_n(
                 "{count} row cannot be read and is left out:",
                 "{count} rows cannot be read and are left out:",
-                len(bad),
+                len(rows),
             )
         )
-        reasons = {row.line: row.reason for row in bad}
-        red = QColor(_UNREADABLE)
-        plain = self.palette().color(QPalette.ColorRole.Text)
+        reasons = {row.line: row.reason for row in rows}
+        error_color = QColor(_UNREADABLE_COLOR)
+        text_color = self.palette().color(QPalette.ColorRole.Text)
         with QSignalBlocker(self._preview):
             for i in range(1, self._preview.rowCount()):
                 reason = str(reasons.get(self._table.lines[i - 1], ""))
                 for column in range(self._preview.columnCount()):
                     item = self._preview.item(i, column)
                     if item is not None:
-                        item.setForeground(red if reason else plain)
+                        item.setForeground(error_color if reason else text_color)
                         item.setToolTip(reason)
 
     def _show_convergence(self) -> None:
-        """At the readings' own place where they have one, else at the project's."""
+        """Show the convergence at the readings, or at the project without positions."""
         place = self._place
-        self._known = North(place.crs)
+        self._north_data = North(place.crs)
         if place.crs is None:
             self._convergence.setText(tr("Unknown: the project has no CRS."))
             return
-        places = [row.position for row in self._understood.rows if row.position is not None]
-        if not places and not place.has_position:
+        positions = [row.position for row in self._field_readings.rows if row.position is not None]
+        if not positions and not place.has_position:
             self._convergence.setText(tr("Unknown: neither model nor readings have a position."))
             return
-        world = np.asarray([p[:2] for p in places] or [(place.x, place.y)])
-        self._known = North(place.crs, place_of(place.crs, world))
-        convergence = self._known.convergence_deg()
+        world = np.asarray([p[:2] for p in positions] or [(place.x, place.y)])
+        self._north_data = North(place.crs, place_of(place.crs, world))
+        convergence = self._north_data.convergence_deg()
         if convergence is None:
             self._convergence.setText(
                 tr("Unknown: the readings are outside {crs}.", crs=place.crs)
-                if places
+                if positions
                 else tr("Unknown: the model is outside {crs}.", crs=place.crs)
             )
         else:
@@ -345,91 +344,91 @@ class ReadingsDialog(QDialog):
             angle, crs = f"{sign}{abs(convergence):.2f}°", crs_name(place.crs)
             self._convergence.setText(
                 tr("{angle} at the readings ({crs})", angle=angle, crs=crs)
-                if places
+                if positions
                 else tr("{angle} at the model ({crs})", angle=angle, crs=crs)
             )
 
-    def turn(self) -> NorthCorrection | None:
-        """The correction from the chosen north to grid north; None until it is known."""
+    def north_correction(self) -> NorthCorrection | None:
+        """Return the correction to grid north, None until it is known."""
         north = self._north.currentData()
         if north is None:
             return None
-        known = self._known
+        north_data = self._north_data
         if north == "magnetic":
             try:
                 angle = parse_angle(self._declination.text())
             except UsageError:
                 return None
-            known = replace(known, declination_deg=angle)
-        return known.correction(north)
+            north_data = replace(north_data, declination_deg=angle)
+        return north_data.correction(north)
 
-    def _say(self) -> None:
-        magnetic = self._north.currentData() == "magnetic"
-        allow(self._declination, None if magnetic else Finding("action.not-magnetic"))
-        turn, n = self.turn(), len(self._understood.rows)
+    def _refresh_summary(self) -> None:
+        is_magnetic = self._north.currentData() == "magnetic"
+        allow(self._declination, None if is_magnetic else Finding("action.not-magnetic"))
+        correction, count = self.north_correction(), len(self._field_readings.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        ok.setText(tr_n("Add {count} reading", "Add {count} readings", n))
-        ok.setEnabled(turn is not None and n > 0)
+        ok.setText(tr_n("Add {count} reading", "Add {count} readings", count))
+        ok.setEnabled(correction is not None and count > 0)
         lines: list[str] = []
-        if self._missing:
-            lines.append(self._missing.message)
-        elif turn is not None:
-            lines.append(turn.summary)
+        if self._missing_choice:
+            lines.append(self._missing_choice.message)
+        elif correction is not None:
+            lines.append(correction.summary)
         elif self._north.currentData() is None:
             lines.append(Finding("reading.north-missing").message)
-        elif not magnetic:
+        elif not is_magnetic:
             lines.append(Finding("north.no-convergence").message)
         else:
             lines.append(Finding("reading.declination-missing").message)
-        bold = lines[:]
+        bold_lines = lines[:]
         lines += [
             *map(str, self._guess.findings),
-            *map(str, self._understood.findings),
-            *map(str, self._far()),
+            *map(str, self._field_readings.findings),
+            *map(str, self._distance_findings()),
         ]
-        self._says.setText(rich_lines(lines, bold))
+        self._summary.setText(rich_lines(lines, bold_lines))
 
-    def _far(self) -> Sequence[Finding]:
+    def _distance_findings(self) -> Sequence[Finding]:
         if not self._place.has_position:
             return ()
-        away = [
+        distances_m = [
             ((p[0] - self._place.x) ** 2 + (p[1] - self._place.y) ** 2) ** 0.5
-            for row in self._understood.rows
+            for row in self._field_readings.rows
             if (p := row.position) is not None
         ]
-        if not away or min(away) < _FAR_M:
+        if not distances_m or min(distances_m) < _MAX_DISTANCE_M:
             return ()
-        return (Finding("reading.far-from-model", distance_m=min(away)),)
+        return (Finding("reading.far-from-model", distance_m=min(distances_m)),)
 
-    # --- the answer --------------------------------------------------------------------------
+    # --- result ------------------------------------------------------------------------------
     def accept(self) -> None:
-        """Make `readings` and `types` of the table."""
-        turn = self.turn()
-        if turn is None:
+        """Create `readings` and `types` from the table, and close."""
+        correction = self.north_correction()
+        if correction is None:
             return
         records = dict(self._records)
-        ids = {kind.name.casefold(): kind.id for kind in self._kinds}
+        ids = {kind.name.casefold(): kind.id for kind in self._types}
         self.types = []
-        for name in self._understood.type_names:
-            low = name.casefold()
-            if low in ids:
+        for name in self._field_readings.type_names:
+            key = name.casefold()
+            if key in ids:
                 continue
-            combo = self._unknown.get(low)
-            chosen = combo.currentData() if combo is not None else None
-            if chosen is None:
-                own = [r for r in self._understood.rows if r.type_name.casefold() == low]
-                lines = all(r.geometry == "line" for r in own)
-                kind = suggest_type(records, name, "line" if lines else "plane")
+            combo = self._new_type_boxes.get(key)
+            selected_id = combo.currentData() if combo is not None else None
+            if selected_id is None:
+                rows = [r for r in self._field_readings.rows if r.type_name.casefold() == key]
+                are_lines = all(r.geometry == "line" for r in rows)
+                kind = suggest_type(records, name, "line" if are_lines else "plane")
                 self.types.append(kind)
                 records[kind.id] = kind
-                chosen = kind.id
-            ids[low] = str(chosen)
+                selected_id = kind.id
+            ids[key] = str(selected_id)
         self.readings = make_readings(
-            self._understood.rows,
+            self._field_readings.rows,
             type_ids=ids,
             type_id=str(self._type.currentData()),
             set_name=self._set.text().strip(),
-            turn_deg=turn.deg,
+            turn_deg=correction.deg,
             source=self._table.path.name,
         )
         super().accept()

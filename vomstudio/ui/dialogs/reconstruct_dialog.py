@@ -1,4 +1,4 @@
-"""The reconstruction settings: quality, registration, and the resources of this computer."""
+"""Dialog of the reconstruction settings: quality, registration and resources."""
 
 from __future__ import annotations
 
@@ -51,47 +51,49 @@ from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES, Recons
 from vomstudio.ui.widgets.crs_field import CrsField
 from vomstudio.ui.widgets.options_form import OptionFields
 
-_TYPING_MS = 400
-_ROWS = 8
+_TYPING_DELAY_MS = 400
+_VISIBLE_ROWS = 8
 
 
 class ReconstructDialog(QDialog):
-    """Every choice takes effect at once, and closing the dialog keeps it. make : the action that
-    starts the reconstruction, whose text is on the button"""
+    """Edit the reconstruction settings. Every choice takes effect at once.
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
+    `make_action` starts the reconstruction, and its text is on the start button.
+    """
+
+    def __init__(self, parent: QWidget, survey: PhotoSurvey, make_action: QAction) -> None:
         super().__init__(parent)
         explain(self, "photos.md")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)
-        self._survey, self._make_model = survey, make
-        self._filling = False
-        self._known = self._survey.settings
-        """As they were last filled in or chosen here."""
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_TYPING_MS)
-        self._soon.timeout.connect(self._choose)
+        self._survey, self._make_action = survey, make_action
+        self._is_filling = False
+        self._shown_settings = self._survey.settings
+        """Settings that were last shown or changed here."""
+        self._apply_timer = QTimer(self)
+        self._apply_timer.setSingleShot(True)
+        self._apply_timer.setInterval(_TYPING_DELAY_MS)
+        self._apply_timer.timeout.connect(self._apply)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_photos())
-        layout.addWidget(self._make_place())
-        layout.addWidget(self._make_machine())
+        layout.addWidget(self._make_registration())
+        layout.addWidget(self._make_resources())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.start = buttons.addButton(
-            make.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
+        self.start_button = buttons.addButton(
+            make_action.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
         )
-        self.start.setIcon(make.icon())
-        self.start.clicked.connect(self._make)
+        self.start_button.setIcon(make_action.icon())
+        self.start_button.clicked.connect(self._reconstruct)
         buttons.rejected.connect(self.close)
         layout.addWidget(buttons)
         self._fill()
-        self._survey.changed.connect(self._survey_changed)
+        self._survey.changed.connect(self._update_from_survey)
         self._show_forecast()
-        # Marks may have been placed since the photos were opened.
+        # Marks may have changed since the photos were opened.
         self._survey.update_forecast()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_photos(self) -> QFormLayout:
         survey = self._survey
         form = QFormLayout()
@@ -107,14 +109,16 @@ class ReconstructDialog(QDialog):
         self.quality.setObjectName("make_quality")
         for title, key, tip in QUALITIES:
             self.quality.addItem(f"{tr(title)}: {tr(tip)}", key)
-        self.quality.currentIndexChanged.connect(self._choose)
+        self.quality.currentIndexChanged.connect(self._apply)
         form.addRow(tr("Quality"), self.quality)
         return form
 
-    def _make_place(self) -> QGroupBox:
+    def _make_registration(self) -> QGroupBox:
         box = QGroupBox(tr("Registration: position, scale and orientation"))
-        self.by_gps = QRadioButton(tr("GPS positions of the photos (without them: a local frame)"))
-        self.by_control = QRadioButton(tr("Ground control points"))
+        self.gps_button = QRadioButton(
+            tr("GPS positions of the photos (without them: a local frame)")
+        )
+        self.control_button = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
         self.control.setPlaceholderText(
             tr("Table with label, x, y, z, or XML file of MicMac or Metashape")
@@ -125,17 +129,17 @@ class ReconstructDialog(QDialog):
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
-            field.textEdited.connect(self._typing)
+            field.textEdited.connect(self._schedule_apply)
         self.crs = CrsField()
         self.crs.setObjectName("make_crs")
-        self.crs.textEdited.connect(self._typing)
+        self.crs.textEdited.connect(self._schedule_apply)
         self.crs.setMaximumWidth(170)
         self.crs.setPlaceholderText(tr("Automatic"))
-        self._crs_words = Label()
-        self._crs_words.setWordWrap(True)
+        self._crs_message = Label()
+        self._crs_message.setWordWrap(True)
         crs_row = QHBoxLayout()
         crs_row.addWidget(self.crs)
-        crs_row.addWidget(self._crs_words, 1)
+        crs_row.addWidget(self._crs_message, 1)
         self.points = QTableWidget(0, 3)
         self.points.setObjectName("control_points")
         self.points.setHorizontalHeaderLabels([tr("Point"), tr("Use"), tr("Marks")])
@@ -150,160 +154,159 @@ class ReconstructDialog(QDialog):
         height = self.fontMetrics().height() + 6
         self.points.verticalHeader().setMinimumSectionSize(height)
         self.points.verticalHeader().setDefaultSectionSize(height)
-        self.points.setFixedHeight(height * (_ROWS + 1) + 8)
+        self.points.setFixedHeight(height * (_VISIBLE_ROWS + 1) + 8)
         self.verdict = rich_label()
         self.verdict.setObjectName("control_verdict")
         self.verdict.setWordWrap(True)
         self.verdict.setAlignment(Qt.AlignmentFlag.AlignTop)
-        said = QHBoxLayout()
-        said.addWidget(self.points)
-        said.addWidget(self.verdict, 1)
-        self._facts = QWidget()
-        self._facts.setLayout(said)
-        said.setContentsMargins(0, 0, 0, 0)
+        results = QHBoxLayout()
+        results.addWidget(self.points)
+        results.addWidget(self.verdict, 1)
+        self._control_area = QWidget()
+        self._control_area.setLayout(results)
+        results.setContentsMargins(0, 0, 0, 0)
         form = QFormLayout(box)
         form.setVerticalSpacing(6)
-        form.addRow(self.by_gps)
-        form.addRow(self.by_control)
+        form.addRow(self.gps_button)
+        form.addRow(self.control_button)
         form.addRow(tr("Points"), control_row)
         form.addRow(tr("Marks"), marks_row)
-        form.addRow(self._facts)
+        form.addRow(self._control_area)
         form.addRow(tr("CRS"), crs_row)
-        self.by_control.toggled.connect(self._choose)
+        self.control_button.toggled.connect(self._apply)
         return box
 
-    def _make_machine(self) -> QGroupBox:
+    def _make_resources(self) -> QGroupBox:
         box = QGroupBox(tr("This computer"))
-        self.machine = OptionFields(ReconstructOptions, "make")
-        self.machine.changed.connect(self._typing)
-        fields, labels = self.machine.fields, self.machine.labels
+        self.resources = OptionFields(ReconstructOptions, "make")
+        self.resources.changed.connect(self._schedule_apply)
+        fields, labels = self.resources.fields, self.resources.labels
         for field in fields.values():
             if isinstance(field, QSpinBox):
-                # The dialog itself waits for a pause in typing.
+                # The dialog waits for a pause in typing.
                 field.setKeyboardTracking(True)
         self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
-        first = QHBoxLayout()
-        first.addWidget(fields["threads"])
-        first.addSpacing(8)
-        first.addWidget(self.memory, 1)
-        second = QHBoxLayout()
-        second.addWidget(fields["seed"])
-        second.addSpacing(16)
-        second.addWidget(labels["scheduler"])
-        second.addWidget(fields["scheduler"], 1)
+        thread_row = QHBoxLayout()
+        thread_row.addWidget(fields["threads"])
+        thread_row.addSpacing(8)
+        thread_row.addWidget(self.memory, 1)
+        seed_row = QHBoxLayout()
+        seed_row.addWidget(fields["seed"])
+        seed_row.addSpacing(16)
+        seed_row.addWidget(labels["scheduler"])
+        seed_row.addWidget(fields["scheduler"], 1)
         form = QFormLayout(box)
-        form.addRow(labels["threads"], first)
-        form.addRow(labels["seed"], second)
+        form.addRow(labels["threads"], thread_row)
+        form.addRow(labels["seed"], seed_row)
         return box
 
     # --- settings ----------------------------------------------------------------------------
     def _fill(self) -> None:
-        """Show the settings as they are."""
-        settings = self._known = self._survey.settings
-        self._filling = True
+        settings = self._shown_settings = self._survey.settings
+        self._is_filling = True
         self.quality.setCurrentIndex(self.quality.findData(settings.quality))
-        self.by_control.setChecked(settings.control is not None)
-        self.by_gps.setChecked(settings.control is None)
+        self.control_button.setChecked(settings.control is not None)
+        self.gps_button.setChecked(settings.control is None)
         self.control.setText("" if settings.control is None else str(settings.control))
         self.marks.setText("" if settings.marks is None else str(settings.marks))
         self.crs.setText(settings.crs or "")
-        for name in self.machine.fields:
-            self.machine.show_value(name, getattr(settings, name))
-        self._filling = False
+        for name in self.resources.fields:
+            self.resources.show_value(name, getattr(settings, name))
+        self._is_filling = False
 
     def _settings(self) -> ReconstructionSettings:
         def path(field: QLineEdit) -> Path | None:
             text = field.text().strip()
             return Path(text).expanduser() if text else None
 
-        control = path(self.control) if self.by_control.isChecked() else None
-        before, machine = self._survey.settings, self.machine.options()
+        control = path(self.control) if self.control_button.isChecked() else None
+        previous, resources = self._survey.settings, self.resources.options()
         marks = path(self.marks) if control is not None else None
         try:
             crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
         except VomError:
             crs = None
-        same = (control, marks) == (before.control, before.marks)
+        is_same_control = (control, marks) == (previous.control, previous.marks)
         return replace(
-            before,
+            previous,
             quality=str(self.quality.currentData()),
             control=control,
             marks=marks,
-            # What is asked for beside them makes them asked for.
-            found=before.found and same and crs is None,
+            # Other changes confirm control files that were found automatically.
+            has_sidecar_control=previous.has_sidecar_control and is_same_control and crs is None,
             crs=crs,
-            threads=machine.threads,
-            seed=machine.seed,
-            scheduler=machine.scheduler,
+            threads=resources.threads,
+            seed=resources.seed,
+            scheduler=resources.scheduler,
         )
 
-    def _typing(self, *_: object) -> None:
-        if not self._filling:
-            self._soon.start()
+    def _schedule_apply(self, *_: object) -> None:
+        if not self._is_filling:
+            self._apply_timer.start()
 
-    def _survey_changed(self) -> None:
-        if self._survey.settings != self._known and not self._soon.isActive():
-            # By the panel, or by other photos: what is shown here would undo it.
+    def _update_from_survey(self) -> None:
+        if self._survey.settings != self._shown_settings and not self._apply_timer.isActive():
+            # Changed by the panel or by other photos: the old values would undo it.
             self._fill()
         self._show_forecast()
 
-    def _choose(self, *_: object) -> None:
-        if self._filling:
+    def _apply(self, *_: object) -> None:
+        if self._is_filling:
             return
-        self._soon.stop()
-        settings = self._known = self._settings()
+        self._apply_timer.stop()
+        settings = self._shown_settings = self._settings()
         if settings != self._survey.settings:
-            self._survey.choose(settings)
+            self._survey.apply_settings(settings)
         self._show_forecast()
 
-    # --- what it means -----------------------------------------------------------------------
+    # --- forecast ----------------------------------------------------------------------------
     def _show_forecast(self) -> None:
         survey = self._survey
-        by_control = self.by_control.isChecked()
+        has_control = self.control_button.isChecked()
         for row in self._control_rows:
-            allow(row, None if by_control else Finding("action.not-by-control"))
-        self._facts.setVisible(by_control)
-        facts = survey.control_facts if by_control else None
+            allow(row, None if has_control else Finding("action.not-by-control"))
+        self._control_area.setVisible(has_control)
+        facts = survey.control_facts if has_control else None
         self._show_points(() if facts is None else facts.points)
-        self.verdict.setText(self._words(facts))
-        self._crs_words.setText(self._about_crs(facts))
+        self.verdict.setText(self._verdict_text(facts))
+        self._crs_message.setText(self._crs_text(facts))
         memory = None if survey.forecast is None else survey.forecast.memory
         if memory is not None:
-            self.memory.setText(_memory_words(memory))
-        why = survey.why_not_make() or self._bad_crs() or self._no_file()
-        allow(self.start, why)
+            self.memory.setText(_describe_memory(memory))
+        problem = survey.why_not_reconstruct() or self._crs_problem() or self._missing_file()
+        allow(self.start_button, problem)
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
         self.points.setRowCount(len(points))
         for row, point in enumerate(points):
-            where = tr_n("{count} photo", "{count} photos", point.photos)
-            cells = (point.label, tr(point.use), where)
+            photo_count = tr_n("{count} photo", "{count} photos", point.photos)
+            cells = (point.label, tr(point.use), photo_count)
             for column, text in enumerate(cells):
                 item = QTableWidgetItem(text)
                 if column == 2:
                     item.setIcon(theme.verdict_icon(point.quality))
                 self.points.setItem(row, column, item)
 
-    def _words(self, facts: ControlFacts | None) -> str:
-        if (missing := self._no_file()) is not None:
+    def _verdict_text(self, facts: ControlFacts | None) -> str:
+        if (missing := self._missing_file()) is not None:
             return missing.message
-        if self._survey.forecasting:
+        if self._survey.is_forecasting:
             return tr("Checking the control points…")
         if facts is None:
             note = self._survey.control_note
             return "" if note is None else html.escape(note.message)
-        first = facts.problem or facts.summary
-        said = [as_sentence(str(text)) for text in (first, *facts.warnings)]
-        return rich_lines(said, said[:1])
+        main_text = facts.problem or facts.summary
+        sentences = [as_sentence(str(text)) for text in (main_text, *facts.warnings)]
+        return rich_lines(sentences, sentences[:1])
 
-    def _no_file(self) -> Finding | None:
-        if self.by_control.isChecked() and not self.control.text().strip():
+    def _missing_file(self) -> Finding | None:
+        if self.control_button.isChecked() and not self.control.text().strip():
             return Finding("control.no-file")
         return None
 
-    def _bad_crs(self) -> Finding | None:
+    def _crs_problem(self) -> Finding | None:
         text = self.crs.text().strip()
         if not text:
             return None
@@ -312,57 +315,57 @@ class ReconstructDialog(QDialog):
         except VomError as error:
             return cause_of(error)
 
-    def _about_crs(self, facts: ControlFacts | None) -> str:
-        if (bad := self._bad_crs()) is not None:
-            return bad.message
+    def _crs_text(self, facts: ControlFacts | None) -> str:
+        if (problem := self._crs_problem()) is not None:
+            return problem.message
         if facts is not None:
             return f"{facts.crs or ''} {facts.crs_reason or ''}".strip()
         if self.crs.text().strip():
             return ""
         return tr("If empty: the UTM zone of the GPS positions")
 
-    # --- choosing files ----------------------------------------------------------------------
+    # --- file choice -------------------------------------------------------------------------
     def _browse_control(self) -> None:
         if name := self._browse(tr("Choose the control points"), self.control):
             self.control.setText(name)
-            self._choose()
+            self._apply()
 
     def _browse_marks(self) -> None:
         if name := self._browse(tr("Choose the image marks"), self.marks):
             self.marks.setText(name)
-            self._choose()
+            self._apply()
 
     def _browse(self, title: str, field: QLineEdit) -> str:
         start = field.text() or self.control.text() or str(self._survey.folder or "")
         return QFileDialog.getOpenFileName(self, title, start, file_filters.control())[0]
 
-    def _make(self) -> None:
-        self._choose()
-        if self._survey.why_not_make() is None:
-            self._make_model.trigger()
-            # The user may have thought better of it when asked for the project's place.
-            if self._survey.making is not None:
+    def _reconstruct(self) -> None:
+        self._apply()
+        if self._survey.why_not_reconstruct() is None:
+            self._make_action.trigger()
+            # The user may have cancelled the choice of a project folder.
+            if self._survey.reconstruction_job is not None:
                 self.close()
 
     def done(self, result: int) -> None:
         try:
-            if self._soon.isActive():
-                self._choose()
+            if self._apply_timer.isActive():
+                self._apply()
         finally:
             super().done(result)
 
 
-def _memory_words(memory: MemoryNeed) -> str:
+def _describe_memory(memory: MemoryNeed) -> str:
     needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
-    words = tr(
+    text = tr(
         "Depth maps and point cloud need up to {needed} of {free} of free memory.",
         needed=needed,
         free=free,
     )
     if memory.size_px < memory.wanted_px:
-        words += " " + tr(
+        text += " " + tr(
             "To fit into it, depth maps are made at {size} instead of {wanted} pixels.",
             size=memory.size_px,
             wanted=memory.wanted_px,
         )
-    return words
+    return text

@@ -1,4 +1,4 @@
-"""Extraction of frames from a video: a worker extracts and judges them; they open as photos."""
+"""Dialog that extracts frames from a video and opens them as photos."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import as_sentence
 from vomstudio.ui.widgets.options_form import OptionFields
 
-_SHOWN_GAPS = 6
+_MAX_SHOWN_GAPS = 6
 
 
 class VideoDialog(QDialog):
-    """It can be closed while the work goes on: the Jobs panel shows it, and a notice its end."""
+    """Extract frames in a job. The dialog can be closed while the job runs."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
@@ -49,40 +49,40 @@ class VideoDialog(QDialog):
         self.setMinimumWidth(620)
         self._studio, self._open_photos = studio, open_photos
         self._job: RunningJob | None = None
-        about = Label(
+        intro = Label(
             tr(
                 "The sharpest frame of each interval is kept, unless it is blurred or nearly the "
                 "same as the previous one. Photos are better than frames of a video: they are "
                 "larger and sharper, and they state their camera and position."
             )
         )
-        about.setWordWrap(True)
-        self.video, video = file_field("video_file", tr("Choose…"), self._browse_video)
-        self.folder, folder = file_field("video_folder", tr("Choose…"), self._browse_folder)
+        intro.setWordWrap(True)
+        self.video, video_row = file_field("video_file", tr("Choose…"), self._browse_video)
+        self.folder, folder_row = file_field("video_folder", tr("Choose…"), self._browse_folder)
         self.options = OptionFields(FrameOptions, "video")
         form = QFormLayout()
-        form.addRow(tr("Video"), video)
+        form.addRow(tr("Video"), video_row)
         self.options.add_rows(form)
-        form.addRow(tr("Folder"), folder)
-        self.bar = QProgressBar()
-        self.bar.hide()
-        self.said = rich_label()
-        self.said.setObjectName("video_said")
-        self.said.setWordWrap(True)
-        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        form.addRow(tr("Folder"), folder_row)
+        self.progress_bar = QProgressBar()
+        self.progress_bar.hide()
+        self.result_label = rich_label()
+        self.result_label.setObjectName("video_said")
+        self.result_label.setWordWrap(True)
+        self.result_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.start = buttons.addButton(tr("Extract frames"), role)
-        self.stop = buttons.addButton(tr("Stop"), role)
-        self.start.clicked.connect(self._start)
-        self.stop.clicked.connect(self._stop)
+        self.start_button = buttons.addButton(tr("Extract frames"), role)
+        self.stop_button = buttons.addButton(tr("Stop"), role)
+        self.start_button.clicked.connect(self._start)
+        self.stop_button.clicked.connect(self._stop)
         buttons.rejected.connect(self.close)
         layout = QVBoxLayout(self)
-        layout.addWidget(about)
+        layout.addWidget(intro)
         layout.addSpacing(4)
         layout.addLayout(form)
-        layout.addWidget(self.bar)
-        layout.addWidget(self.said)
+        layout.addWidget(self.progress_bar)
+        layout.addWidget(self.result_label)
         layout.addStretch(1)
         layout.addWidget(buttons)
         for field in (self.video, self.folder):
@@ -90,7 +90,7 @@ class VideoDialog(QDialog):
         studio.jobs_changed.connect(self._refresh)
         self._refresh()
 
-    # --- choosing ----------------------------------------------------------------------------
+    # --- file choice -------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
             self,
@@ -102,7 +102,7 @@ class VideoDialog(QDialog):
             self.choose_video(Path(name))
 
     def choose_video(self, path: Path) -> None:
-        """Fill in a video, and a folder beside it for the frames."""
+        """Enter a video, and a folder beside it for the frames."""
         self.video.setText(str(path))
         self.folder.setText(str(path.with_name(f"{path.stem} frames")))
 
@@ -116,13 +116,13 @@ class VideoDialog(QDialog):
     def _refresh(self) -> None:
         job = self._job
         ready = bool(self.video.text().strip() and self.folder.text().strip())
-        allow(self.start, None if ready else Finding("action.no-video"))
-        self.start.setEnabled(job is None and ready)
-        self.stop.setVisible(job is not None)
-        self.bar.setVisible(job is not None)
+        allow(self.start_button, None if ready else Finding("action.no-video"))
+        self.start_button.setEnabled(job is None and ready)
+        self.stop_button.setVisible(job is not None)
+        self.progress_bar.setVisible(job is not None)
         if job is not None:
-            self.bar.setRange(0, job.total or 0)
-            self.bar.setValue(job.done)
+            self.progress_bar.setRange(0, job.total or 0)
+            self.progress_bar.setValue(job.done)
 
     # --- the job -----------------------------------------------------------------------------
     def _start(self) -> None:
@@ -141,28 +141,28 @@ class VideoDialog(QDialog):
             if answer != QMessageBox.StandardButton.Yes:
                 return
             force = True
-        self.said.setText("")
+        self.result_label.setText("")
         studio, open_photos, options = self._studio, self._open_photos, self.options.options()
 
-        def done(result: FrameReport) -> None:
-            self._ended(report_words(result))
+        def handle_result(result: FrameReport) -> None:
+            self._show_result(describe_report(result))
             level = "info" if result.good_enough else "warning"
             studio.warn(verdict_of(result).with_file(video.name), level)
             open_photos(folder)
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if event.cancelled:
-                self._ended(tr("Stopped. Nothing was written."))
+                self._show_result(tr("Stopped. Nothing was written."))
                 return
-            self._ended(escape(event.message))
+            self._show_result(escape(event.message))
             studio.warn(event.to_error(), "error")
 
         self._job = studio.jobs.submit(
             TAKE_FRAMES,
             FramesRequest(video, folder, options, force),
             title=tr("Frames of {video}", video=video.name),
-            on_done=done,
-            on_failed=failed,
+            on_done=handle_result,
+            on_failed=handle_failure,
         )
         self._refresh()
 
@@ -170,20 +170,20 @@ class VideoDialog(QDialog):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
-    def _ended(self, words: str) -> None:
-        """Show how the job ended, unless the dialog was closed meanwhile."""
+    def _show_result(self, text: str) -> None:
+        """Show the result of the job, unless the dialog was closed meanwhile."""
         self._job = None
         try:
-            self.said.setText(words)
+            self.result_label.setText(text)
             self._refresh()
             self.adjustSize()
         except RuntimeError:
-            # Closed meanwhile: Qt's side of it is gone.
+            # Qt has deleted the widgets of a closed dialog.
             return
 
 
-def report_words(result: FrameReport) -> str:
-    """Rich text: how many frames were kept and left out, the gaps, the warnings and the verdict."""
+def describe_report(result: FrameReport) -> str:
+    """Describe frames, gaps, warnings and verdict of an extraction as rich text."""
     lines = [
         tr_n(
             "<b>{count} frame kept</b> of {width} × {height} pixels, from {seconds:.0f} s",
@@ -204,10 +204,10 @@ def report_words(result: FrameReport) -> str:
         for reason, number in result.skipped.items()
     ]
     if gaps := result.gaps_s:
-        shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
-        if len(gaps) > _SHOWN_GAPS:
-            shown += " …"
-        lines.append(tr("Gaps at {times}: frames may not overlap there.", times=shown))
+        times = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_MAX_SHOWN_GAPS])
+        if len(gaps) > _MAX_SHOWN_GAPS:
+            times += " …"
+        lines.append(tr("Gaps at {times}: frames may not overlap there.", times=times))
     lines += [f"⚠ {escape(as_sentence(str(text)))}" for text in result.warnings]
     lines.append(f"<b>{as_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

@@ -164,9 +164,9 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         raise NotImplementedError
 
     def _write(self, write: Callable[[Any, Path], object], result: Any, path: Path) -> None:
-        studio, written = self._studio, Finding("export.written", file=path)
+        studio, finding = self._studio, Finding("export.written", file=path)
         self._background.run(
-            partial(write, result, path), lambda _: studio.info(written), studio.fail
+            partial(write, result, path), lambda _: studio.info(finding), studio.fail
         )
 
     def _close(self) -> None:

@@ -1,4 +1,4 @@
-"""The dock of fault displacement: cut-off traces on both sides of a fault, and its slip."""
+"""Panel of fault displacement from cut-off traces on both sides of a fault."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ if TYPE_CHECKING:
     from vomstudio.geology.measured import Measured
 
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
-_LEAST_HEIGHT = 96
+_MIN_TABLE_HEIGHT_PX = 96
 
 
 @dataclass(frozen=True, eq=False)
-class Answered:
-    """What the command is asked, and what it says. names, cuts : of each pair"""
+class DisplacementResult:
+    """Input and result of the analysis; `names` and `cuts` have one item per pair."""
 
     names: tuple[str, ...]
     cuts: tuple[Cutoffs, ...]
@@ -72,7 +72,7 @@ class Answered:
     bed: Plane
     rake_deg: float | None
     options: DisplacementOptions
-    found: Displacements
+    displacements: Displacements
 
 
 class DisplacementPanel(LazyPanel):
@@ -82,7 +82,7 @@ class DisplacementPanel(LazyPanel):
     ----------
     pairs : list of (str, str)
         Ids of two traces of the same bed on either side of the fault.
-    result : Answered or None
+    result : DisplacementResult or None
         The result that is shown; None if it could not be computed.
     """
 
@@ -90,15 +90,15 @@ class DisplacementPanel(LazyPanel):
         super().__init__(studio)
         explain(self, "window.md#fault-displacement")
         self.pairs: list[tuple[str, str]] = []
-        self.result: Answered | None = None
+        self.result: DisplacementResult | None = None
         self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
         self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
         self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
         )
-        unknown = DisplacementOptions(fault="000/90")
-        self.options = OptionFields(DisplacementOptions, "displacement", unknown)
+        defaults = DisplacementOptions(fault="000/90")
+        self.options = OptionFields(DisplacementOptions, "displacement", defaults)
         self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
         self.add.setToolTip(tr("A pair of cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
@@ -113,17 +113,17 @@ class DisplacementPanel(LazyPanel):
         self.options.changed.connect(self._soon)
         self.slip.changed.connect(self._soon)
         self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
-        for taken in (self.fault, self.bed):
-            taken.changed.connect(self._soon)
+        for field in (self.fault, self.bed):
+            field.changed.connect(self._soon)
         self.add.clicked.connect(lambda _=False: self.add_pair())
         self.remove.clicked.connect(lambda _=False: self._remove())
         self.table.itemSelectionChanged.connect(self._refresh)
-        studio.project_opened.connect(self._opened)
+        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.jobs.closed.connect(self._timer.stop)
-        # Until the first result is looked for there is nothing to copy either.
+        # Before the first result there is nothing to copy.
         self._refresh()
 
     def _arrange(self) -> None:
@@ -140,19 +140,19 @@ class DisplacementPanel(LazyPanel):
         column.addWidget(self.message)
         self._column = column
 
-    # --- what is chosen ----------------------------------------------------------------------
-    def _selected_two(self) -> tuple[str, str] | None:
+    # --- pairs -------------------------------------------------------------------------------
+    def _selected_pair(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
         fault = self.fault.id
         traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
         # Thousands may be selected.
-        found = tuple(islice(traces, 3))
-        return (found[0], found[1]) if len(found) == 2 else None
+        picked = tuple(islice(traces, 3))
+        return (picked[0], picked[1]) if len(picked) == 2 else None
 
     def add_pair(self) -> None:
-        two = self._selected_two()
-        if two is not None and not {two, two[::-1]} & set(self.pairs):
-            self.pairs.append(two)
+        pair = self._selected_pair()
+        if pair is not None and not {pair, pair[::-1]} & set(self.pairs):
+            self.pairs.append(pair)
             self.refresh()
 
     def _remove(self) -> None:
@@ -168,11 +168,11 @@ class DisplacementPanel(LazyPanel):
             self.options.show_value("rake_error_deg", error or 0.0)
 
     def _edited(self, edit: Edit) -> None:
-        there = self._studio.records
-        self.pairs = [pair for pair in self.pairs if all(i in there for i in pair)]
+        records = self._studio.records
+        self.pairs = [pair for pair in self.pairs if all(i in records for i in pair)]
         super()._edited(edit)
 
-    def _opened(self) -> None:
+    def _reset(self) -> None:
         self.pairs = []
         self.options.reset()
         self._soon()
@@ -182,13 +182,13 @@ class DisplacementPanel(LazyPanel):
         if not self._studio.has_project:
             return
         try:
-            self.result, why = self._answer(), ""
+            self.result, message = self._answer(), ""
         except VomError as error:
-            self.result, why = None, str(error)
-        self._show(why)
+            self.result, message = None, str(error)
+        self._show(message)
 
-    def _answer(self) -> Answered | None:
-        """None without pairs. Raises VomError, which says what is missing."""
+    def _answer(self) -> DisplacementResult | None:
+        """Compute the displacements. Raises VomError, which states what is missing."""
         from vomstudio.geology.beds.common_attitude import fit_common_bed
         from vomstudio.geology.faults.displacement_pairs import displacements
 
@@ -200,17 +200,18 @@ class DisplacementPanel(LazyPanel):
         measured = studio.measured(
             {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
         )
-        of_fault = measured[self.fault.id]
-        fault = _plane_of(of_fault)
-        through = of_fault.points.mean(axis=0)
+        fault_measurement = measured[self.fault.id]
+        fault = _plane_of(fault_measurement)
+        fault_point = fault_measurement.points.mean(axis=0)
         traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
         names = tuple(self._names())
         cuts = tuple(
-            _cut(name, a, b, fault, through) for name, (a, b) in zip(names, traces, strict=True)
+            _find_cutoffs(name=name, first=a, second=b, fault=fault, fault_point=fault_point)
+            for name, (a, b) in zip(names, traces, strict=True)
         )
         if self.bed.id:
-            of_bed = measured[self.bed.id]
-            bed, bed95 = _plane_of(of_bed), of_bed.total95_deg
+            bed_measurement = measured[self.bed.id]
+            bed, bed95 = _plane_of(bed_measurement), bed_measurement.total95_deg
         else:
             common = fit_common_bed([points for pair in traces for points in pair])
             beds = [measured[i] for pair in self.pairs for i in pair]
@@ -221,22 +222,30 @@ class DisplacementPanel(LazyPanel):
             bed=exact_plane(bed),
             rake_deg=rake if slip is None else None,
             slip=None if slip is None else exact_line(slip),
-            fault_error_deg=of_fault.total95_deg or 0.0,
+            fault_error_deg=fault_measurement.total95_deg or 0.0,
             bed_error_deg=bed95 or 0.0,
         )
         if options.sigma_m is None:
             scatter = pick_scatter_m([measured[i] for pair in self.pairs for i in pair])
             options = replace(options, sigma_m=scatter)
-        found = displacements(
+        result = displacements(
             names,
             np.array([cut.hanging_wall for cut in cuts]),
             np.array([cut.footwall for cut in cuts]),
             options,
         )
-        return Answered(names, cuts, fault, bed, rake, options, found)
+        return DisplacementResult(
+            names=names,
+            cuts=cuts,
+            fault=fault,
+            bed=bed,
+            rake_deg=rake,
+            options=options,
+            displacements=result,
+        )
 
     def _names(self) -> list[str]:
-        """Of the pairs, each another one."""
+        """Return a unique name for each pair."""
         records = self._studio.records
 
         def name(id_: str) -> str:
@@ -245,7 +254,7 @@ class DisplacementPanel(LazyPanel):
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
     def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
-        """Its rake, and the line where that was typed."""
+        """Return the rake of the slip, and its line if that was typed."""
         from vomstudio.geology.orientation import rake_of
 
         text = self.slip.line.text().strip()
@@ -264,33 +273,32 @@ class DisplacementPanel(LazyPanel):
         _show_unit(self.table, unit_of(axes))
         self.options.show_unit(unit_of(axes))
 
-    def _show(self, why: str) -> None:
+    def _show(self, message: str) -> None:
         result = self.result
-        pairs = {} if result is None else {pair.name: pair for pair in result.found.pairs}
+        pairs = {} if result is None else {pair.name: pair for pair in result.displacements.pairs}
         self.table.setRowCount(len(self.pairs))
         for row, name in enumerate(self._names()):
             cells = _cells(pairs.get(name))
             for column, text in enumerate((name, *cells)):
                 item = QTableWidgetItem(text)
                 if column:
-                    right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                    item.setTextAlignment(right)
+                    alignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    item.setTextAlignment(alignment)
                 self.table.setItem(row, column, item)
-        self.message.setText(why if result is None else self._result_text(result))
-        # In a low window what stands below the table has to be scrolled to: what is missing stands
-        # above it, what is added to its figures below.
+        self.message.setText(message if result is None else self._result_text(result))
+        # In a low window the user has to scroll to text below the table, so errors are above it.
         self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
         self._column.insertWidget(place if result is None else place + 1, self.message)
         self._refresh()
 
-    def _result_text(self, result: Answered) -> str:
-        found, notation = result.found, self._studio.settings.notation
+    def _result_text(self, result: DisplacementResult) -> str:
+        displacements, notation = result.displacements, self._studio.settings.notation
         unit = unit_of(axes_of(self._studio))
-        known = result.rake_deg is not None
+        is_slip_known = result.rake_deg is not None
         lines = [
             tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
-            if known
+            if is_slip_known
             else tr(
                 "Dip separation, {unit}, with 95 % errors; the slip is unknown, so this is no "
                 "slip.",
@@ -304,7 +312,7 @@ class DisplacementPanel(LazyPanel):
                 unit=unit,
             ),
         ]
-        if known:
+        if is_slip_known:
             lines.append(
                 tr(
                     "Rake of the slip lineation {rake:.1f}°, from 0 to 180 down the dip; the slip "
@@ -312,35 +320,35 @@ class DisplacementPanel(LazyPanel):
                     rake=result.rake_deg,
                 )
             )
-        separations = [p.separations for p in found.pairs if p.separations is not None]
+        separations = [p.separations for p in displacements.pairs if p.separations is not None]
         if separations:
             lines.append(
                 tr(
                     "Stratigraphic separation {values} {unit}.",
-                    values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
+                    values=", ".join(_value_text(s.stratigraphic_m) for s in separations),
                     unit=unit,
                 )
             )
-        if found.n > 1:
+        if displacements.n > 1:
             lines.append(
                 tr(
                     "Mean of {n} pairs: net {net:.3f} ± {std:.3f} {unit} (standard deviation).",
-                    n=found.n,
-                    net=found.mean_net_m,
-                    std=found.std_net_m or 0.0,
+                    n=displacements.n,
+                    net=displacements.mean_net_m,
+                    std=displacements.std_net_m or 0.0,
                     unit=unit,
                 )
             )
-        lines += map(str, found.warnings)
-        lines += [f"{each['id']}: {each['reason']}" for each in found.skipped]
+        lines += map(str, displacements.warnings)
+        lines += [f"{pair['id']}: {pair['reason']}" for pair in displacements.skipped]
         return "\n".join(lines)
 
     def _refresh(self) -> None:
-        two = self._selected_two() if self._studio.has_project else None
-        lacking = Finding("action.not-two-traces")
-        allow(self.add, None if two is not None else lacking)
-        chosen = 0 <= self.table.currentRow() < len(self.pairs)
-        allow(self.remove, None if chosen else Finding("action.no-row"))
+        pair = self._selected_pair() if self._studio.has_project else None
+        reason = Finding("action.not-two-traces")
+        allow(self.add, None if pair is not None else reason)
+        is_row_selected = 0 <= self.table.currentRow() < len(self.pairs)
+        allow(self.remove, None if is_row_selected else Finding("action.no-row"))
         self.copy.allow(None if self.result is not None else Finding("action.no-result"))
 
     # --- the command -------------------------------------------------------------------------
@@ -353,16 +361,16 @@ class DisplacementPanel(LazyPanel):
                 self._studio,
                 "cutoffs.csv",
                 partial(_write_points, result),
-                partial(words_of, result),
+                partial(displacement_command, result),
             )
 
 
-def words_of(result: Answered, points: Path) -> Words:
-    """The command that says the same of these points."""
+def displacement_command(result: DisplacementResult, points: Path) -> Words:
+    """Return the command that gives the same result from a table of points."""
     return ["displacement", points, *option_words(result.options)]
 
 
-def _write_points(result: Answered, path: Path) -> None:
+def _write_points(result: DisplacementResult, path: Path) -> None:
     import csv
     import io
 
@@ -377,22 +385,22 @@ def _write_points(result: Answered, path: Path) -> None:
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def _cut(
-    name: str, one: FloatArray, other: FloatArray, fault: Plane, through: FloatArray
+def _find_cutoffs(
+    name: str, first: FloatArray, second: FloatArray, fault: Plane, fault_point: FloatArray
 ) -> Cutoffs:
-    """Raises InputError that names the pair."""
+    """Find the cut-offs of a pair. Raises InputError with the name of the pair."""
     from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:
-        return find_cutoffs(one, other, fault, through)
+        return find_cutoffs(first, second, fault, fault_point)
     except GeometryError as error:
         raise InputError(cause_of(error), field=name) from error
 
 
-def _plane_of(measured: Measurement) -> Plane:
-    if measured.plane is None:
-        raise InputError(measured.problem or Finding("field.no-plane"))
-    return measured.plane
+def _plane_of(measurement: Measurement) -> Plane:
+    if measurement.plane is None:
+        raise InputError(measurement.problem or Finding("field.no-plane"))
+    return measurement.plane
 
 
 def _vector(pair: Pair) -> Displacement | None:
@@ -400,22 +408,22 @@ def _vector(pair: Pair) -> Displacement | None:
 
 
 def _cells(pair: Pair | None) -> list[str]:
-    moved = None if pair is None else _vector(pair)
-    if moved is None:
+    displacement = None if pair is None else _vector(pair)
+    if displacement is None:
         return [""] * (len(_COLUMNS) + 1)
-    rake = moved.slip_rake_deg
+    rake = displacement.slip_rake_deg
     return [
-        *(_with_error(getattr(moved, name)) for name in _COLUMNS),
+        *(_value_text(getattr(displacement, name)) for name in _COLUMNS),
         "–" if rake is None else f"{rake:.0f}°",
     ]
 
 
-def _with_error(measured: Measured) -> str:
-    # Without the sign of a zero.
-    value = round(measured.value, 3) + 0.0
-    if measured.error95 is None:
+def _value_text(quantity: Measured) -> str:
+    # Adding zero removes the sign of a negative zero.
+    value = round(quantity.value, 3) + 0.0
+    if quantity.error95 is None:
         return f"{value:.3f}"
-    return f"{value:.3f} ± {measured.error95:.3f}"
+    return f"{value:.3f} ± {quantity.error95:.3f}"
 
 
 def _show_unit(table: QTableWidget, unit: str) -> None:
@@ -426,13 +434,13 @@ def _show_unit(table: QTableWidget, unit: str) -> None:
         tr("Strike slip ({unit})", unit=unit),
     )
     for column, title in enumerate(titles, 1):
-        head = table.horizontalHeaderItem(column)
-        assert head is not None
-        head.setText(title)
+        header_item = table.horizontalHeaderItem(column)
+        assert header_item is not None
+        header_item.setText(title)
 
 
 def _table() -> QTableWidget:
-    heads = (
+    columns = (
         (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
         ("", tr("How far the hanging wall moved against the footwall.")),
         ("", tr("Vertical part; down is positive.")),
@@ -440,10 +448,10 @@ def _table() -> QTableWidget:
         ("", tr("Along the strike; sinistral is positive.")),
         (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = LowTable(0, len(heads))
+    table = LowTable(0, len(columns))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
-    for column, (title, tip) in enumerate(heads):
+    for column, (title, tip) in enumerate(columns):
         item = QTableWidgetItem(title)
         item.setToolTip(tip)
         table.setHorizontalHeaderItem(column, item)
@@ -454,5 +462,5 @@ def _table() -> QTableWidget:
     table.setTabKeyNavigation(False)
     header = table.horizontalHeader()
     header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-    table.setMinimumHeight(_LEAST_HEIGHT)
+    table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
     return table

@@ -1,4 +1,4 @@
-"""The display panel: mode, point size, lighting, scalar field and its range, clipping box."""
+"""Display panel: mode, point size, lighting, scalar field, range and clipping box."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from vomstudio.rendering.qt.display import Display
     from vomstudio.rendering.qt.viewport import Viewport
 
-# Of a field in the narrowest dock.
-_LEAST_WIDTH = 64
+# Width of a field in the narrowest dock.
+_MIN_FIELD_WIDTH_PX = 64
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
     "cyclic": to_translate("Cyclic"),
@@ -68,7 +68,15 @@ _KIND_NAMES = {
 
 
 class DisplayPanel(QWidget):
-    """current : gives the model whose field is chosen here"""
+    """Panel of the display settings.
+
+    Parameters
+    ----------
+    studio : Studio
+    actions : dict of QAction
+    current : callable
+        Returns the model whose field is shown, or None.
+    """
 
     def __init__(
         self,
@@ -88,9 +96,9 @@ class DisplayPanel(QWidget):
         layout.addWidget(self._make_field())
         layout.addWidget(self._make_clip(actions["clipping_reset"]))
         layout.addStretch()
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(Scrolling(page))
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(Scrolling(page))
         for signal in (
             self._display.changed,
             studio.model_loaded,
@@ -102,8 +110,14 @@ class DisplayPanel(QWidget):
         self.refresh()
 
     def watch(self, viewport: Viewport, models_box: Callable[[], ClipBox | None]) -> None:
-        """Show the field ranges of this viewport from now on. models_box : around all visible
-        models"""
+        """Show the field ranges of a viewport.
+
+        Parameters
+        ----------
+        viewport : Viewport
+        models_box : callable
+            Returns the box around all visible models, or None.
+        """
         self._models_box = models_box
         self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
@@ -113,24 +127,24 @@ class DisplayPanel(QWidget):
         self.mode = ComboBox()
         for value, text in display.MODES.items():
             self.mode.addItem(tr(text), value)
-        self.mode.activated.connect(self._mode_chosen)
-        self.points = DoubleSpinBox()
-        self.points.setMinimumWidth(_LEAST_WIDTH)
-        self.points.setRange(0.0, 20.0)
-        self.points.setDecimals(0)
-        self.points.setSpecialValueText(tr("Automatic (fill gaps)"))
-        self.points.setSuffix(tr(" px"))
-        self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
-        self.lit = QCheckBox(tr("Lit"))
-        self.lit.clicked.connect(lambda on: self._display.set_lit(self._mode_now(), on))
+        self.mode.activated.connect(self._change_mode)
+        self.point_size = DoubleSpinBox()
+        self.point_size.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
+        self.point_size.setRange(0.0, 20.0)
+        self.point_size.setDecimals(0)
+        self.point_size.setSpecialValueText(tr("Automatic (fill gaps)"))
+        self.point_size.setSuffix(tr(" px"))
+        self.point_size.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
+        self.lighting = QCheckBox(tr("Lit"))
+        self.lighting.clicked.connect(lambda on: self._display.set_lit(self._current_mode(), on))
         self.eye_dome = QCheckBox(tr("Eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
-        row.addWidget(self.lit)
+        row.addWidget(self.lighting)
         row.addWidget(self.eye_dome, 1)
         form = narrow_form()
         form.addRow(tr("Mode"), self.mode)
-        form.addRow(tr("Point size"), self.points)
+        form.addRow(tr("Point size"), self.point_size)
         form.addRow(tr("Lighting"), row)
         return form
 
@@ -138,7 +152,7 @@ class DisplayPanel(QWidget):
         self.field_box = QGroupBox()
         self.field = ComboBox()
         self.field.setObjectName("field")
-        self.field.activated.connect(self._field_chosen)
+        self.field.activated.connect(self._change_field)
         self.palette_box = ComboBox()
         self.palette_box.activated.connect(
             lambda _: self._restyle(palette=self.palette_box.currentData())
@@ -147,26 +161,28 @@ class DisplayPanel(QWidget):
         for edit, name in ((self.low, "low"), (self.high, "high")):
             edit.setObjectName(f"field_{name}")
             edit.setToolTip(tr("Leave empty to use the percentile."))
-            edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
-        self.first, self.last = DoubleSpinBox(), DoubleSpinBox()
-        for spin in (self.first, self.last):
-            spin.setMinimumWidth(_LEAST_WIDTH)
+            edit.editingFinished.connect(lambda e=edit, n=name: self._set_limit(e, n))
+        self.first_percentile, self.last_percentile = DoubleSpinBox(), DoubleSpinBox()
+        for spin in (self.first_percentile, self.last_percentile):
+            spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
             spin.setRange(0.0, 100.0)
             spin.setDecimals(1)
             spin.setSuffix(" %")
             spin.setKeyboardTracking(False)
-            spin.valueChanged.connect(self._percent_chosen)
-        self.whole = QToolButton()
-        self.whole.setIcon(theme.icon("restore"))
-        self.whole.setToolTip(tr("Reset the range to the percentiles 2 and 98."))
-        self.whole.clicked.connect(
+            spin.valueChanged.connect(self._change_percentiles)
+        self.reset_range = QToolButton()
+        self.reset_range.setIcon(theme.icon("restore"))
+        self.reset_range.setToolTip(tr("Reset the range to the percentiles 2 and 98."))
+        self.reset_range.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
         )
         form = narrow_form()
         form.addRow(tr("Field"), self.field)
         form.addRow(tr("Colour map"), self.palette_box)
-        form.addRow(tr("Range"), _pair(self.low, self.high, tr("to")))
-        percentiles = _pair(self.first, self.last, tr("to"), self.whole)
+        form.addRow(tr("Range"), _pair_row(self.low, self.high, tr("to")))
+        percentiles = _pair_row(
+            self.first_percentile, self.last_percentile, tr("to"), self.reset_range
+        )
         form.addRow(tr("Percentiles"), percentiles)
         self.field_box.setLayout(form)
         form.setContentsMargins(8, 4, 8, 6)
@@ -176,7 +192,7 @@ class DisplayPanel(QWidget):
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
         self.clip.setToolTip(tr("Shows only what lies between these sides."))
-        self.clip.clicked.connect(self._clip_toggled)
+        self.clip.clicked.connect(self._toggle_clipping)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
         grid.setSpacing(3)
@@ -190,8 +206,8 @@ class DisplayPanel(QWidget):
             spin.setStepType(QDoubleSpinBox.StepType.DefaultStepType)
             spin.setKeyboardTracking(False)
             spin.setLocale(QLocale.c())
-            spin.setMinimumWidth(_LEAST_WIDTH)
-            spin.valueChanged.connect(lambda value, n=k: self._face_typed(n, value))
+            spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
+            spin.valueChanged.connect(lambda value, n=k: self._move_face(n, value))
             self.faces.append(spin)
             grid.addWidget(spin, axis, 1 + side)
         for axis, label in enumerate(self._axes):
@@ -207,19 +223,19 @@ class DisplayPanel(QWidget):
         self._toggle_clip: Callable[[], None] = lambda: None
         return self.clip
 
-    def on_clip_toggled(self, toggle: Callable[[], None]) -> None:
-        """toggle : switches the clipping box on or off"""
+    def set_clip_callback(self, toggle: Callable[[], None]) -> None:
+        """Set the function that switches the clipping box on or off."""
         self._toggle_clip = toggle
 
-    # --- what is done here -------------------------------------------------------------------
-    def _mode_chosen(self, _: int) -> None:
+    # --- actions -----------------------------------------------------------------------------
+    def _change_mode(self, _: int) -> None:
         mode = self.mode.currentData()
         if mode == "field":
-            self._display.show_field(*self._style_now()) if self._has_model() else None
+            self._display.show_field(*self._current_style()) if self._has_model() else None
         else:
             self._display.set_mode(mode)
 
-    def _mode_now(self) -> str:
+    def _current_mode(self) -> str:
         models = [m.data for m in self._studio.models.values()]
         return display.mode_shown(self._display.mode, models)
 
@@ -227,7 +243,7 @@ class DisplayPanel(QWidget):
         model = self._current()
         return model is not None and model.id in self._studio.models
 
-    def _style_now(self) -> tuple[str, FieldStyle]:
+    def _current_style(self) -> tuple[str, FieldStyle]:
         model = self._current()
         assert model is not None
         style = self._display.styles.get(model.id)
@@ -235,7 +251,7 @@ class DisplayPanel(QWidget):
             style = FieldStyle(display.default_field(self._studio.models[model.id].data))
         return model.id, style
 
-    def _field_chosen(self, _: int) -> None:
+    def _change_field(self, _: int) -> None:
         model = self._current()
         if model is not None:
             self._display.show_field(model.id, FieldStyle(self.field.currentData()))
@@ -243,12 +259,12 @@ class DisplayPanel(QWidget):
     def _restyle(self, **values: object) -> None:
         if not self._has_model():
             return
-        model_id, style = self._style_now()
+        model_id, style = self._current_style()
         changed = replace(style, **values)  # type: ignore[arg-type]
         if changed != style:
             self._display.show_field(model_id, changed)
 
-    def _typed(self, edit: QLineEdit, name: str) -> None:
+    def _set_limit(self, edit: QLineEdit, name: str) -> None:
         if not edit.isModified():
             return
         edit.setModified(False)
@@ -261,7 +277,7 @@ class DisplayPanel(QWidget):
             self._studio.warn(Finding("number.invalid", text=text))
             self.refresh()
             return
-        style = self._style_now()[1]
+        style = self._current_style()[1]
         low = value if name == "low" else style.low
         high = value if name == "high" else style.high
         scale = self._scale()
@@ -273,96 +289,96 @@ class DisplayPanel(QWidget):
                 return
         self._restyle(**{name: value})
 
-    def _percent_chosen(self, _: float) -> None:
-        first, last = self.first.value(), self.last.value()
+    def _change_percentiles(self, _: float) -> None:
+        first, last = self.first_percentile.value(), self.last_percentile.value()
         if first < last:
             self._restyle(percentiles=(first, last), low=None, high=None)
         else:
             self.refresh()
 
-    def _clip_toggled(self, _: bool) -> None:
+    def _toggle_clipping(self, _: bool) -> None:
         self._toggle_clip()
         self.refresh()
 
-    def _face_typed(self, face: int, value: float) -> None:
+    def _move_face(self, face: int, value: float) -> None:
         box = self._display.box
         if box is not None:
             axis, side = FACES[face]
-            if (said := self._why_not_there(axis, value)) is not None:
-                self._studio.warn(said)
+            if (problem := self._why_not_move(axis, value)) is not None:
+                self._studio.warn(problem)
                 self._show_clip()
                 return
             self._display.set_clip(box.move_face(axis, side, value))
 
-    def _why_not_there(self, axis: int, value: float) -> Finding | None:
+    def _why_not_move(self, axis: int, value: float) -> Finding | None:
         """Return a finding if a face of the box would be far from all models."""
-        around = self._models_box()
-        if around is None:
+        models_box = self._models_box()
+        if models_box is None:
             return check_coordinates((value,))
-        bounds = np.array([around.low, around.high])
+        bounds = np.array([models_box.low, models_box.high])
         point = bounds.mean(axis=0)
         point[axis] = value
         return check_near_model(point.tolist(), bounds)
 
-    # --- what is shown here ------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _scale(self) -> Scale | None:
         model = self._current()
         if model is None or self._view_display is None:
             return None
         return self._view_display.scale_of(model.id)
 
-    def refresh(self, *what: object) -> None:
-        """Show the settings as they are now. what : as in `Display.changed`."""
-        if what == ("box",):
+    def refresh(self, *changes: object) -> None:
+        """Show the current settings. `changes` are the arguments of `Display.changed`."""
+        if changes == ("box",):
             self._show_clip()
             return
-        shown = self._display
+        settings = self._display
         models = [m.data for m in self._studio.models.values()]
-        mode = display.mode_shown(shown.mode, models)
+        mode = display.mode_shown(settings.mode, models)
         reasons = []
         for k, value in enumerate(display.MODES):
-            why = display.why_not_mode(value, models)
+            reason = display.why_not_mode(value, models)
             flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-            wanted = flags if why is None else Qt.ItemFlag.NoItemFlags
-            self.mode.model().item(k).setFlags(wanted)  # type: ignore[attr-defined]
-            self.mode.setItemData(k, str(why or ""), Qt.ItemDataRole.ToolTipRole)
-            if why is not None and models:
-                reasons.append(f"{tr(display.MODES[value])}: {why}")
+            item_flags = flags if reason is None else Qt.ItemFlag.NoItemFlags
+            self.mode.model().item(k).setFlags(item_flags)  # type: ignore[attr-defined]
+            self.mode.setItemData(k, str(reason or ""), Qt.ItemDataRole.ToolTipRole)
+            if reason is not None and models:
+                reasons.append(f"{tr(display.MODES[value])}: {reason}")
         self.mode.setCurrentIndex(self.mode.findData(mode))
         self.mode.setToolTip(as_words("\n".join(reasons)))
         allow(self.mode, why_no_model(self._studio))
-        with QSignalBlocker(self.points):
-            self.points.setValue(shown.point_size or 0.0)
-        for box, why, on in (
-            (self.lit, display.why_not_lit(models), shown.lit[mode]),
-            (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
+        with QSignalBlocker(self.point_size):
+            self.point_size.setValue(settings.point_size or 0.0)
+        for box, reason, is_on in (
+            (self.lighting, display.why_not_lit(models), settings.lit[mode]),
+            (self.eye_dome, display.why_not_eye_dome(models), settings.eye_dome),
         ):
-            allow(box, why)
-            box.setChecked(on)
+            allow(box, reason)
+            box.setChecked(is_on)
         self._show_field()
         self._show_clip()
 
     def _show_field(self) -> None:
         model = self._current()
-        opened = None if model is None else self._studio.models.get(model.id)
-        why = why_no_model(self._studio)
-        if opened is None and why is None:
-            why = Finding("model.not-open")
-        allow(self.field_box, why)
-        if model is None or opened is None:
+        open_model = None if model is None else self._studio.models.get(model.id)
+        reason = why_no_model(self._studio)
+        if open_model is None and reason is None:
+            reason = Finding("model.not-open")
+        allow(self.field_box, reason)
+        if model is None or open_model is None:
             self.field_box.setTitle(tr("Scalar field"))
             self.field.clear()
             return
         self.field_box.setTitle(tr("Scalar field of {model}", model=model.name))
         with QSignalBlocker(self.field):
             self.field.clear()
-            for name in field_names(opened.data):
+            for name in field_names(open_model.data):
                 self.field.addItem(
                     tr("Elevation (Z)") if name == ELEVATION else field_title(name), name
                 )
-        style = self._style_now()[1]
+        style = self._current_style()[1]
         if self.field.findData(style.name) < 0:
-            # A project keeps how a field is shown, and the field itself only where a file has it.
+            # A project stores the style of a field, but not always its values.
             with QSignalBlocker(self.field):
                 self.field.addItem(
                     tr("{field}: not there, calculate it again", field=field_title(style.name)),
@@ -377,23 +393,31 @@ class DisplayPanel(QWidget):
                 self.palette_box.addItem(name, name)
             if kind in _KIND_NAMES and kind not in PALETTES:
                 self.palette_box.addItem(tr(_KIND_NAMES[kind]))
-            place = self.palette_box.findData(style.palette)
-            self.palette_box.setCurrentIndex(max(place, 0))
-        ranged = kind in ("sequential", "diverging")
-        ends = scale.end_texts() if scale is not None and ranged else ("", "")
+            index = self.palette_box.findData(style.palette)
+            self.palette_box.setCurrentIndex(max(index, 0))
+        has_range = kind in ("sequential", "diverging")
+        ends = scale.end_texts() if scale is not None and has_range else ("", "")
         for edit, value, text in (
             (self.low, style.low, ends[0]),
             (self.high, style.high, ends[1]),
         ):
             if not edit.hasFocus() or not edit.isModified():
-                edit.setText("" if value is None else _short(value))
+                edit.setText("" if value is None else _number_text(value))
                 edit.setCursorPosition(0)
             edit.setPlaceholderText(text)
-        for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
+        for spin, percent in zip(
+            (self.first_percentile, self.last_percentile), style.percentiles, strict=True
+        ):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
-        for widget in (self.low, self.high, self.first, self.last, self.whole):
-            allow(widget, None if ranged else Finding("action.field-without-ends"))
+        for widget in (
+            self.low,
+            self.high,
+            self.first_percentile,
+            self.last_percentile,
+            self.reset_range,
+        ):
+            allow(widget, None if has_range else Finding("action.field-without-ends"))
 
     def _show_clip(self) -> None:
         box: ClipBox | None = self._display.box
@@ -411,18 +435,20 @@ class DisplayPanel(QWidget):
                 spin.setValue((box.low, box.high)[side][axis])
 
 
-def _short(value: float) -> str:
-    """No more digits than a narrow field shows; of large numbers those behind the point as well."""
+def _number_text(value: float) -> str:
+    """Format a number for a narrow field, with decimals of large numbers."""
     return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.10g}"
 
 
-def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:
+def _pair_row(
+    first: QWidget, second: QWidget, separator: str, extra: QWidget | None = None
+) -> QWidget:
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(first, 1)
-    layout.addWidget(Label(between))
+    layout.addWidget(Label(separator))
     layout.addWidget(second, 1)
-    if after is not None:
-        layout.addWidget(after)
+    if extra is not None:
+        layout.addWidget(extra)
     return row

@@ -1,4 +1,4 @@
-"""The jobs that run in the background, and those that have ended."""
+"""Panel of running and finished background jobs."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ _COLUMNS = (
     to_translate("Time"),
     "",
 )
-_KEPT = 50
-# What was over sooner than this is not worth a line.
-_WORTH_S = 2.0
+_MAX_ENDED_JOBS = 50
+# Shorter jobs are not listed after their end.
+_MIN_DURATION_S = 2.0
 
 
 class JobsPanel(QTableWidget):
-    """Running jobs, each with a button that stops it, above those that have ended."""
+    """Table of running jobs, each with a stop button, above finished jobs."""
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__(0, len(_COLUMNS))
         self._jobs = jobs
-        self._begun: dict[int, float] = {}
-        self._shown: dict[int, RunningJob] = {}
-        self._ended: list[tuple[str, str, str]] = []
+        self._start_times: dict[int, float] = {}
+        self._running: dict[int, RunningJob] = {}
+        self._history: list[tuple[str, str, str]] = []
         self.setObjectName("jobs")
         self.setHorizontalHeaderLabels([tr(title) if title else "" for title in _COLUMNS])
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -57,17 +57,17 @@ class JobsPanel(QTableWidget):
 
     def _refresh(self) -> None:
         running = {id(job): job for job in self._jobs.visible()}
-        for key, job in self._shown.items():
+        for key, job in self._running.items():
             if key not in running:
-                took = time.monotonic() - self._begun.pop(key)
-                if took >= _WORTH_S:
-                    status = _ended(job)
-                    self._ended.insert(0, (job.title, status, _duration(took)))
-        del self._ended[_KEPT:]
-        if list(running) != list(self._shown):
+                duration_s = time.monotonic() - self._start_times.pop(key)
+                if duration_s >= _MIN_DURATION_S:
+                    status = _end_text(job)
+                    self._history.insert(0, (job.title, status, _duration_text(duration_s)))
+        del self._history[_MAX_ENDED_JOBS:]
+        if list(running) != list(self._running):
             for key in running:
-                self._begun.setdefault(key, time.monotonic())
-            self._shown = running
+                self._start_times.setdefault(key, time.monotonic())
+            self._running = running
             self._build()
         for row, job in enumerate(running.values()):
             self._show(row, job)
@@ -78,8 +78,8 @@ class JobsPanel(QTableWidget):
 
     def _build(self) -> None:
         self.setRowCount(0)
-        self.setRowCount(len(self._shown) + len(self._ended))
-        for row, job in enumerate(self._shown.values()):
+        self.setRowCount(len(self._running) + len(self._history))
+        for row, job in enumerate(self._running.values()):
             for column in (0, 1, 3):
                 self.setItem(row, column, QTableWidgetItem(job.title if column == 0 else ""))
             bar = QProgressBar()
@@ -91,8 +91,8 @@ class JobsPanel(QTableWidget):
             stop.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             stop.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
             self.setCellWidget(row, 4, stop)
-        for row, (title, words, took) in enumerate(self._ended, start=len(self._shown)):
-            for column, text in ((0, title), (1, words), (3, took)):
+        for row, (title, status, duration) in enumerate(self._history, start=len(self._running)):
+            for column, text in ((0, title), (1, status), (3, duration)):
                 self.setItem(row, column, QTableWidgetItem(text))
 
     def _show(self, row: int, job: RunningJob) -> None:
@@ -104,14 +104,14 @@ class JobsPanel(QTableWidget):
             bar.setValue(job.done)
 
     def _show_times(self) -> None:
-        for row, key in enumerate(self._shown):
+        for row, key in enumerate(self._running):
             item = self.item(row, 3)
             if item is not None:
-                item.setText(_duration(time.monotonic() - self._begun[key]))
+                item.setText(_duration_text(time.monotonic() - self._start_times[key]))
 
 
-def _ended(job: RunningJob) -> str:
-    """How and when a job has ended, in words."""
+def _end_text(job: RunningJob) -> str:
+    """Return how and when a job has ended."""
     now = datetime.now()
     if job.outcome == "stopped" and job.resumable:
         return tr("Paused at {time:%H:%M}", time=now)
@@ -122,7 +122,7 @@ def _ended(job: RunningJob) -> str:
     return tr("Ended at {time:%H:%M}", time=now)
 
 
-def _duration(seconds: float) -> str:
-    minutes, left = divmod(round(seconds), 60)
+def _duration_text(seconds: float) -> str:
+    minutes, remainder = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
+    return f"{hours}:{minutes:02d}:{remainder:02d}" if hours else f"{minutes}:{remainder:02d}"

@@ -1,5 +1,4 @@
-"""The dock of repeats: picks are offered a second time, and their spread stands beside the errors
-that they state."""
+"""Panel that offers picks again and compares their spread with their stated errors."""
 
 from __future__ import annotations
 
@@ -57,8 +56,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
-        self.offered = hint_label()
-        self.offered.setObjectName("repeats_offered")
+        self.prompt = hint_label()
+        self.prompt.setObjectName("repeats_offered")
         self.figures = FiguresPage(Finding("repeats.not-begun").message)
         self.figures.setAccessibleName(tr("Spread of the repeats"))
         self._arrange()
@@ -70,14 +69,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Share (%)"), self.share)
         first = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
-        FormBeside.fill(self, form, first, second, self.offered, self.message, picture=self.figures)
+        FormBeside.fill(self, form, first, second, self.prompt, self.message, picture=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
         for button, run in (
             (self.begin, self._begin),
             (self.name, self._name),
-            (self.look, self._look),
+            (self.look, self._show_place),
             (self.skip, self._round.skip),
             (self.stop, self._round.stop),
         ):
@@ -97,7 +96,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     # --- a round -----------------------------------------------------------------------------
     def _begin(self) -> None:
-        # A clicked button has the keyboard, which the tool needs.
+        # The clicked button has the keyboard focus, which the tool needs.
         self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
         if self._view.viewport is not None:
             self._view.viewport.setFocus()
@@ -108,35 +107,35 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     def _name(self) -> None:
         studio = self._studio
-        ids, who = chosen_features(studio), self.interpreter.text().strip()
-        studio.attempt(set_interpreter, ids, who)
+        ids, interpreter = chosen_features(studio), self.interpreter.text().strip()
+        studio.attempt(set_interpreter, ids, interpreter)
 
     def _offer(self) -> None:
-        """Say what is to be picked, and show where."""
+        """Show which feature is to be picked again, and its place."""
         records, id_ = self._studio.records, self._round.current
         feature = get(records, id_, Repeatable)
         if feature is None:
-            self.offered.clear()
+            self.prompt.clear()
             self._mark(None)
         else:
             type_ = (
                 get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
             )
-            done = len(self._round.chosen) - len(self._round.waiting)
-            self.offered.setText(
+            done_count = len(self._round.chosen) - len(self._round.waiting)
+            self.prompt.setText(
                 tr(
                     "{number} of {all}: pick the {type} in the ring again ({kind}).",
-                    number=done + 1,
+                    number=done_count + 1,
                     all=len(self._round.chosen),
                     type="" if type_ is None else type_.name.lower(),
                     kind=tr(kind_of(feature).title).lower(),
                 )
             )
-            self._look()
+            self._show_place()
         self._refresh()
 
-    def _look(self) -> None:
-        """Before the face around the place, so that the attitude is not given away."""
+    def _show_place(self) -> None:
+        """Look at the face around the place, not at the plane, whose attitude stays hidden."""
         id_, viewport = self._round.current, self._view.viewport
         if id_ is None or viewport is None:
             return
@@ -156,19 +155,19 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             viewport.moves.look_along(line.trend_deg, line.plunge_deg)
         frame = ViewFrame.looking(toward)
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
-        around = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
-        viewport.moves.frame(middle + 2.5 * radius * around)
-        self._mark((middle - 0.5 * radius * toward, radius * around))
+        ring = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
+        viewport.moves.frame(middle + 2.5 * radius * ring)
+        self._mark((middle - 0.5 * radius * toward, radius * ring))
 
     def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Draw the ring, or none. Nobody can select it."""
+        """Draw the ring, or remove it. It cannot be selected."""
         viewport = self._view.viewport
         if viewport is None:
             return
         drawing = None
         if ring is not None:
-            middle, around = ring
-            edges = np.stack([around[:-1], around[1:]], axis=1).astype(np.float32)
+            middle, offsets = ring
+            edges = np.stack([offsets[:-1], offsets[1:]], axis=1).astype(np.float32)
             area = Area(middle, np.zeros((0, 3, 3), np.float32), edges)
             drawing = FeatureDrawing(_PLACE, np.zeros((0, 3)), None, _COLOR, "", middle, area=area)
         if drawing is not None or _PLACE in viewport.features.drawings:
@@ -200,55 +199,56 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _refresh(self) -> None:
         if not self._studio.has_project:
             return
-        going = self._round.current is not None
-        why = Finding("action.round-running") if going else None
-        if why is None and not self._round.available():
-            why = Finding("action.no-pick-left")
-        if why is None and self._share() is None:
+        is_running = self._round.current is not None
+        reason = Finding("action.round-running") if is_running else None
+        if reason is None and not self._round.available():
+            reason = Finding("action.no-pick-left")
+        if reason is None and self._share() is None:
             text = self.share.text().strip()
-            why = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
-        allow(self.begin, why)
+            reason = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
+        allow(self.begin, reason)
         for button in (self.look, self.skip, self.stop):
-            allow(button, None if going else Finding("action.no-round"))
+            allow(button, None if is_running else Finding("action.no-round"))
         self._refresh_name()
 
     def _refresh_name(self) -> None:
-        # The picks that could be offered do not change with what is selected.
+        # The picks that can be offered do not depend on the selection.
         if not self._studio.has_project:
             return
         allow(self.name, why_none_chosen(self._studio))
 
 
-def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
-    """names : of features, by id"""
+def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:
+    """Return the repeatability as HTML; `names` are those of features by id."""
     lines = []
-    if found.spread is not None:
-        own = found.spread
+    if repeats.spread is not None:
+        spread = repeats.spread
         lines = [
             (
                 tr("95 % of a pick, by repeats"),
-                f"{own.error95_deg:.1f}° ({own.error95_low_deg:.1f} – {own.error95_high_deg:.1f}°)",
+                f"{spread.error95_deg:.1f}° ({spread.error95_low_deg:.1f} – "
+                f"{spread.error95_high_deg:.1f}°)",
             ),
-            (tr("95 % as stated"), _degrees(found.stated95_deg)),
-            (tr("Median angle of a pair"), _degrees(found.median_angle_deg)),
+            (tr("95 % as stated"), _degrees(repeats.stated95_deg)),
+            (tr("Median angle of a pair"), _degrees(repeats.median_angle_deg)),
         ]
-    if found.test is not None:
+    if repeats.test is not None:
         lines.append(
             (
                 tr("Within the stated errors"),
-                tr("{within} of {count}", within=found.test.within95, count=found.test.n),
+                tr("{within} of {count}", within=repeats.test.within95, count=repeats.test.n),
             )
         )
     lines += [
         (
-            own.name or tr("not named"),
+            group.name or tr("not named"),
             tr(
                 "{error}, repeats: {count}",
-                error=_degrees(own.spread.error95_deg),
-                count=own.spread.n,
+                error=_degrees(group.spread.error95_deg),
+                count=group.spread.n,
             ),
         )
-        for own in found.interpreters
+        for group in repeats.interpreters
     ]
     table = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(a)}</td>"
@@ -260,13 +260,13 @@ def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
         f"<td style='padding:1px 8px'>{escape(' / '.join(w or '–' for w in p.by))}</td>"
         f"<td style='padding:1px 8px' align='right'>{p.angle_deg:.1f}°</td>"
         f"<td style='padding:1px 8px' align='right'>{_degrees(p.stated95_deg)}</td></tr>"
-        for p in found.pairs
+        for p in repeats.pairs
     )
-    heads = "".join(
+    headers = "".join(
         f"<th align='left' style='padding:1px 8px 1px 4px'>{escape(h)}</th>"
         for h in (tr("Pick"), tr("By"), tr("Angle"), tr("Stated 95 %"))
     )
-    return f"<table>{table}</table><br><table><tr>{heads}</tr>{pairs}</table>"
+    return f"<table>{table}</table><br><table><tr>{headers}</tr>{pairs}</table>"
 
 
 def _degrees(value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The dock of the three-point problem: the plane through points that are clicked, typed or read."""
+"""Panel of the three-point problem: the plane through picked, typed or imported points."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ if TYPE_CHECKING:
     from vomstudio.geology.faults.three_points import ThreePoints
 
 
-_LEAST = 3
-_LEAST_HEIGHT, _LEAST_WIDTH = 110, 32
-_ROW = 24
+_MIN_POINTS = 3
+_MIN_TABLE_HEIGHT_PX, _MIN_WIDTH_PX = 110, 32
+_ROW_HEIGHT_PX = 24
 
 
 class ThreePointsPanel(LazyPanel):
@@ -64,7 +64,7 @@ class ThreePointsPanel(LazyPanel):
 
     Attributes
     ----------
-    of_id : str
+    trace_id : str
         Id of the trace that the points were taken from; "" if they were typed or imported.
     plane : ThreePoints or None
         The plane through the points; None if it cannot be computed.
@@ -73,11 +73,11 @@ class ThreePointsPanel(LazyPanel):
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "window.md#three-points")
-        self.of_id = ""
+        self.trace_id = ""
         self.plane: ThreePoints | None = None
         self._points: FloatArray | None = None
         self._sigma = 0.0
-        self._picking = False
+        self._is_picking = False
         self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.pick.setToolTip(
@@ -87,8 +87,8 @@ class ThreePointsPanel(LazyPanel):
         self.take.setToolTip(tr("The points of the selected trace or line."))
         self.read = QPushButton(tr("Read…"))
         self.read.setToolTip(tr("A table with x, y, z, such as a seam in wells."))
-        self.more = QPushButton(theme.icon("plus"), tr("Add a row"))
-        self.fewer = QPushButton(theme.icon("minus"), tr("Remove"))
+        self.add_row = QPushButton(theme.icon("plus"), tr("Add a row"))
+        self.remove_row = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(studio, self._show_axes)
         self.sigma = error_field(
@@ -116,16 +116,16 @@ class ThreePointsPanel(LazyPanel):
         self._fill([])
 
     def _arrange(self) -> None:
-        get_them, rows, result = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        sources, rows, result = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
         for row, parts in (
-            (get_them, (self.pick, self.take, self.read)),
-            (rows, (self.more, self.fewer)),
+            (sources, (self.pick, self.take, self.read)),
+            (rows, (self.add_row, self.remove_row)),
             (result, (self.add, self.type, self.copy)),
         ):
             row.setSpacing(3)
             for part in parts:
-                # Or the dock would take its width from the outcrop.
-                part.setMinimumWidth(_LEAST_WIDTH)
+                # Otherwise the dock would become wider at the cost of the outcrop.
+                part.setMinimumWidth(_MIN_WIDTH_PX)
                 row.addWidget(part)
             row.addStretch()
         form = narrow_form()
@@ -133,7 +133,7 @@ class ThreePointsPanel(LazyPanel):
             form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
         )
         column = narrow_column(self)
-        column.addLayout(get_them)
+        column.addLayout(sources)
         column.addWidget(self.table, 1)
         column.addLayout(rows)
         column.addLayout(form)
@@ -143,15 +143,17 @@ class ThreePointsPanel(LazyPanel):
     def _connect(self) -> None:
         studio = self._studio
         self.pick.clicked.connect(lambda _=False: self._pick())
-        self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Picked, _LEAST)))
+        self.take.clicked.connect(
+            lambda _=False: self._take(current_line(studio, Picked, _MIN_POINTS))
+        )
         self.read.clicked.connect(lambda _=False: self._ask_for_table())
-        self.more.clicked.connect(lambda _=False: self._add_row())
-        self.fewer.clicked.connect(lambda _=False: self._remove_row())
+        self.add_row.clicked.connect(lambda _=False: self._add_row())
+        self.remove_row.clicked.connect(lambda _=False: self._remove_row())
         self.add.clicked.connect(lambda _=False: self._add())
-        self.table.itemChanged.connect(self._typed)
+        self.table.itemChanged.connect(self._follow_typing)
         self.table.itemSelectionChanged.connect(self._refresh)
         self.sigma.textChanged.connect(self._soon)
-        studio.project_opened.connect(self._opened)
+        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
@@ -160,41 +162,41 @@ class ThreePointsPanel(LazyPanel):
     def _show_axes(self, axes: Axes) -> None:
         tips = (tr("East."), tr("North."), tr("Height, upward."))
         for column, (title, tip) in enumerate(zip(axes.titles, tips, strict=True)):
-            head = self.table.horizontalHeaderItem(column)
-            assert head is not None
-            head.setText(title)
-            head.setToolTip(tip if axes.north else "")
+            header_item = self.table.horizontalHeaderItem(column)
+            assert header_item is not None
+            header_item.setText(title)
+            header_item.setToolTip(tip if axes.north else "")
 
     # --- the points --------------------------------------------------------------------------
     def _pick(self) -> None:
-        """The trace tool picks them; they are kept as what they are: a trace."""
+        """Pick the points with the trace tool, which stores them as a trace."""
         self._studio.activate("trace")
-        self._picking = True
+        self._is_picking = True
         self.message.setText(tr("Click three points or more on one surface, then press Enter."))
 
     def _edited(self, edit: Edit) -> None:
-        if self._picking:
-            new = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
-            picked = [trace for trace in new if trace is not None]
+        if self._is_picking:
+            new_traces = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
+            picked = [trace for trace in new_traces if trace is not None]
             if picked:
-                self._picking = False
+                self._is_picking = False
                 self._take(picked[-1])
-        if self.of_id and self.of_id in edit.after:
-            self._take(get_feature(self._studio.records, self.of_id))
+        if self.trace_id and self.trace_id in edit.after:
+            self._take(get_feature(self._studio.records, self.trace_id))
         super()._edited(edit)
 
     def _take(self, feature: Feature | None) -> None:
-        """Its points, with the error that they likely have."""
+        """Take the points of a feature and their estimated error."""
         if feature is None:
-            self.of_id = ""
+            self.trace_id = ""
             self._soon()
             return
         measured = self._studio.measured([feature.id])[feature.id]
         self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
-        self.of_id = feature.id
+        self.trace_id = feature.id
         scatter, misfit = pick_scatter_m([measured]), measured.fit and measured.fit.rms
-        if len(measured.points) > _LEAST and misfit and misfit >= scatter:
-            # A misfit is known only as well as so few points tell it: not typed as if it were sure.
+        if len(measured.points) > _MIN_POINTS and misfit and misfit >= scatter:
+            # The misfit of few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
         self.sigma.setText(f"{scatter:.3g}" if scatter else "")
         self._soon()
@@ -207,32 +209,32 @@ class ThreePointsPanel(LazyPanel):
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
         )
         if name:
-            self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
+            self._background.run(partial(_read, Path(name)), self._show_table, self._studio.fail)
 
-    def _read_came(self, made: Boundaries) -> None:
-        self._fill([[repr(value) for value in row] for row in made.points.tolist()])
-        for warning in made.warnings:
+    def _show_table(self, table: Boundaries) -> None:
+        self._fill([[repr(value) for value in row] for row in table.points.tolist()])
+        for warning in table.warnings:
             self._studio.warn(warning)
 
     def _fill(self, rows: list[list[str]]) -> None:
-        """Rows that a person can write into follow, as long as there are fewer than three."""
-        self.of_id = ""
-        rows = rows + [["", "", ""]] * (_LEAST - len(rows))
-        blocked = self.table.blockSignals(True)
+        """Fill the table, with empty rows up to the minimum number of points."""
+        self.trace_id = ""
+        rows = rows + [["", "", ""]] * (_MIN_POINTS - len(rows))
+        was_blocked = self.table.blockSignals(True)
         self.table.setRowCount(len(rows))
         for i, row in enumerate(rows):
             for j, text in enumerate(row):
                 self.table.setItem(i, j, _cell(text))
-        self.table.blockSignals(blocked)
+        self.table.blockSignals(was_blocked)
         self._soon()
 
-    def _typed(self, _: QTableWidgetItem) -> None:
-        """They are not those of the trace any more."""
-        self.of_id = ""
+    def _follow_typing(self, _: QTableWidgetItem) -> None:
+        """Forget the trace, because typed points are no longer its points."""
+        self.trace_id = ""
         self._soon()
 
     def _add_row(self) -> None:
-        self.of_id = ""
+        self.trace_id = ""
         row = self.table.rowCount()
         self.table.setRowCount(row + 1)
         for column in range(3):
@@ -241,13 +243,13 @@ class ThreePointsPanel(LazyPanel):
         self._soon()
 
     def _remove_row(self) -> None:
-        self.of_id = ""
+        self.trace_id = ""
         self.table.removeRow(self.table.currentRow())
         self._soon()
 
-    def _opened(self) -> None:
-        """Another project."""
-        self._picking = False
+    def _reset(self) -> None:
+        """Clear the form for another project."""
+        self._is_picking = False
         self.sigma.clear()
         self._fill([])
 
@@ -268,7 +270,7 @@ class ThreePointsPanel(LazyPanel):
         self._refresh()
 
     def _numbers(self) -> FloatArray:
-        """(n, 3) World, of the rows that are full. Raises InputError if some are missing."""
+        """Return the points (n, 3) of the rows in World. Raises InputError for invalid rows."""
         rows = []
         for i in range(self.table.rowCount()):
             cells = [self.table.item(i, j) for j in range(3)]
@@ -277,53 +279,55 @@ class ThreePointsPanel(LazyPanel):
                 continue
             values = [parse_number(text) for text in texts]
             if any(value is None for value in values):
-                wrong = next(t for t, v in zip(texts, values, strict=True) if v is None)
+                invalid = next(t for t, v in zip(texts, values, strict=True) if v is None)
                 place = tr("Row {row}", row=i + 1)
-                raise InputError(Finding("number.invalid", text=wrong), field=place)
+                raise InputError(Finding("number.invalid", text=invalid), field=place)
             rows.append([value or 0.0 for value in values])
-        if len(rows) < _LEAST:
+        if len(rows) < _MIN_POINTS:
             raise InputError(Finding("three-points.too-few"))
         return np.array(rows)
 
     def _plane_text(self, result: ThreePoints) -> str:
         notation = self._studio.settings.notation
         plane = format_attitude(result.plane, result.max_confidence95_deg, notation)
-        counted = tr_n("{count} point", "{count} points", result.n)
+        count_text = tr_n("{count} point", "{count} points", result.n)
         if result.max_confidence95_deg is None:
-            text = tr("{plane} through {points}.", plane=plane, points=counted)
-            unknown = Finding("three-points.no-error")
-            return f"{text} {unknown}{_after(result)}"
-        turn = result.dip_direction_error_deg
+            text = tr("{plane} through {points}.", plane=plane, points=count_text)
+            no_error = Finding("three-points.no-error")
+            return f"{text} {no_error}{_warnings_text(result)}"
+        direction_error_deg = result.dip_direction_error_deg
         text = tr(
             "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
             "through {points}.",
             plane=plane,
             dip=result.dip_error_deg,
-            turn=tr("not known") if turn is None else f"± {turn:.1f}°",
-            points=counted,
+            turn=tr("not known")
+            if direction_error_deg is None
+            else f"± {direction_error_deg:.1f}°",
+            points=count_text,
         )
         if result.rms_m is not None:
             text += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=result.rms_m)
-        return text + _after(result)
+        return text + _warnings_text(result)
 
     def _refresh(self) -> None:
         studio = self._studio
-        is_line_selected = current_line(studio, Picked, _LEAST) is not None
-        lacking = Finding("action.line-too-short", minimum=_LEAST)
-        allow(self.take, None if is_line_selected else lacking)
+        is_line_selected = current_line(studio, Picked, _MIN_POINTS) is not None
+        reason = Finding("action.line-too-short", minimum=_MIN_POINTS)
+        allow(self.take, None if is_line_selected else reason)
         allow(self.pick, why_no_model(studio))
-        allow(self.fewer, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
-        why = None if self.plane is not None else Finding("action.no-result")
-        self.copy.allow(why)
-        if why is None and self.of_id:
-            why = Finding("action.points-of-trace")
-        allow(self.add, why)
+        allow(self.remove_row, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
+        problem = None if self.plane is not None else Finding("action.no-result")
+        self.copy.allow(problem)
+        if problem is None and self.trace_id:
+            problem = Finding("action.points-of-trace")
+        allow(self.add, problem)
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:
-        """As a measured plane at the middle of the points; its error is told in its notes."""
-        found, points = self.plane, self._points
-        if found is None or points is None:
+        """Add the plane as a reading at the centre of the points, with its error in the notes."""
+        result, points = self.plane, self._points
+        if result is None or points is None:
             return
         x, y, z = points.mean(axis=0).tolist()
         reading = Reading(
@@ -331,11 +335,11 @@ class ThreePointsPanel(LazyPanel):
             "",
             str(self.type.currentData()),
             "plane",
-            found.dip_direction_deg,
-            found.dip_deg,
+            result.dip_direction_deg,
+            result.dip_deg,
             position=(x, y, z),
             source=tr("three-point problem"),
-            notes=self._plane_text(found),
+            notes=self._plane_text(result),
         )
         if self._studio.attempt(edits.add_readings, [reading]):
             self._studio.selection.set((reading.id,))
@@ -354,9 +358,9 @@ class ThreePointsPanel(LazyPanel):
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-        words = option_words(ThreePointOptions(sigma))
+        arguments = option_words(ThreePointOptions(sigma))
         copy_with_file(
-            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *words]
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *arguments]
         )
 
     def _close(self) -> None:
@@ -364,8 +368,8 @@ class ThreePointsPanel(LazyPanel):
         self._background.stop()
 
 
-def _after(result: ThreePoints) -> str:
-    """What makes the plane doubtful, after a space."""
+def _warnings_text(result: ThreePoints) -> str:
+    """Return the warnings, each after a space."""
     return "".join(f" {warning}" for warning in result.warnings)
 
 
@@ -388,9 +392,9 @@ def _table() -> QTableWidget:
     for column in range(3):
         table.setHorizontalHeaderItem(column, QTableWidgetItem())
     table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-    table.verticalHeader().setDefaultSectionSize(_ROW)
+    table.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT_PX)
     table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
     table.setTabKeyNavigation(False)
-    table.setMinimumHeight(_LEAST_HEIGHT)
-    table.setMinimumWidth(2 * _LEAST_WIDTH)
+    table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
+    table.setMinimumWidth(2 * _MIN_WIDTH_PX)
     return table

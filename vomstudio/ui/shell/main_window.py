@@ -143,7 +143,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _photo_commands(self) -> list[Command]:
-        from vomstudio.ui.commands import in_photos as in_photos_commands
+        from vomstudio.ui.commands import outcrop_photos as outcrop_photo_commands
         from vomstudio.ui.commands import reconstruction_results as result_commands
         from vomstudio.ui.commands import survey as survey_commands
         from vomstudio.ui.panels.photos import photo_commands
@@ -154,11 +154,15 @@ class MainWindow(QMainWindow):
             self, studio, survey, dialogs, actions, opened
         )
         return [
-            *survey_commands.commands(studio, survey, survey_dialogs, opened, self.files.place_for),
+            *survey_commands.commands(
+                studio, survey, survey_dialogs, opened, self.files.choose_place
+            ),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
-            *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
+            *photo_commands.commands(
+                self.photo_opening, lambda: self.photos_panel.selected_photo()
+            ),
             *self.photo_tab.commands(),
-            *in_photos_commands.commands(
+            *outcrop_photo_commands.commands(
                 studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
             ),
         ]
@@ -243,12 +247,12 @@ class MainWindow(QMainWindow):
         self.tree = ProjectTree(studio, menus, self._open_types, photos)
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
-        self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
+        self.display_panel.set_clip_callback(actions["clipping_box"].trigger)
         keep = actions["keep_intersection"]
         self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
-        photos.chosen.connect(self.photos_panel.choose)
+        photos.chosen.connect(self.photos_panel.select_photo)
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )
@@ -323,7 +327,7 @@ class MainWindow(QMainWindow):
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
-        self.photos_panel.chosen.connect(self.cameras.choose)
+        self.photos_panel.selection_changed.connect(self.cameras.choose)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
@@ -366,7 +370,7 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
-        self.cameras.chosen.connect(self.photos_panel.choose)
+        self.cameras.chosen.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
         overlay = self.net_overlay
@@ -379,7 +383,7 @@ class MainWindow(QMainWindow):
         self._place.outcrop_requested.connect(self.photo_tab.show_outcrop)
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
-        self.in_photos.listed.connect(self.actions_table.refresh)
+        self.in_photos.list_changed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
         self.actions_table.give_keys_to(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
@@ -463,7 +467,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
+        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_save]):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []

@@ -16,7 +16,7 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
-from vomstudio.ui.panels.photos.photo_page_commands import over_photo
+from vomstudio.ui.panels.photos.photo_page_commands import photo_command
 from vomstudio.ui.shell.central_area import CentralArea
 from vomstudio.ui.shell.docks import WindowDocks
 
@@ -45,12 +45,12 @@ class PhotoTab(QObject):
         self._opening, self._docks, self._parent = opening, docks, parent
         self._place: CentralArea | None = None
         self._reported: PhotoPage | None = None
-        opening.shown.connect(self._show)
+        opening.page_shown.connect(self._show)
         docks.changed.connect(self._follow)
 
     def commands(self) -> list[Command]:
         def nothing_open() -> Finding | None:
-            return None if self._opening.opened is not None else Finding("action.no-open-photo")
+            return None if self._opening.page is not None else Finding("action.no-open-photo")
 
         return [
             Command(
@@ -76,7 +76,7 @@ class PhotoTab(QObject):
     def over(self, commands: Iterable[Command]) -> list[Command]:
         """The commands of the main window, which do in the photo what they mean there while it is
         seen."""
-        return [self._over(over_photo(command, self._table)) for command in commands]
+        return [self._over(photo_command(command, self._table)) for command in commands]
 
     def _over(self, command: Command) -> Command:
         checked = command.checked
@@ -99,7 +99,7 @@ class PhotoTab(QObject):
     def visible_page(self) -> PhotoPage | None:
         """The photo that stands in the middle of the main window and is looked at."""
         place = self._place
-        return self._opening.opened if place is not None and place.shows_photo else None
+        return self._opening.page if place is not None and place.shows_photo else None
 
     @property
     def canvas(self) -> QWidget | None:
@@ -118,7 +118,7 @@ class PhotoTab(QObject):
 
     def show_photo(self) -> None:
         """Look at the photo that is open."""
-        page, place = self._opening.opened, self._place
+        page, place = self._opening.page, self._place
         if page is None or place is None:
             return
         if page.isWindow():
@@ -156,15 +156,15 @@ class PhotoTab(QObject):
         if self._place is not None and page.parentWidget() is None:
             page.windowTitleChanged.connect(self._titled)
             page.changed.connect(self.changed)
-            page.hinted.connect(self._hint)
-            page.wanted.connect(self.show_photo)
-            page.other_place_wanted.connect(self._change_place)
+            page.hint_changed.connect(self._hint)
+            page.attention_requested.connect(self.show_photo)
+            page.window_toggle_requested.connect(self._change_place)
             page.closed.connect(self._closed)
-            self._place.set_photo(page, page.head)
+            self._place.set_photo(page, page.toolbar)
         self.show_photo()
 
     def _titled(self, title: str) -> None:
-        page, place = self._opening.opened, self._place
+        page, place = self._opening.page, self._place
         if page is not None and place is not None:
             place.name_photo(page.photo.rpartition("/")[2], title)
 
@@ -174,17 +174,17 @@ class PhotoTab(QObject):
 
     def _change_place(self) -> None:
         """Out into a window of its own, or back."""
-        page, place = self._opening.opened, self._place
+        page, place = self._opening.page, self._place
         if page is None or place is None:
             return
         if page.isWindow():
-            page.place_in_own_window(False)
-            place.set_photo(page, page.head)
+            page.set_own_window(False)
+            place.set_photo(page, page.toolbar)
             self.show_photo()
         else:
             place.set_photo(None)
             page.setParent(self._parent, Qt.WindowType.Window)
-            page.place_in_own_window(True)
+            page.set_own_window(True)
             page.resize(*_WINDOW_SIZE)
             fit_to_screen(page)
             page.show()

@@ -45,7 +45,7 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
         (
             "looked_at",
             to_translate("Looked at"),
-            at("panels.coverage.coverage_panel.LookedAtPanel", _direction),
+            at("panels.coverage.coverage_panel.CoveragePanel", _direction),
         ),
         (
             "displacement",

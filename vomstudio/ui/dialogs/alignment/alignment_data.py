@@ -1,4 +1,4 @@
-"""The data of the Alignment window, read by a worker and by threads."""
+"""Data of the Alignment window, read by a worker process and by threads."""
 
 from __future__ import annotations
 
@@ -44,17 +44,24 @@ from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.picture_panes import Picture
 
-LONG_SIDE = 3200
-_KEPT = 4
+MAX_SIDE_PX = 3200
+_MAX_CACHED_PHOTOS = 4
 
 Arrays = dict[str, AnyArray]
 
 
 @dataclass(eq=False)
 class ShownPhoto:
-    """A photo as it is drawn: upright, while positions in it are given in pixels as stored.
+    """Photo drawn upright, with positions in pixels of the stored image.
 
-    width, height, orientation : as stored, and as EXIF says. image : upright, None with a `problem`
+    Attributes
+    ----------
+    image : QImage or None
+        Upright image, None if there is a `problem`.
+    width, height : int
+        Size of the stored image in pixels.
+    orientation : int
+        EXIF orientation.
     """
 
     name: str
@@ -65,17 +72,17 @@ class ShownPhoto:
     problem: str = ""
 
     def upright_points(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Pixels (n, 2) of the upright picture, from pixels (n, 2) as stored."""
+        """Convert pixels (n, 2) of the stored image to pixels of the upright image."""
         return pixels_upright(pixels, self.orientation, self.width, self.height)
 
     def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
-        """Vectors (n, 2) as stored, turned with the picture."""
+        """Rotate vectors (n, 2) of the stored image to the upright image."""
         zero = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
         return self.upright_points(vectors) - zero
 
     @property
     def picture(self) -> Picture:
-        """What a pane draws: the upright image and its size as the upright photo."""
+        """The upright image with its size, as a pane draws it."""
         size = (self.width, self.height)
         if self.orientation in (5, 6, 7, 8):
             size = size[::-1]
@@ -83,195 +90,233 @@ class ShownPhoto:
 
 
 def to_image(pixels: ByteArray) -> QImage:
-    """A picture with its own memory of (h, w, 3) red, green and blue."""
+    """Convert RGB values (h, w, 3) to an image with its own memory."""
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
-    shown = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
-    return shown.convertToFormat(QImage.Format.Format_RGB32)
+    image = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+    return image.convertToFormat(QImage.Format.Format_RGB32)
 
 
 class AlignmentData(QObject):
-    """What is known of one reconstruction. overview : see `inspection.overview`; set by `read`."""
+    """Read the data of one reconstruction. `read` sets `overview`."""
 
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
         self._studio, self.folder = studio, folder
         self._background = QtBackground(self)
-        self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
-        self._asked: dict[str, tuple[object, RunningJob]] = {}
-        self._closed = False
+        self._cached_photos: OrderedDict[str, ShownPhoto] = OrderedDict()
+        self._requests: dict[str, tuple[object, RunningJob]] = {}
+        self._is_closed = False
         self.overview = NOTHING_ALIGNED
 
     def close(self) -> None:
-        """Cancel what is being read; nothing is passed on any more."""
-        self._closed = True
+        """Cancel all requests. No callback is called afterwards."""
+        self._is_closed = True
         self._background.stop()
-        for _, job in self._asked.values():
+        for _, job in self._requests.values():
             self._studio.jobs.cancel(job)
 
-    def read(self, then: Callable[[], None], failed: Callable[[str], None]) -> None:
-        """Read the overview, then call `then`, or `failed` with a sentence."""
+    def read(self, callback: Callable[[], None], error_callback: Callable[[str], None]) -> None:
+        """Read the overview, then call `callback`, or `error_callback` with a message."""
 
-        def arrived(result: AlignmentOverview, _: Arrays) -> None:
+        def handle_result(result: AlignmentOverview, _: Arrays) -> None:
             self.overview = result
-            then()
+            callback()
 
-        self._ask(INSPECT_ALIGNMENT, lambda _: AlignmentRequest(self.folder), arrived, failed, None)
+        self._submit(
+            INSPECT_ALIGNMENT,
+            create_request=lambda _: AlignmentRequest(self.folder),
+            callback=handle_result,
+            error_callback=error_callback,
+            prepare=None,
+        )
 
-    def pair(
-        self, a: str, b: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
+    def read_pair(
+        self,
+        a: str,
+        b: str,
+        callback: Callable[[Arrays], None],
+        error_callback: Callable[[str], None],
     ) -> None:
-        """Read the matches of two photos: pass the arrays of `inspection.pair` to `then`, or a
-        sentence to `failed`."""
+        """Read the matches of two photos, and pass their arrays to `callback`."""
 
-        def asked(into: Path) -> PairRequest:
-            return PairRequest(self.folder, into, a, b)
+        def create_request(array_path: Path) -> PairRequest:
+            return PairRequest(self.folder, array_path, a, b)
 
-        self._ask(INSPECT_PAIR, asked, lambda _, arrays: then(arrays), failed, _as_read)
+        self._submit(
+            INSPECT_PAIR,
+            create_request=create_request,
+            callback=lambda _, arrays: callback(arrays),
+            error_callback=error_callback,
+            prepare=_keep_orientation,
+        )
 
-    def residuals(
-        self, name: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
+    def read_residuals(
+        self, name: str, callback: Callable[[Arrays], None], error_callback: Callable[[str], None]
     ) -> None:
-        """Read the residuals of a photo, as `pair` does."""
+        """Read the residuals of a photo, and pass their arrays to `callback`."""
 
-        def asked(into: Path) -> PhotoRequest:
-            return PhotoRequest(self.folder, into, name)
+        def create_request(array_path: Path) -> PhotoRequest:
+            return PhotoRequest(self.folder, array_path, name)
 
-        self._ask(INSPECT_RESIDUALS, asked, lambda _, arrays: then(arrays), failed, _as_read)
+        self._submit(
+            INSPECT_RESIDUALS,
+            create_request=create_request,
+            callback=lambda _, arrays: callback(arrays),
+            error_callback=error_callback,
+            prepare=_keep_orientation,
+        )
 
-    def depths(
+    def read_depths(
         self,
         name: str,
-        then: Callable[[DepthFacts, Arrays], None],
-        failed: Callable[[str], None],
+        callback: Callable[[DepthFacts, Arrays], None],
+        error_callback: Callable[[str], None],
     ) -> None:
-        """Read the depth map of a photo; pictures and depths are turned upright."""
-        path = self._path(name)
+        """Read the depth map of a photo, rotated upright."""
+        photo_path = self._photo_path(name)
 
-        def asked(into: Path) -> PhotoRequest:
-            return PhotoRequest(self.folder, into, name)
+        def create_request(array_path: Path) -> PhotoRequest:
+            return PhotoRequest(self.folder, array_path, name)
 
-        self._ask(INSPECT_DEPTHS, asked, then, failed, lambda arrays: _turn(arrays, path))
+        self._submit(
+            INSPECT_DEPTHS,
+            create_request=create_request,
+            callback=callback,
+            error_callback=error_callback,
+            prepare=lambda arrays: _rotate_arrays(arrays, photo_path),
+        )
 
-    def _ask(
+    def _submit(
         self,
         task: jobs.Job[Request, Result],
-        asked: Callable[[Path], Request],
-        then: Callable[[Result, Arrays], None],
-        failed: Callable[[str], None],
+        create_request: Callable[[Path], Request],
+        callback: Callable[[Result, Arrays], None],
+        error_callback: Callable[[str], None],
         prepare: Callable[[Arrays], Arrays] | None,
     ) -> None:
-        """Have a worker read something; of several wishes of one kind only the last is heard.
+        """Submit a job, which replaces an unfinished job of the same task.
 
-        asked : of the file for the arrays; prepare : of the arrays that come, None for a job that
-        answers without arrays
+        Parameters
+        ----------
+        create_request : callable
+            Creates the request from the path of the array file.
+        prepare : callable or None
+            Converts the arrays in a thread. None if the job writes no arrays.
         """
-        kind = task.name
-        if kind in self._asked:
-            self._studio.jobs.cancel(self._asked[kind][1])
-        mark = object()
-        into: Path | None = None
+        task_name = task.name
+        if task_name in self._requests:
+            self._studio.jobs.cancel(self._requests[task_name][1])
+        token = object()
+        array_path: Path | None = None
         if prepare is not None:
             try:
                 descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
             except OSError as error:
-                failed(tr("A temporary file cannot be written ({error}).", error=error))
+                error_callback(tr("A temporary file cannot be written ({error}).", error=error))
                 return
             os.close(descriptor)
-            into = Path(name)
+            array_path = Path(name)
 
-        def current() -> bool:
-            return not self._closed and self._asked.get(kind, (None,))[0] is mark
+        def is_current() -> bool:
+            return not self._is_closed and self._requests.get(task_name, (None,))[0] is token
 
-        def arrived(result: Result) -> None:
-            if into is None or prepare is None:
-                end(partial(then, result, {}))
+        def handle_result(result: Result) -> None:
+            if array_path is None or prepare is None:
+                finish(partial(callback, result, {}))
                 return
             self._background.run(
-                lambda: _take(into, prepare),
-                lambda arrays: end(partial(then, result, arrays)),
-                lambda error: end(partial(failed, str(error))),
+                lambda: _read_temporary_arrays(array_path, prepare),
+                lambda arrays: finish(partial(callback, result, arrays)),
+                lambda error: finish(partial(error_callback, str(error))),
             )
 
-        def end(call: Callable[[], None]) -> None:
-            if current():
-                del self._asked[kind]
-                call()
+        def finish(report: Callable[[], None]) -> None:
+            if is_current():
+                del self._requests[task_name]
+                report()
 
-        def failing(event: Failed) -> None:
-            if into is not None:
-                into.unlink(missing_ok=True)
-            if current():
-                del self._asked[kind]
+        def handle_failure(event: Failed) -> None:
+            if array_path is not None:
+                array_path.unlink(missing_ok=True)
+            if is_current():
+                del self._requests[task_name]
                 if not event.cancelled:
-                    failed(event.message)
+                    error_callback(event.message)
 
         job = self._studio.jobs.submit(
             task,
-            asked(into or Path()),
+            create_request(array_path or Path()),
             title=tr("Reading the alignment"),
-            on_done=arrived,
-            on_failed=failing,
+            on_done=handle_result,
+            on_failed=handle_failure,
             quiet=True,
         )
-        self._asked[kind] = (mark, job)
+        self._requests[task_name] = (token, job)
 
-    def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
-        """Pass to `then` the share of a photo's pixels that have a depth, None without a map."""
+    def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
+        """Pass the share of pixels with a depth to `callback`, None without a depth map."""
 
-        def work() -> float | None:
-            if self._closed:
+        def compute() -> float | None:
+            if self._is_closed:
                 return None
             from vomstudio.photogrammetry.inspect.inspection import coverage
 
             return coverage(self.folder, name)
 
-        self._background.run(work, then, lambda _: then(None))
+        self._background.run(compute, callback, lambda _: callback(None))
 
     # --- photos ------------------------------------------------------------------------------
-    def row(self, name: str) -> AlignedPhoto:
+    def find_photo(self, name: str) -> AlignedPhoto:
         return next(photo for photo in self.overview.photos if photo.name == name)
 
-    def _path(self, name: str) -> Path:
-        """Where the photos were, or where they are once the folder was moved along with them."""
-        were = Path(self.overview.folder or ".")
-        places = (were, self.folder.parent / were.name, self.folder / "photos")
-        return next((p / name for p in places if is_regular(p / name)), were / name)
+    def _photo_path(self, name: str) -> Path:
+        """Find a photo in its original folder, or where the folder may have been moved."""
+        original_folder = Path(self.overview.folder or ".")
+        folders = (
+            original_folder,
+            self.folder.parent / original_folder.name,
+            self.folder / "photos",
+        )
+        return next(
+            (folder / name for folder in folders if is_regular(folder / name)),
+            original_folder / name,
+        )
 
-    def photo(self, name: str, then: Callable[[ShownPhoto], None]) -> None:
-        """Call `then` with a photo; one that cannot be read says why in its place."""
-        if name in self._photos:
-            self._photos.move_to_end(name)
-            then(self._photos[name])
+    def load_photo(self, name: str, callback: Callable[[ShownPhoto], None]) -> None:
+        """Pass a photo to `callback`. If it cannot be read, it contains the problem."""
+        if name in self._cached_photos:
+            self._cached_photos.move_to_end(name)
+            callback(self._cached_photos[name])
             return
-        row = self.row(name)
+        row = self.find_photo(name)
         width, height = row.width, row.height
 
-        def arrived(made: ShownPhoto) -> None:
-            self._photos[name] = made
-            while len(self._photos) > _KEPT:
-                self._photos.popitem(last=False)
-            then(made)
+        def handle_photo(photo: ShownPhoto) -> None:
+            self._cached_photos[name] = photo
+            while len(self._cached_photos) > _MAX_CACHED_PHOTOS:
+                self._cached_photos.popitem(last=False)
+            callback(photo)
 
-        path = self._path(name)
-        self._background.run(lambda: _read_photo(name, path, width, height), arrived)
+        path = self._photo_path(name)
+        self._background.run(lambda: _read_photo(name, path, width, height), handle_photo)
 
 
-def _as_read(arrays: Arrays) -> Arrays:
+def _keep_orientation(arrays: Arrays) -> Arrays:
     return arrays
 
 
-def _turn(arrays: Arrays, photo: Path) -> Arrays:
-    """As the photo's EXIF says; as stored where the photo is gone."""
+def _rotate_arrays(arrays: Arrays, photo: Path) -> Arrays:
+    """Rotate arrays by the EXIF orientation of a photo, if the photo still exists."""
     try:
-        turn = orientation_of(photo)
+        orientation = orientation_of(photo)
     except VomError:
         return arrays
-    return {name: rotate_upright(values, turn) for name, values in arrays.items()}
+    return {name: rotate_upright(values, orientation) for name, values in arrays.items()}
 
 
-def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
-    """The arrays of a file that is for this one reader."""
+def _read_temporary_arrays(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
+    """Read and prepare the arrays of a temporary file, and delete the file."""
     try:
         with open_arrays(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})
@@ -284,16 +329,24 @@ def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
 
 def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
     try:
-        pixels, size, orientation = read_stored(path, LONG_SIDE)
+        pixels, size, orientation = read_stored(path, MAX_SIDE_PX)
     except VomError as error:
-        return ShownPhoto(name, None, width, height, 1, str(error))
+        return ShownPhoto(
+            name=name, image=None, width=width, height=height, orientation=1, problem=str(error)
+        )
     if size != (width, height):
         problem = tr(
             "{path} has another size than the photo that was aligned. Put the original photo "
             "there.",
             path=path,
         )
-        return ShownPhoto(name, None, width, height, 1, problem)
+        return ShownPhoto(
+            name=name, image=None, width=width, height=height, orientation=1, problem=problem
+        )
     return ShownPhoto(
-        name, to_image(rotate_upright(pixels, orientation)), width, height, orientation
+        name=name,
+        image=to_image(rotate_upright(pixels, orientation)),
+        width=width,
+        height=height,
+        orientation=orientation,
     )

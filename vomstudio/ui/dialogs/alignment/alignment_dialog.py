@@ -1,4 +1,4 @@
-"""The Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
+"""Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.ui.dialogs.alignment.residual_page import ResidualPage
 
 
 class AlignmentDialog(QDialog):
-    """A window beside the main one. folder: of the reconstruction."""
+    """Window with the alignment of the reconstruction in `folder`."""
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
@@ -43,40 +43,40 @@ class AlignmentDialog(QDialog):
             strict=True,
         ):
             self.tabs.addTab(page, title)
-        self._filled: set[int] = set()
-        self._ready = False
-        self._note = Label(tr("Reading the alignment…"))
-        self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._note.setWordWrap(True)
+        self._filled_pages: set[int] = set()
+        self._is_ready = False
+        self._status = Label(tr("Reading the alignment…"))
+        self._status.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._status.setWordWrap(True)
         self._stack = QStackedLayout()
-        self._stack.addWidget(self._note)
+        self._stack.addWidget(self._status)
         self._stack.addWidget(self.tabs)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(6, 6, 6, 6)
         layout.addLayout(self._stack)
-        self.tabs.currentChanged.connect(lambda _: self._fill())
-        # A new project has nothing to do with these photos.
+        self.tabs.currentChanged.connect(lambda _: self._fill_page())
+        # The photos do not belong to another project.
         studio.project_opened.connect(self.close)
-        self._data.read(self._arrived, self._note.setText)
+        self._data.read(self._show_pages, self._status.setText)
 
     @property
-    def ready(self) -> bool:
-        return self._ready
+    def is_ready(self) -> bool:
+        return self._is_ready
 
-    def _arrived(self) -> None:
-        self._ready = True
+    def _show_pages(self) -> None:
+        self._is_ready = True
         self._stack.setCurrentWidget(self.tabs)
-        self._fill()
+        self._fill_page()
 
-    def _fill(self) -> None:
-        """A page reads what it shows when it is first looked at."""
-        now = self.tabs.currentIndex()
-        if self._ready and now not in self._filled:
-            self._filled.add(now)
-            self._pages[now].fill()
+    def _fill_page(self) -> None:
+        # Each page reads its data when it is first shown.
+        index = self.tabs.currentIndex()
+        if self._is_ready and index not in self._filled_pages:
+            self._filled_pages.add(index)
+            self._pages[index].fill()
 
     def done(self, result: int) -> None:
-        """However it is closed."""
+        """Close the window and cancel its requests."""
         try:
             self._data.close()
         finally:

@@ -1,4 +1,4 @@
-"""The intrinsics of each camera: values, errors and correlations."""
+"""Page with the intrinsics of each camera: values, errors and correlations."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from vomstudio.ui.base.controls import ComboBox, Label, rich_label, rich_lines
 from vomstudio.ui.base.texts import as_sentence
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
 
-_CELL = 72
-STRONG = 0.9
+_CELL_PX = 72
+STRONG_CORRELATION = 0.9
 """Parameters with a larger absolute correlation are poorly separated."""
 
 
 class CalibrationPage(QWidget):
-    """Parameters of a camera with their errors, and the matrix of their correlations."""
+    """Parameters of a camera with their errors and correlation matrix."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
@@ -37,40 +37,40 @@ class CalibrationPage(QWidget):
         self.camera = ComboBox()
         self.camera.setObjectName("camera")
         self.camera.currentIndexChanged.connect(lambda _: self._show())
-        self._words = rich_label()
-        self._words.setObjectName("calibration_words")
-        self._words.setWordWrap(True)
-        self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.parameters = _table()
-        self.correlation = _table()
+        self._summary = rich_label()
+        self._summary.setObjectName("calibration_words")
+        self._summary.setWordWrap(True)
+        self._summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.parameters = _create_table()
+        self.correlation = _create_table()
         self.correlation.setObjectName("correlation")
         self.correlation.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self.correlation.horizontalHeader().setStretchLastSection(False)
-        self.correlation.verticalHeader().setDefaultSectionSize(_CELL // 2)
-        self._pairing = Label()
-        self._pairing.setWordWrap(True)
-        top = QHBoxLayout()
+        self.correlation.verticalHeader().setDefaultSectionSize(_CELL_PX // 2)
+        self._correlation_note = Label()
+        self._correlation_note.setWordWrap(True)
+        camera_row = QHBoxLayout()
         self._title = Label(tr("Camera"))
-        top.addWidget(self._title)
-        top.addWidget(self.camera)
-        top.addStretch()
-        left, right = QVBoxLayout(), QVBoxLayout()
-        left.addWidget(_heading(tr("Parameters")))
-        left.addWidget(self.parameters)
-        left.addStretch()
-        right.addWidget(_heading(tr("Correlation of the estimated parameters")))
-        right.addWidget(self.correlation)
-        right.addWidget(self._pairing)
-        right.addStretch()
+        camera_row.addWidget(self._title)
+        camera_row.addWidget(self.camera)
+        camera_row.addStretch()
+        left_column, right_column = QVBoxLayout(), QVBoxLayout()
+        left_column.addWidget(_create_heading(tr("Parameters")))
+        left_column.addWidget(self.parameters)
+        left_column.addStretch()
+        right_column.addWidget(_create_heading(tr("Correlation of the estimated parameters")))
+        right_column.addWidget(self.correlation)
+        right_column.addWidget(self._correlation_note)
+        right_column.addStretch()
         tables = QHBoxLayout()
         tables.setSpacing(24)
-        tables.addLayout(left, 1)
-        tables.addLayout(right, 1)
+        tables.addLayout(left_column, 1)
+        tables.addLayout(right_column, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(16, 14, 16, 14)
         layout.setSpacing(12)
-        layout.addLayout(top)
-        layout.addWidget(self._words)
+        layout.addLayout(camera_row)
+        layout.addWidget(self._summary)
         layout.addLayout(tables, 1)
 
     def fill(self) -> None:
@@ -97,27 +97,31 @@ class CalibrationPage(QWidget):
         if not 0 <= row < len(cameras):
             return
         camera = cameras[row]
-        self._words.setText(self._sentences(camera))
+        self._summary.setText(self._summary_text(camera))
         self._fill_parameters(camera)
         self._fill_correlation(camera)
 
-    def _sentences(self, camera: AlignedCamera) -> str:
+    def _summary_text(self, camera: AlignedCamera) -> str:
         focal, sigma = camera.values[0], camera.sigma[0]
-        held = camera.focal == "held"
-        if held:
-            first = tr("The focal length was held fixed at <b>{focal:,.1f} px</b>.", focal=focal)
+        is_fixed = camera.focal == "held"
+        if is_fixed:
+            focal_text = tr(
+                "The focal length was held fixed at <b>{focal:,.1f} px</b>.", focal=focal
+            )
         elif sigma is None:
-            first = tr("The focal length was estimated as <b>{focal:,.1f} px</b>.", focal=focal)
+            focal_text = tr(
+                "The focal length was estimated as <b>{focal:,.1f} px</b>.", focal=focal
+            )
         else:
-            first = tr(
+            focal_text = tr(
                 "The focal length was estimated as <b>{focal:,.1f} px</b> ± {sigma:,.1f} px.",
                 focal=focal,
                 sigma=sigma,
             )
-        lines = [first, escape(as_sentence(camera.reason))]
+        lines = [focal_text, escape(as_sentence(camera.reason))]
         if camera.exif_px is None:
             lines.append(tr("EXIF does not state a focal length."))
-        elif not held:
+        elif not is_fixed:
             lines.append(
                 tr(
                     "EXIF states {exif:,.1f} px; the difference is {difference:+.1f} %.",
@@ -135,19 +139,19 @@ class CalibrationPage(QWidget):
         table.setRowCount(len(camera.names))
         for row, name in enumerate(camera.names):
             value, sigma = camera.values[row], camera.sigma[row]
-            pixels = name[0] in "fc"
-            free = sigma is None or sigma > 0
-            if not free:
+            is_in_pixels = name[0] in "fc"
+            is_estimated = sigma is None or sigma > 0
+            if not is_estimated:
                 error = "–"
             elif sigma is None:
                 error = tr("undetermined")
             else:
-                error = f"{sigma:,.2f} px" if pixels else f"{sigma:.2g}"
+                error = f"{sigma:,.2f} px" if is_in_pixels else f"{sigma:.2g}"
             texts = (
-                f"{name}   {self._meaning(name)}",
-                f"{value:,.2f} px" if pixels else f"{value:.6f}",
+                f"{name}   {self._parameter_title(name)}",
+                f"{value:,.2f} px" if is_in_pixels else f"{value:.6f}",
                 error,
-                tr("estimated") if free else self._why_held(name),
+                tr("estimated") if is_estimated else self._fixed_reason(name),
             )
             for column, text in enumerate(texts):
                 item = QTableWidgetItem(text)
@@ -156,16 +160,16 @@ class CalibrationPage(QWidget):
                         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     )
                 table.setItem(row, column, item)
-        _close(table)
+        _fit_height(table)
 
-    def _why_held(self, name: str) -> str:
+    def _fixed_reason(self, name: str) -> str:
         if name[0] == "f":
             return tr("held fixed, see above")
         if name[0] == "c":
             return tr("held fixed: not separable from camera rotation")
         return tr("held fixed: too few photos")
 
-    def _meaning(self, name: str) -> str:
+    def _parameter_title(self, name: str) -> str:
         if name[0] == "f":
             return tr("focal length")
         if name[0] == "c":
@@ -176,42 +180,46 @@ class CalibrationPage(QWidget):
 
     def _fill_correlation(self, camera: AlignedCamera) -> None:
         matrix = camera.correlation
-        free = [k for k in range(len(matrix)) if matrix[k][k] is not None]
+        estimated_indices = [k for k in range(len(matrix)) if matrix[k][k] is not None]
         table = self.correlation
-        names = [camera.names[k] for k in free]
-        table.setRowCount(len(free))
-        table.setColumnCount(len(free))
+        names = [camera.names[k] for k in estimated_indices]
+        table.setRowCount(len(estimated_indices))
+        table.setColumnCount(len(estimated_indices))
         table.setHorizontalHeaderLabels(names)
         table.setVerticalHeaderLabels(names)
         table.verticalHeader().show()
-        for k in range(len(free)):
-            table.setColumnWidth(k, _CELL)
+        for k in range(len(estimated_indices)):
+            table.setColumnWidth(k, _CELL_PX)
         colors = map_table("RdBu_r")
-        for i, a in enumerate(free):
-            for j, b in enumerate(free):
+        for i, a in enumerate(estimated_indices):
+            for j, b in enumerate(estimated_indices):
                 value = matrix[a][b]
                 item = QTableWidgetItem("–" if value is None else f"{value:+.2f}")
                 item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
                 if value is not None:
                     rgb = [int(v) for v in colors[round(127.5 + 127.5 * max(-1, min(1, value)))]]
                     item.setBackground(QBrush(QColor(*rgb)))
-                    bright = sum(w * v for w, v in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 140
-                    item.setForeground(QBrush(QColor("#101010" if bright else "#ffffff")))
+                    is_bright = (
+                        sum(w * v for w, v in zip((0.3, 0.59, 0.11), rgb, strict=True)) > 140
+                    )
+                    item.setForeground(QBrush(QColor("#101010" if is_bright else "#ffffff")))
                 table.setItem(i, j, item)
-        table.setVisible(bool(free))
-        _close(table)
-        table.setFixedWidth(len(free) * _CELL + table.verticalHeader().sizeHint().width() + 4)
-        self._pairing.setText(self._strongest(camera, len(free)))
+        table.setVisible(bool(estimated_indices))
+        _fit_height(table)
+        table.setFixedWidth(
+            len(estimated_indices) * _CELL_PX + table.verticalHeader().sizeHint().width() + 4
+        )
+        self._correlation_note.setText(self._correlation_text(camera, len(estimated_indices)))
 
-    def _strongest(self, camera: AlignedCamera, free: int) -> str:
-        if free == 0:
+    def _correlation_text(self, camera: AlignedCamera, estimated_count: int) -> str:
+        if estimated_count == 0:
             return tr("No parameter of this camera was estimated.")
-        if free == 1:
+        if estimated_count == 1:
             return tr("Only one parameter was estimated, so there is no correlation.")
         if camera.strongest is None:
             return ""
         a, b, value = camera.strongest
-        if abs(value) > STRONG:
+        if abs(value) > STRONG_CORRELATION:
             return tr(
                 "{a} and {b} are strongly correlated ({value:+.2f}), so each is less certain than "
                 "its own error says. Add photos from more directions, some of them turned by 90°.",
@@ -227,19 +235,19 @@ class CalibrationPage(QWidget):
         )
 
 
-def _close(table: QTableWidget) -> None:
-    """Make a table as high as its rows."""
+def _fit_height(table: QTableWidget) -> None:
+    """Set the height of a table to that of its rows."""
     rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
     table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
 
 
-def _heading(text: str) -> Label:
+def _create_heading(text: str) -> Label:
     label = rich_label(rich_lines([text], [text]))
     label.setWordWrap(True)
     return label
 
 
-def _table() -> QTableWidget:
+def _create_table() -> QTableWidget:
     table = QTableWidget()
     table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
     table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)

@@ -23,22 +23,22 @@ from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.pane_painters import Painter
 from vomstudio.ui.widgets.picture_panes import Picture, PicturePanes
 
-_WIDTH = 260
-_BAR = 118.0
-"""Room for the colour bar."""
+_TABLE_WIDTH_PX = 260
+_BAR_WIDTH_PX = 118.0
+"""Width reserved for the colour bar."""
 
 
 class DepthPage(QWidget):
-    """A list of the photos, and one of them beside its depths, confidences or surface normals."""
+    """List of photos, and one of them beside its depths, confidences or surface normals."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
-        self._wanted = ""
+        self._photo_name = ""
         self._facts = DepthFacts(0.0, 1.0, 0.0)
         self._arrays: Arrays | None = None
         self._images: dict[str, QImage] = {}
-        self._has: dict[str, bool] = {}
+        self._has_depths: dict[str, bool] = {}
         self.table = NumberTable(
             (
                 Column(tr("Photo"), number=False),
@@ -52,8 +52,8 @@ class DepthPage(QWidget):
         )
         self.table.setObjectName("depth_table")
         self.table.chosen.connect(lambda values: self.show_photo(values[0]))
-        self.what = ComboBox()
-        self.what.setObjectName("depth_what")
+        self.layer = ComboBox()
+        self.layer.setObjectName("depth_what")
         for title, name, tip in (
             (tr("Depth"), "colors", tr("Distance along the viewing direction.")),
             (
@@ -67,51 +67,51 @@ class DepthPage(QWidget):
                 tr("Hue: azimuth of the normal; pale: nearly horizontal; dark: overhanging."),
             ),
         ):
-            self.what.addItem(title, name)
-            self.what.setItemData(self.what.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
-        self.what.currentIndexChanged.connect(lambda _: self._draw())
-        self._said = ElidedLabel()
-        self._under = ElidedLabel()
-        self.panes = PicturePanes(2, together=True, reserve=_BAR)
+            self.layer.addItem(title, name)
+            self.layer.setItemData(self.layer.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.layer.currentIndexChanged.connect(lambda _: self._draw())
+        self._summary = ElidedLabel()
+        self._readout = ElidedLabel()
+        self.panes = PicturePanes(2, together=True, reserve=_BAR_WIDTH_PX)
         self.panes.setObjectName("depth_panes")
-        self.panes.hovered.connect(self._hovered)
-        right, rows = column_of()
+        self.panes.hovered.connect(self._show_readout)
+        photo_area, rows = column_of()
         row = QHBoxLayout()
-        row.addWidget(self._said, 1)
+        row.addWidget(self._summary, 1)
         row.addWidget(Label(tr("Show")))
-        row.addWidget(self.what)
+        row.addWidget(self.layer)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
-        rows.addWidget(self._under)
-        side_by_side(self, self.table, right, [_WIDTH, 1000])
+        rows.addWidget(self._readout)
+        side_by_side(self, self.table, photo_area, [_TABLE_WIDTH_PX, 1000])
 
     @property
     def unit(self) -> str:
         return "m" if self._data.overview.scaled else tr("units")
 
     def fill(self) -> None:
-        """Show the photos of the overview, and the first one that has a depth map."""
+        """List the photos, and show the first one with a depth map."""
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in self._data.overview.photos:
-            self._has[photo.name] = photo.has_depths
+            self._has_depths[photo.name] = photo.has_depths
             rows.append(((photo.name, None), "" if photo.has_depths else tr("No depth map")))
         self.table.fill(rows)
-        if not any(self._has.values()):
+        if not any(self._has_depths.values()):
             self.panes.say(tr("There are no depth maps yet. They are made after the alignment."))
             return
-        self.table.choose(lambda values: self._has[values[0]])
-        for name, has in self._has.items():
-            if has:
-                self._data.coverage(name, partial(self._covered, name))
+        self.table.choose(lambda values: self._has_depths[values[0]])
+        for name, has_depths in self._has_depths.items():
+            if has_depths:
+                self._data.read_coverage(name, partial(self._show_coverage, name))
 
-    def _covered(self, name: str, share: float | None) -> None:
+    def _show_coverage(self, name: str, share: float | None) -> None:
         self.table.change(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
-        """Show the photo of this name and its depth map."""
-        self._wanted, self._arrays = name, None
-        self._said.setText("")
-        if not self._has[name]:
+        """Show a photo and its depth map."""
+        self._photo_name, self._arrays = name, None
+        self._summary.setText("")
+        if not self._has_depths[name]:
             self.panes.say(
                 tr(
                     "{photo} has no depth map: no other photo shows the same rock well enough.",
@@ -121,16 +121,16 @@ class DepthPage(QWidget):
             return
         if all(p is None for p in self.panes._pictures):
             self.panes.say(tr("Reading…"))
-        self._data.depths(name, partial(self._there, name), self.panes.say)
+        self._data.read_depths(name, partial(self._show_depths, name), self.panes.say)
 
-    def _there(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
-        if name != self._wanted:
+    def _show_depths(self, name: str, facts: DepthFacts, arrays: Arrays) -> None:
+        if name != self._photo_name:
             return
         self._facts, self._arrays = facts, arrays
         self._images.clear()
         self.panes.say("")
         self._draw()
-        self._said.setText(
+        self._summary.setText(
             tr(
                 "{coverage:.0f} % of the pixels of {photo} have a depth, from {low:.2f} to "
                 "{high:.2f} {unit}.",
@@ -145,67 +145,68 @@ class DepthPage(QWidget):
     def _draw(self) -> None:
         if self._arrays is None:
             return
-        what = str(self.what.currentData())
-        high, wide = self._arrays["depth"].shape
-        size = (float(wide), float(high))
+        layer = str(self.layer.currentData())
+        height, width = self._arrays["depth"].shape
+        size = (float(width), float(height))
         self.panes.show_pictures(
             [
-                Picture(self._wanted, self._image("photo"), size),
-                Picture(self.what.currentText(), self._image(what), size),
+                Picture(self._photo_name, self._image("photo"), size),
+                Picture(self.layer.currentText(), self._image(layer), size),
             ],
             keep_view=True,
         )
-        over: Painter
-        if what == "normals":
-            over = partial(_compass, letters="NESW" if self._data.overview.crs else "yx")
+        legend: Painter
+        if layer == "normals":
+            legend = partial(_paint_compass, letters="NESW" if self._data.overview.crs else "yx")
         else:
-            over = partial(_bar, scale=self._scale(what))
-        self.panes.draw_over([None, over])
+            legend = partial(_paint_color_bar, scale=self._scale(layer))
+        self.panes.draw_over([None, legend])
 
-    def _image(self, what: str) -> QImage:
-        """Made when it is first looked at."""
+    def _image(self, layer: str) -> QImage:
         assert self._arrays is not None
-        if what not in self._images:
-            self._images[what] = to_image(self._arrays[what])
-        return self._images[what]
+        if layer not in self._images:
+            self._images[layer] = to_image(self._arrays[layer])
+        return self._images[layer]
 
-    def _scale(self, what: str) -> Scale:
+    def _scale(self, layer: str) -> Scale:
         table = map_table("viridis")
-        if what == "confidence":
-            return Scale(tr("Confidence"), "", "sequential", 0.0, 1.0, table)
+        if layer == "confidence":
+            return Scale(
+                title=tr("Confidence"), unit="", kind="sequential", low=0.0, high=1.0, table=table
+            )
         facts = self._facts
         return Scale(
-            tr("Depth"),
-            self.unit,
-            "sequential",
-            facts.low,
-            facts.high,
-            table,
+            title=tr("Depth"),
+            unit=self.unit,
+            kind="sequential",
+            low=facts.low,
+            high=facts.high,
+            table=table,
             below=True,
             above=True,
             missing=facts.coverage < 1.0,
         )
 
-    def _hovered(self, place: tuple[int, float, float] | None) -> None:
-        words = ""
-        if place is not None and self._arrays is not None:
-            _, x, y = place
+    def _show_readout(self, position: tuple[int, float, float] | None) -> None:
+        text = ""
+        if position is not None and self._arrays is not None:
+            _, x, y = position
             depth = self._arrays["depth"]
             row, column = math.floor(y), math.floor(x)
             if 0 <= row < depth.shape[0] and 0 <= column < depth.shape[1]:
                 value = float(depth[row, column])
-                words = (
+                text = (
                     tr("Depth {value:.3f} {unit}", value=value, unit=self.unit)
                     if value > 0
                     else tr("No depth: no other photo agrees.")
                 )
-        self._under.setText(words or tr("Wheel: zoom. Drag: pan. Both pictures move together."))
+        self._readout.setText(text or tr("Wheel: zoom. Drag: pan. Both pictures move together."))
 
 
-def _bar(
+def _paint_color_bar(
     painter: QPainter,
     box: QRectF,
-    on_screen: Callable[[np.ndarray], np.ndarray],
+    project: Callable[[np.ndarray], np.ndarray],
     zoom: float,
     *,
     scale: Scale,
@@ -215,36 +216,36 @@ def _bar(
     )
 
 
-def _compass(
+def _paint_compass(
     painter: QPainter,
     box: QRectF,
-    on_screen: Callable[[np.ndarray], np.ndarray],
+    project: Callable[[np.ndarray], np.ndarray],
     zoom: float,
     *,
     letters: str,
 ) -> None:
-    """The legend of the hues: the azimuth of the surface normal."""
+    """Paint the legend of the hues, which show the azimuth of the surface normal."""
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
-    radius, pad = 30.0, metrics.height() + 4.0
-    side = 2 * (radius + pad)
-    ground = QRectF(box.right() - side - 8, box.top() + 40, side, side)
+    radius, padding = 30.0, metrics.height() + 4.0
+    side = 2 * (radius + padding)
+    background = QRectF(box.right() - side - 8, box.top() + 40, side, side)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)
-    painter.drawRoundedRect(ground, 5, 5)
-    centre = ground.center()
+    painter.drawRoundedRect(background, 5, 5)
+    centre = background.center()
     # Qt's angles run counter-clockwise from the east, azimuths clockwise from the north.
-    wheel = QConicalGradient(centre, 90.0)
+    gradient = QConicalGradient(centre, 90.0)
     for step in range(37):
-        wheel.setColorAt(step / 36, QColor.fromHsvF(((360 - 10 * step) % 360) / 360.0, 1.0, 1.0))
-    painter.setBrush(wheel)
+        gradient.setColorAt(step / 36, QColor.fromHsvF(((360 - 10 * step) % 360) / 360.0, 1.0, 1.0))
+    painter.setBrush(gradient)
     painter.setPen(QPen(DARK, 1.0))
     painter.drawEllipse(centre, radius, radius)
     painter.setFont(font)
     painter.setPen(TEXT)
     names = (letters + "    ")[:4]
     for name, (dx, dy) in zip(names, ((0, -1), (1, 0), (0, 1), (-1, 0)), strict=True):
-        reach = radius + pad / 2
-        at = centre + QPointF(dx * reach, dy * reach)
-        wide = metrics.horizontalAdvance(name)
-        painter.drawText(at + QPointF(-wide / 2, metrics.capHeight() / 2), name)
+        offset = radius + padding / 2
+        position = centre + QPointF(dx * offset, dy * offset)
+        width = metrics.horizontalAdvance(name)
+        painter.drawText(position + QPointF(-width / 2, metrics.capHeight() / 2), name)

@@ -1,4 +1,4 @@
-"""The page with the matches of two photos."""
+"""Page with the matches of two photos."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.pane_painters import both, dots
 from vomstudio.ui.widgets.picture_panes import Links, PicturePanes
 
-_LINES = (60, 250, 1000)
-_FEATURE = QColor(86, 180, 233, 150)
-_MATCH = QColor(240, 228, 66, 200)
+_LINE_COUNTS = (60, 250, 1000)
+_FEATURE_COLOR = QColor(86, 180, 233, 150)
+_MATCH_COLOR = QColor(240, 228, 66, 200)
 
 
 class MatchPage(QWidget):
-    """A matrix and a list of all pairs of photos, and one pair side by side with its matches."""
+    """Matrix and list of all pairs of photos, and the matches of one pair."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
         self._names: list[str] = []
-        self._wanted: tuple[str, str] | None = None
+        self._pair: tuple[str, str] | None = None
         self._photos: dict[str, ShownPhoto] = {}
         self._arrays: Arrays | None = None
         self.matrix = PairMatrix()
-        self.matrix.chosen.connect(self._cell_chosen)
+        self.matrix.pair_selected.connect(self._select_pair)
         self.table = NumberTable(
             (
                 Column(tr("Photo 1"), number=False),
@@ -65,13 +65,13 @@ class MatchPage(QWidget):
         )
         self.lines = ComboBox()
         self.lines.setObjectName("lines")
-        for count in _LINES:
+        for count in _LINE_COUNTS:
             self.lines.addItem(tr("{count:,} lines", count=count), count)
         self.lines.addItem(tr("All lines"), 10**9)
         self.lines.addItem(tr("No lines"), 0)
         self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
         self._legend = Label()
-        self._said = ElidedLabel()
+        self._summary = ElidedLabel()
         for box in (self.features, self.outliers):
             box.toggled.connect(lambda _: self._draw())
         self.lines.currentIndexChanged.connect(lambda _: self._draw())
@@ -82,49 +82,49 @@ class MatchPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side, column = column_of()
+        list_area, column = column_of()
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
         column.addWidget(self.matrix)
         column.addWidget(self.table, 1)
-        right, rows = column_of()
+        pair_area, rows = column_of()
         row = QHBoxLayout()
-        row.addWidget(self._said, 1)
+        row.addWidget(self._summary, 1)
         for widget in (self.lines, self.features, self.outliers):
             row.addWidget(widget)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
         rows.addWidget(self._hint)
-        side_by_side(self, side, right, [440, 820])
+        side_by_side(self, list_area, pair_area, [440, 820])
 
-    # --- choosing ----------------------------------------------------------------------------
+    # --- selection ---------------------------------------------------------------------------
     def fill(self) -> None:
-        """Show the pairs of the overview, and the one with the most inliers."""
-        facts = self._data.overview
-        self._names = [photo.name for photo in facts.photos]
-        weak = facts.weak_below
-        flagged = sum(0 < pair[3] < weak for pair in facts.pairs)
-        words = tr("Inliers of each pair of photos; the brighter, the more.")
-        if flagged:
-            words += " " + tr(
+        """List all pairs, and show the one with the most inliers."""
+        overview = self._data.overview
+        self._names = [photo.name for photo in overview.photos]
+        min_inliers = overview.weak_below
+        weak_count = sum(0 < pair[3] < min_inliers for pair in overview.pairs)
+        legend = tr("Inliers of each pair of photos; the brighter, the more.")
+        if weak_count:
+            legend += " " + tr(
                 "Orange: weak pairs with fewer than {weak} inliers ({flagged} of {count}).",
-                weak=weak,
-                flagged=flagged,
-                count=len(facts.pairs),
+                weak=min_inliers,
+                flagged=weak_count,
+                count=len(overview.pairs),
             )
-        self._legend.setText(words)
-        self.matrix.fill(self._names, facts.pairs, weak)
+        self._legend.setText(legend)
+        self.matrix.fill(self._names, overview.pairs, min_inliers)
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for i, j, tried, kept in facts.pairs:
-            share = kept / tried if tried else None
+        for i, j, matches, inliers in overview.pairs:
+            inlier_ratio = inliers / matches if matches else None
             note = ""
-            if 0 < kept < weak:
+            if 0 < inliers < min_inliers:
                 note = tr(
                     "Weak pair: {inliers} inliers, at least {least} are needed.",
-                    inliers=kept,
-                    least=weak,
+                    inliers=inliers,
+                    least=min_inliers,
                 )
-            rows.append(((self._names[i], self._names[j], kept, tried, share), note))
+            rows.append(((self._names[i], self._names[j], inliers, matches, inlier_ratio), note))
         self.table.fill(rows)
         if rows:
             first = self.table.numbers.rows[0][0]
@@ -132,85 +132,92 @@ class MatchPage(QWidget):
         else:
             self.panes.say(tr("No photos were matched."))
 
-    def _cell_chosen(self, i: int, j: int) -> None:
+    def _select_pair(self, i: int, j: int) -> None:
         a, b = self._names[i], self._names[j]
         self.table.choose(lambda values: values[:2] == (a, b))
 
     def show_pair(self, a: str, b: str) -> None:
         """Show two photos by their names."""
-        self._wanted = (a, b)
+        self._pair = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))
         self.panes.say(tr("Reading…"))
-        self._said.setText("")
+        self._summary.setText("")
         for name in (a, b):
-            self._data.photo(name, partial(self._photo_there, (a, b)))
-        self._data.pair(a, b, partial(self._arrays_there, (a, b)), self._failed)
+            self._data.load_photo(name, partial(self._receive_photo, (a, b)))
+        self._data.read_pair(a, b, partial(self._receive_arrays, (a, b)), self._show_error)
 
-    def _failed(self, why: str) -> None:
-        self.panes.say(why)
+    def _show_error(self, reason: str) -> None:
+        self.panes.say(reason)
 
-    def _photo_there(self, wanted: tuple[str, str], photo: ShownPhoto) -> None:
-        if wanted == self._wanted:
+    def _receive_photo(self, pair: tuple[str, str], photo: ShownPhoto) -> None:
+        if pair == self._pair:
             self._photos[photo.name] = photo
-            self._draw(fresh=True)
+            self._draw(is_new=True)
 
-    def _arrays_there(self, wanted: tuple[str, str], arrays: Arrays) -> None:
-        if wanted == self._wanted:
+    def _receive_arrays(self, pair: tuple[str, str], arrays: Arrays) -> None:
+        if pair == self._pair:
             self._arrays = arrays
-            self._draw(fresh=True)
+            self._draw(is_new=True)
 
     # --- drawing -----------------------------------------------------------------------------
-    def _draw(self, *, fresh: bool = False) -> None:
-        if self._wanted is None or self._arrays is None or len(self._photos) < 2:
+    def _draw(self, *, is_new: bool = False) -> None:
+        if self._pair is None or self._arrays is None or len(self._photos) < 2:
             return
-        left, right = (self._photos[name] for name in self._wanted)
+        left_photo, right_photo = (self._photos[name] for name in self._pair)
         arrays = self._arrays
-        matches, refused = arrays["matches"], arrays["refused"]
-        ends = (
-            left.upright_points(arrays["left"][matches[:, 0]]),
-            right.upright_points(arrays["right"][matches[:, 1]]),
+        matches, outliers = arrays["matches"], arrays["refused"]
+        line_ends = (
+            left_photo.upright_points(arrays["left"][matches[:, 0]]),
+            right_photo.upright_points(arrays["right"][matches[:, 1]]),
         )
-        shown = int(self.lines.currentData())
-        step = max(1, -(-len(matches) // shown)) if shown else 0
-        drawn = np.arange(0, len(matches), step) if step else np.zeros(0, np.int64)
-        faint = None
+        line_count = int(self.lines.currentData())
+        step = max(1, -(-len(matches) // line_count)) if line_count else 0
+        line_indices = np.arange(0, len(matches), step) if step else np.zeros(0, np.int64)
+        outlier_ends = None
         if self.outliers.isChecked():
-            faint = (
-                left.upright_points(arrays["left"][refused[:, 0]]),
-                right.upright_points(arrays["right"][refused[:, 1]]),
+            outlier_ends = (
+                left_photo.upright_points(arrays["left"][outliers[:, 0]]),
+                right_photo.upright_points(arrays["right"][outliers[:, 1]]),
             )
         painters = []
-        for photo, points, own in ((left, "left", ends[0]), (right, "right", ends[1])):
-            marks = dots(own, _MATCH, 2.6)
+        for photo, points, inlier_points in (
+            (left_photo, "left", line_ends[0]),
+            (right_photo, "right", line_ends[1]),
+        ):
+            marks = dots(inlier_points, _MATCH_COLOR, 2.6)
             if self.features.isChecked():
-                marks = both(dots(photo.upright_points(arrays[points]), _FEATURE, 2.4), marks)
+                marks = both(dots(photo.upright_points(arrays[points]), _FEATURE_COLOR, 2.4), marks)
             painters.append(marks)
         self.panes.draw_over(painters)
-        self.panes.show_links(Links(*ends, _by_place(ends[0], left), drawn, faint))
-        if fresh:
+        self.panes.show_links(
+            Links(
+                *line_ends, _position_colors(line_ends[0], left_photo), line_indices, outlier_ends
+            )
+        )
+        if is_new:
             self.panes.say("")
-            self.panes.show_pictures([left.picture, right.picture])
-        count, tried = len(matches), len(matches) + len(refused)
-        self._said.setText(
+            self.panes.show_pictures([left_photo.picture, right_photo.picture])
+        inlier_count, match_count = len(matches), len(matches) + len(outliers)
+        self._summary.setText(
             tr(
                 "{inliers:,} inliers of {matches:,} matches ({ratio:.1f} %); {left:,} and "
                 "{right:,} features",
-                inliers=count,
-                matches=tried,
-                ratio=100 * count / tried if tried else 0.0,
+                inliers=inlier_count,
+                matches=match_count,
+                ratio=100 * inlier_count / match_count if match_count else 0.0,
                 left=len(arrays["left"]),
                 right=len(arrays["right"]),
             )
         )
 
 
-def _by_place(places: Any, photo: ShownPhoto) -> Any:
-    """Colours (n, 3) by where places (n, 2) lie in a photo, so that lines can be followed."""
+def _position_colors(positions: Any, photo: ShownPhoto) -> Any:
+    """Return colours (n, 3) by position, so that match lines can be followed."""
     from vomstudio.rendering.view.scalars import map_table
 
-    wide, high = photo.picture.size
+    width, height = photo.picture.size
     table = map_table("turbo")
-    at = np.clip(0.7 * places[:, 0] / wide + 0.3 * places[:, 1] / high, 0, 1)
-    # Its ends are dark; few colours are drawn faster.
-    return table[np.round(20 + 14 * np.round(15 * at)).astype(np.intp)]
+    share = np.clip(0.7 * positions[:, 0] / width + 0.3 * positions[:, 1] / height, 0, 1)
+    # The ends of the colour map are dark. Few distinct colours are drawn faster.
+    return table[np.round(20 + 14 * np.round(15 * share)).astype(np.intp)]

@@ -1,4 +1,4 @@
-"""The number of inliers of each pair of photos as a matrix of colours."""
+"""Matrix with the number of inliers of each pair of photos."""
 
 from __future__ import annotations
 
@@ -22,64 +22,72 @@ from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.base.controls import as_words
 
-_LARGEST, _SMALLEST = 34.0, 2.0
-_TALLEST = 360.0
-_WEAK = QColor("#d55e00")
+_MAX_CELL_PX, _MIN_CELL_PX = 34.0, 2.0
+_MAX_HEIGHT_PX = 360.0
+_WEAK_COLOR = QColor("#d55e00")
 
 
 class PairMatrix(QWidget):
-    """Rows and columns are numbered photos. Weak pairs have a frame, pairs that were not matched
-    are empty. chosen : rows (i, j) of two photos, i < j."""
+    """Matrix of photos with a colour for the inliers of each pair.
 
-    chosen = Signal(int, int)
+    Weak pairs are framed, and pairs without matches are empty. `pair_selected` emits rows (i, j)
+    of two photos with i < j.
+    """
+
+    pair_selected = Signal(int, int)
 
     def __init__(self) -> None:
         super().__init__()
         self._names: list[str] = []
         self._pairs: dict[tuple[int, int], tuple[int, int]] = {}
-        self._weak_below, self._most = 0, 1
-        self._now: tuple[int, int] | None = None
+        self._weak_below, self._max_inliers = 0, 1
+        self._current_pair: tuple[int, int] | None = None
         self._table = map_table("viridis")
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:  # noqa: N802
-        top = QFontMetricsF(system_font()).height() + 6.0
-        return QSize(320, round(min(_TALLEST, len(self._names) * _LARGEST + top)))
+        label_height = QFontMetricsF(system_font()).height() + 6.0
+        return QSize(
+            320, round(min(_MAX_HEIGHT_PX, len(self._names) * _MAX_CELL_PX + label_height))
+        )
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(180, self.sizeHint().height())
 
     def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], weak_below: int) -> None:
-        """pairs: (i, j, matches, inliers) with i < j; weak_below: fewer inliers are weak"""
+        """Show pairs (i, j, matches, inliers) with i < j.
+
+        Pairs with fewer inliers than `weak_below` are weak.
+        """
         self._names = list(names)
-        self._pairs = {(i, j): (tried, kept) for i, j, tried, kept in pairs}
-        self._most = max((kept for _, kept in self._pairs.values()), default=1)
+        self._pairs = {(i, j): (matches, inliers) for i, j, matches, inliers in pairs}
+        self._max_inliers = max((inliers for _, inliers in self._pairs.values()), default=1)
         self._weak_below = weak_below
         self.updateGeometry()
         self.update()
 
     def show_pair(self, i: int, j: int) -> None:
-        self._now = (min(i, j), max(i, j))
+        self._current_pair = (min(i, j), max(i, j))
         self.update()
 
-    def _layout(self) -> tuple[float, float, float]:
-        """Left and top of the first cell, and the side of a cell."""
+    def _cell_layout(self) -> tuple[float, float, float]:
+        """Return left and top of the first cell, and the size of a cell, in pixels."""
         count = max(len(self._names), 1)
         metrics = QFontMetricsF(system_font())
-        label = metrics.horizontalAdvance(str(count)) + 8.0
-        side = min((self.width() - label) / count, (self.height() - metrics.height()) / count)
-        side = min(max(side, _SMALLEST), _LARGEST)
-        return label, metrics.height() + 2.0, side
+        label_width = metrics.horizontalAdvance(str(count)) + 8.0
+        side = min((self.width() - label_width) / count, (self.height() - metrics.height()) / count)
+        side = min(max(side, _MIN_CELL_PX), _MAX_CELL_PX)
+        return label_width, metrics.height() + 2.0, side
 
     def _cell(self, i: int, j: int) -> QRectF:
-        left, top, side = self._layout()
+        x0, y0, side = self._cell_layout()
         gap = 1.0 if side > 6 else 0.0
-        return QRectF(left + j * side, top + i * side, side - gap, side - gap)
+        return QRectF(x0 + j * side, y0 + i * side, side - gap, side - gap)
 
-    def _color(self, kept: int) -> QColor:
-        place = math.log1p(kept) / math.log1p(max(self._most, 1))
-        red, green, blue = (int(v) for v in self._table[round(255 * place)])
+    def _color(self, inliers: int) -> QColor:
+        share = math.log1p(inliers) / math.log1p(max(self._max_inliers, 1))
+        red, green, blue = (int(v) for v in self._table[round(255 * share)])
         return QColor(red, green, blue)
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
@@ -87,60 +95,64 @@ class PairMatrix(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(system_font())
         metrics = QFontMetricsF(system_font())
-        left, top, side = self._layout()
-        text = self.palette().text().color()
+        x0, y0, side = self._cell_layout()
+        text_color = self.palette().text().color()
         count = len(self._names)
-        every = next((s for s in (1, 5, 10, 20, 50, 100) if s * side >= metrics.height() + 2), 100)
-        painter.setPen(text)
+        label_step = next(
+            (s for s in (1, 5, 10, 20, 50, 100) if s * side >= metrics.height() + 2), 100
+        )
+        painter.setPen(text_color)
         for row in range(count):
-            if row % every == 0 or (every > 1 and row == count - 1 and row % every > every // 2):
-                words = str(row + 1)
-                wide = metrics.horizontalAdvance(words)
-                y = top + (row + 0.5) * side + metrics.capHeight() / 2
-                painter.drawText(QPointF(left - wide - 5, y), words)
-                painter.drawText(QPointF(left + (row + 0.5) * side - wide / 2, top - 5), words)
-        for (i, j), (_, kept) in self._pairs.items():
+            if row % label_step == 0 or (
+                label_step > 1 and row == count - 1 and row % label_step > label_step // 2
+            ):
+                label = str(row + 1)
+                width = metrics.horizontalAdvance(label)
+                y = y0 + (row + 0.5) * side + metrics.capHeight() / 2
+                painter.drawText(QPointF(x0 - width - 5, y), label)
+                painter.drawText(QPointF(x0 + (row + 0.5) * side - width / 2, y0 - 5), label)
+        for (i, j), (_, inliers) in self._pairs.items():
             for cell in (self._cell(i, j), self._cell(j, i)):
-                if kept:
-                    painter.fillRect(cell, self._color(kept))
+                if inliers:
+                    painter.fillRect(cell, self._color(inliers))
                 else:
                     painter.fillRect(cell, self.palette().mid())
-                if 0 < kept < self._weak_below and side > 8:
-                    painter.setPen(QPen(_WEAK, 1.6))
+                if 0 < inliers < self._weak_below and side > 8:
+                    painter.setPen(QPen(_WEAK_COLOR, 1.6))
                     painter.setBrush(Qt.BrushStyle.NoBrush)
                     painter.drawRect(cell.adjusted(1, 1, -1, -1))
-        if self._now is not None:
-            i, j = self._now
+        if self._current_pair is not None:
+            i, j = self._current_pair
             painter.setBrush(Qt.BrushStyle.NoBrush)
             for cell in (self._cell(i, j), self._cell(j, i)):
-                for tint, wide in ((QColor(0, 0, 0), 3.4), (QColor(255, 255, 255), 1.6)):
-                    painter.setPen(QPen(tint, wide))
+                for tint, width in ((QColor(0, 0, 0), 3.4), (QColor(255, 255, 255), 1.6)):
+                    painter.setPen(QPen(tint, width))
                     painter.drawRect(cell.adjusted(-1, -1, 1, 1))
 
-    def _pair_at(self, at: QPointF) -> tuple[int, int] | None:
-        left, top, side = self._layout()
-        j, i = math.floor((at.x() - left) / side), math.floor((at.y() - top) / side)
+    def _pair_at(self, position: QPointF) -> tuple[int, int] | None:
+        x0, y0, side = self._cell_layout()
+        j, i = math.floor((position.x() - x0) / side), math.floor((position.y() - y0) / side)
         pair = (min(i, j), max(i, j))
         return pair if pair in self._pairs else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if (pair := self._pair_at(event.position())) is not None:
-            self.chosen.emit(*pair)
+            self.pair_selected.emit(*pair)
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):
             pair = self._pair_at(QPointF(event.pos()))
-            words = ""
+            text = ""
             if pair is not None:
-                tried, kept = self._pairs[pair]
+                matches, inliers = self._pairs[pair]
                 a, b = (self._names[k] for k in pair)
-                words = tr(
+                text = tr(
                     "{a} and {b}\n{matches:,} matches, {inliers:,} inliers",
                     a=a,
                     b=b,
-                    matches=tried,
-                    inliers=kept,
+                    matches=matches,
+                    inliers=inliers,
                 )
-            QToolTip.showText(event.globalPos(), as_words(words), self)
+            QToolTip.showText(event.globalPos(), as_words(text), self)
             return True
         return super().event(event)

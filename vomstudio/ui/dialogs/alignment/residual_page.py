@@ -1,4 +1,4 @@
-"""The page with the residuals of each photo after the bundle adjustment."""
+"""Page with the residuals of each photo after the bundle adjustment."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from vomstudio.ui.widgets.pane_painters import vectors
 from vomstudio.ui.widgets.picture_panes import PicturePanes
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
-_MOST = 2000
-"""More lines than this hide the photo and each other."""
+_MAX_VECTORS = 2000
+"""More vectors hide the photo and each other."""
 _COLOR = QColor(240, 228, 66)
 
 
 class ResidualPage(QWidget):
-    """A list of the photos with their errors, and one photo with its residuals as vectors."""
+    """List of photos with their errors, and one photo with its residuals as vectors."""
 
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
-        self._wanted = ""
+        self._photo_name = ""
         self._photo: ShownPhoto | None = None
         self._arrays: Arrays | None = None
-        self._said = ElidedLabel()
+        self._message = ElidedLabel()
         self._summary = Label()
         self._summary.setWordWrap(True)
         self.table = NumberTable(
@@ -69,23 +69,23 @@ class ResidualPage(QWidget):
         self._arrange()
 
     def _arrange(self) -> None:
-        side, column = column_of()
+        list_area, column = column_of()
         column.addWidget(self._summary)
         column.addWidget(self.table, 1)
-        right, rows = column_of()
+        photo_area, rows = column_of()
         row = QHBoxLayout()
-        row.addWidget(self._said, 1)
+        row.addWidget(self._message, 1)
         row.addWidget(Label(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
-        side_by_side(self, side, right, [520, 740])
+        side_by_side(self, list_area, photo_area, [520, 740])
 
     def fill(self) -> None:
-        """Show the photos of the overview, and the one with the largest median error."""
-        facts = self._data.overview
+        """List the photos, and show the one with the largest median error."""
+        overview = self._data.overview
         rows: list[tuple[tuple[Any, ...], str]] = []
-        for photo in facts.photos:
+        for photo in overview.photos:
             note = ""
             if photo.part is None:
                 note = tr("Not aligned: {reason}", reason=photo.reason or "–")
@@ -99,71 +99,71 @@ class ResidualPage(QWidget):
                 photo.gps_m,
             )
             rows.append((values, note))
-        self._summary.setText(self._words(facts))
+        self._summary.setText(self._summary_text(overview))
         self.table.fill(rows)
         if rows:
             self.table.choose(lambda values: values[2] is not None)
 
-    def _words(self, facts: AlignmentOverview) -> str:
-        error = facts.reprojection_error_px
+    def _summary_text(self, overview: AlignmentOverview) -> str:
+        error = overview.reprojection_error_px
         if error is None:
-            words = tr("{tie_points:,} tie points.", tie_points=facts.tie_points)
+            text = tr("{tie_points:,} tie points.", tie_points=overview.tie_points)
         else:
-            words = tr(
+            text = tr(
                 "{tie_points:,} tie points, mean reprojection error {error:.2f} px.",
-                tie_points=facts.tie_points,
+                tie_points=overview.tie_points,
                 error=error,
             )
-        registered = facts.registration
-        if "refused" in registered:
-            words += " " + tr(
-                "There are no GPS residuals: {reason}", reason=as_sentence(registered["refused"])
+        registration = overview.registration
+        if "refused" in registration:
+            text += " " + tr(
+                "There are no GPS residuals: {reason}", reason=as_sentence(registration["refused"])
             )
-        elif registered.get("rms_m") is not None:
-            words += " " + tr(
-                "RMS residual of the GPS positions: {rms:.2f} m.", rms=registered["rms_m"]
+        elif registration.get("rms_m") is not None:
+            text += " " + tr(
+                "RMS residual of the GPS positions: {rms:.2f} m.", rms=registration["rms_m"]
             )
-        elif registered.get("rms_control_m") is not None:
-            words += " " + tr(
+        elif registration.get("rms_control_m") is not None:
+            text += " " + tr(
                 "RMS residual of the control points: {rms:.3f} m.",
-                rms=registered["rms_control_m"],
+                rms=registration["rms_control_m"],
             )
-        return words
+        return text
 
     def show_photo(self, name: str) -> None:
-        """Show the photo of this name and its residuals."""
-        self._wanted, self._photo, self._arrays = name, None, None
-        self._said.setText("")
+        """Show a photo and its residuals."""
+        self._photo_name, self._photo, self._arrays = name, None, None
+        self._message.setText("")
         self.panes.say(tr("Reading…"))
-        self._data.photo(name, partial(self._photo_there, name))
-        self._data.residuals(name, partial(self._arrays_there, name), self.panes.say)
+        self._data.load_photo(name, partial(self._receive_photo, name))
+        self._data.read_residuals(name, partial(self._receive_arrays, name), self.panes.say)
 
-    def _photo_there(self, name: str, photo: ShownPhoto) -> None:
-        if name == self._wanted:
+    def _receive_photo(self, name: str, photo: ShownPhoto) -> None:
+        if name == self._photo_name:
             self._photo = photo
-            self._draw(fresh=True)
+            self._draw(is_new=True)
 
-    def _arrays_there(self, name: str, arrays: Arrays) -> None:
-        if name == self._wanted:
+    def _receive_arrays(self, name: str, arrays: Arrays) -> None:
+        if name == self._photo_name:
             self._arrays = arrays
-            self._draw(fresh=True)
+            self._draw(is_new=True)
 
-    def _draw(self, *, fresh: bool = False) -> None:
+    def _draw(self, *, is_new: bool = False) -> None:
         photo, arrays = self._photo, self._arrays
         if photo is None or arrays is None:
             return
-        if fresh:
+        if is_new:
             self.panes.say("")
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
-            self._said.setText(tr("This photo has no tie points and is not part of the model."))
+            self._message.setText(tr("This photo has no tie points and is not part of the model."))
             self.panes.draw_over([])
             return
         lengths = np.linalg.norm(arrays["vectors"], axis=1)
         factor = int(self.factor.currentData())
         if not factor:
             factor = exaggeration(lengths, max(photo.width, photo.height))
-        self._said.setText(
+        self._message.setText(
             tr(
                 "Residuals exaggerated {factor:,} times; median {median:.2f} px, largest "
                 "{largest:.1f} px.",
@@ -172,10 +172,10 @@ class ResidualPage(QWidget):
                 largest=float(lengths.max()),
             )
         )
-        step = -(-len(lengths) // _MOST)
+        step = -(-len(lengths) // _MAX_VECTORS)
         if step > 1:
-            said = tr("One in {step} is drawn.", step=step)
-            self._said.setText(f"{self._said.text()} {said}")
-        places = photo.upright_points(arrays["pixels"][::step])
+            note = tr("One in {step} is drawn.", step=step)
+            self._message.setText(f"{self._message.text()} {note}")
+        positions = photo.upright_points(arrays["pixels"][::step])
         offsets = photo.upright_vectors(arrays["vectors"][::step])
-        self.panes.draw_over([vectors(places, offsets, factor, _COLOR)])
+        self.panes.draw_over([vectors(positions, offsets, factor, _COLOR)])

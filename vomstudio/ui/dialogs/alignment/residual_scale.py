@@ -1,4 +1,4 @@
-"""Exaggeration with which residuals are drawn."""
+"""Exaggeration of residual vectors."""
 
 from __future__ import annotations
 
@@ -9,12 +9,26 @@ import numpy.typing as npt
 
 
 def exaggeration(lengths: npt.ArrayLike, long_side: float) -> int:
-    """By what round factor vectors of these lengths (pixels) are drawn, so that the usual one takes
-    up to a fiftieth of the photo's long side; 1 where there is nothing to be enlarged."""
-    known = np.asarray(lengths, np.float64)
-    usual = float(np.median(known)) if len(known) else 0.0
-    if not usual > 0:
+    """Return a round factor by which residual vectors are enlarged.
+
+    A vector of median length becomes at most a fiftieth of the long side of the photo.
+
+    Parameters
+    ----------
+    lengths : array_like
+        Lengths of the residuals in pixels.
+    long_side : float
+        Long side of the photo in pixels.
+
+    Returns
+    -------
+    int
+        1 without residuals.
+    """
+    lengths_px = np.asarray(lengths, np.float64)
+    median_px = float(np.median(lengths_px)) if len(lengths_px) else 0.0
+    if not median_px > 0:
         return 1
-    wanted = max(1.0, long_side / 50 / usual)
-    power = 10 ** math.floor(math.log10(wanted))
-    return max(int(step * power) for step in (1, 2, 5) if step * power <= wanted)
+    target = max(1.0, long_side / 50 / median_px)
+    magnitude = 10 ** math.floor(math.log10(target))
+    return max(int(step * magnitude) for step in (1, 2, 5) if step * magnitude <= target)

@@ -1,1 +1,1 @@
-"""Window of the documentation."""
+"""Documentation window."""

@@ -1,4 +1,4 @@
-"""The pages of the documentation: where they lie, in which order they are read, their titles."""
+"""Files, order, titles and anchors of the documentation pages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.core.files.regular import read_small_text
 if TYPE_CHECKING:
     from vomstudio.project.figures import Figure
 
-FIRST = "index.md"
+FIRST_PAGE = "index.md"
 _NUMBERS = "numbers.md"
 _LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
 _HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
@@ -22,55 +22,71 @@ _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Page:
-    """path : of the Markdown file; title : its first heading"""
+    """Markdown file with its first heading as title."""
 
     path: Path
     title: str
 
 
-def pages_in(folder: Path) -> list[Page]:
-    """All pages of a folder: the first one, those to which it links in the order of its links, then
-    the others by their names. Raises OSError."""
-    return [page for pages in sections_in(folder).values() for page in pages]
+def list_pages(folder: Path) -> list[Page]:
+    """List all pages of a folder in the order in which the first page links to them.
+
+    Raises
+    ------
+    OSError
+        If a page cannot be read.
+    """
+    return [page for pages in list_sections(folder).values() for page in pages]
 
 
-def sections_in(folder: Path) -> dict[str, list[Page]]:
-    """The same under the headings of the first page below which they are linked; the first page
-    itself under "", those to which it does not link under "More". Raises OSError."""
-    first = folder / FIRST
-    found = {"": [Page(first, _title(first))]}
-    known = {FIRST}
+def list_sections(folder: Path) -> dict[str, list[Page]]:
+    """List the pages of a folder by heading of the first page.
 
-    def take(heading: str, names: Iterable[str]) -> None:
+    Returns
+    -------
+    dict
+        Pages by the heading under which the first page links to them. The first page itself is
+        under "", pages without a link are under "More".
+
+    Raises
+    ------
+    OSError
+        If a page cannot be read.
+    """
+    first = folder / FIRST_PAGE
+    sections = {"": [Page(first, _title(first))]}
+    known_names = {FIRST_PAGE}
+
+    def add_pages(heading: str, names: Iterable[str]) -> None:
         for name in names:
-            if name not in known and (folder / name).is_file():
-                known.add(name)
-                found.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
+            if name not in known_names and (folder / name).is_file():
+                known_names.add(name)
+                sections.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
 
-    before, *parts = _HEADING.split(read_small_text(first))
-    take("", _LINK.findall(before))
+    introduction, *parts = _HEADING.split(read_small_text(first))
+    add_pages("", _LINK.findall(introduction))
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
-        take(heading.strip(), _LINK.findall(text))
-    take("More", sorted(path.name for path in folder.glob("*.md")))
-    return found
+        add_pages(heading.strip(), _LINK.findall(text))
+    add_pages("More", sorted(path.name for path in folder.glob("*.md")))
+    return sections
 
 
 def _title(path: Path) -> str:
-    found = _TITLE.search(read_small_text(path))
-    return found.group(1).strip() if found else path.stem.replace("_", " ")
+    match = _TITLE.search(read_small_text(path))
+    return match.group(1).strip() if match else path.stem.replace("_", " ")
 
 
 def heading_of(figure: Figure) -> str:
-    """The heading under which a figure is explained on the page of numbers."""
+    """Return the heading under which the page of numbers explains a figure."""
     return f"{figure.title} ({figure.name})"
 
 
 def address_of(figure: Figure) -> str:
-    """Where a figure is explained: "PAGE.md#HEADING"."""
+    """Return the address, as PAGE.md#HEADING, at which a figure is explained."""
     return f"{_NUMBERS}#{anchor(heading_of(figure))}"
 
 
 def anchor(heading: str) -> str:
-    """What a link to a heading ends with after #, as the site and code hosts make it."""
-    plain = re.sub(r"[^\w\s-]", "", heading.lower())
-    return re.sub(r"[\s-]+", "-", plain).strip("-")
+    """Return the anchor of a heading, in the form that the site and code hosts generate."""
+    text = re.sub(r"[^\w\s-]", "", heading.lower())
+    return re.sub(r"[\s-]+", "-", text).strip("-")

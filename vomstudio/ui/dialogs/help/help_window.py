@@ -1,4 +1,4 @@
-"""The documentation in a window of its own, from the files that came with the program."""
+"""Documentation window, with the pages that are installed with the program."""
 
 from __future__ import annotations
 
@@ -29,20 +29,25 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import allow, side_by_side
-from vomstudio.ui.dialogs.help.help_pages import Page, anchor, pages_in
+from vomstudio.ui.dialogs.help.help_pages import Page, anchor, list_pages
 
-_SIZE = QSize(1060, 780)
-_MARGIN = 18
+_WINDOW_SIZE = QSize(1060, 780)
+_MARGIN_PX = 18
 
 
 class PageView(QTextBrowser):
-    """Pages of Markdown with their pictures, which are never wider than the page.
+    """View of one Markdown page, with pictures scaled to its width.
 
-    shown : another page is; moved : whether there is a page before and one after this one
+    Attributes
+    ----------
+    page_changed : Signal
+        Emits the path of the new page.
+    history_changed : Signal
+        Emits whether there is a previous and a next page in the history.
     """
 
-    shown = Signal(Path)
-    moved = Signal(bool, bool)
+    page_changed = Signal(Path)
+    history_changed = Signal(bool, bool)
 
     def __init__(self) -> None:
         super().__init__()
@@ -53,9 +58,15 @@ class PageView(QTextBrowser):
         self._past: list[Path] = []
         self._future: list[Path] = []
 
-    # --- from page to page -------------------------------------------------------------------
+    # --- navigation --------------------------------------------------------------------------
     def go_to(self, page: Path) -> None:
-        """Read another page. Raises OSError."""
+        """Show another page.
+
+        Raises
+        ------
+        OSError
+            If the page cannot be read.
+        """
         if page == self.page:
             return
         if self.page is not None:
@@ -68,13 +79,13 @@ class PageView(QTextBrowser):
             self._future.append(self.page)
             self._open(self._past.pop())
 
-    def go_on(self) -> None:
+    def go_forward(self) -> None:
         if self._future and self.page is not None:
             self._past.append(self.page)
             self._open(self._future.pop())
 
     def follow(self, url: QUrl) -> None:
-        """A link: a page or heading here; any other address in the user's browser."""
+        """Follow a link to a page or heading, or open another address in the browser."""
         if not url.isRelative():
             QDesktopServices.openUrl(url)
             return
@@ -85,16 +96,16 @@ class PageView(QTextBrowser):
 
     def _open(self, page: Path) -> None:
         self.page = page
-        self._lay_out()
-        self.shown.emit(page)
-        self.moved.emit(bool(self._past), bool(self._future))
+        self._show_document()
+        self.page_changed.emit(page)
+        self.history_changed.emit(bool(self._past), bool(self._future))
 
-    # --- how it looks ------------------------------------------------------------------------
-    def _lay_out(self) -> None:
+    # --- layout ------------------------------------------------------------------------------
+    def _show_document(self) -> None:
         assert self.page is not None
-        # A document that is filled again keeps an empty line of what was in it.
+        # A document that is filled again keeps an empty line of its previous text.
         document = QTextDocument(self)
-        document.setDocumentMargin(_MARGIN)
+        document.setDocumentMargin(_MARGIN_PX)
         document.setMarkdown(read_small_text(self.page))
         for frame in document.rootFrame().childFrames():
             if isinstance(frame, QTextTable):
@@ -102,16 +113,16 @@ class PageView(QTextBrowser):
                 form.setBorderCollapse(True)
                 form.setCellPadding(4)
                 frame.setFormat(form)
-        # The one that was shown, being the view's own, goes with this.
+        # This deletes the previous document, which belongs to the view.
         self.setDocument(document)
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:  # noqa: N802 - Qt's name
         if kind != QTextDocument.ResourceType.ImageResource.value or self.page is None:
             return super().loadResource(kind, name)
         image = QImage(str(self.page.parent / QUrl(name).path()))
-        room = self.viewport().width() - 3 * _MARGIN
-        if image.width() > room > 0:
-            image = image.scaledToWidth(room, Qt.TransformationMode.SmoothTransformation)
+        max_width = self.viewport().width() - 3 * _MARGIN_PX
+        if image.width() > max_width > 0:
+            image = image.scaledToWidth(max_width, Qt.TransformationMode.SmoothTransformation)
         return image
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
@@ -119,7 +130,7 @@ class PageView(QTextBrowser):
         if event.size().width() != event.oldSize().width() and self.page is not None:
             bar = self.verticalScrollBar()
             share = bar.value() / max(1, bar.maximum())
-            self._lay_out()
+            self._show_document()
             bar.setValue(round(share * bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
@@ -127,22 +138,28 @@ class PageView(QTextBrowser):
         while block.isValid():
             if block.blockFormat().headingLevel() and anchor(block.text()) == heading:
                 self.setTextCursor(QTextCursor(block))
-                where = self.cursorRect().top() + self.verticalScrollBar().value()
-                self.verticalScrollBar().setValue(where - _MARGIN)
+                offset = self.cursorRect().top() + self.verticalScrollBar().value()
+                self.verticalScrollBar().setValue(offset - _MARGIN_PX)
                 return
             block = block.next()
 
 
 class HelpWindow(QDialog):
-    """Pages on the left, one of them on the right, and a field that looks for words in all."""
+    """List of pages, the selected page, and a field that searches all pages."""
 
     def __init__(self, parent: QWidget, folder: Path) -> None:
-        """folder : of the pages. Raises OSError where they cannot be read."""
+        """Show the pages of a folder.
+
+        Raises
+        ------
+        OSError
+            If they cannot be read.
+        """
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Documentation"))
-        self.resize(_SIZE)
-        self._pages = pages_in(folder.resolve())
+        self.resize(_WINDOW_SIZE)
+        self._pages = list_pages(folder.resolve())
         self.list = QListWidget()
         self.list.setObjectName("help_pages")
         self.list.setSpacing(2)
@@ -154,58 +171,58 @@ class HelpWindow(QDialog):
         column.addLayout(self._bar())
         column.addWidget(body, 1)
         self.list.currentRowChanged.connect(lambda row: self.view.go_to(self._pages[row].path))
-        self.view.shown.connect(self._show_which)
+        self.view.page_changed.connect(self._select_in_list)
         self.list.setCurrentRow(0)
 
     def go_to(self, address: str) -> None:
-        """Open a page; address : "PAGE.md", or "PAGE.md#HEADING" for a place in it"""
+        """Open a page by its address "PAGE.md" or "PAGE.md#HEADING"."""
         self.view.follow(QUrl(address))
 
     def _bar(self) -> QHBoxLayout:
         back, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (
             (back, "arrow-left", self.view.go_back),
-            (forward, "arrow-right", self.view.go_on),
+            (forward, "arrow-right", self.view.go_forward),
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
             button.clicked.connect(lambda _=False, step=step: step())
 
-        def moved(past: bool, future: bool) -> None:
-            allow(back, None if past else Finding("action.first-page"))
-            allow(forward, None if future else Finding("action.last-page"))
+        def allow_buttons(has_past: bool, has_future: bool) -> None:
+            allow(back, None if has_past else Finding("action.first-page"))
+            allow(forward, None if has_future else Finding("action.last-page"))
 
-        self.view.moved.connect(moved)
-        moved(False, False)
-        self.words = QLineEdit()
-        self.words.setObjectName("help_words")
-        self.words.setClearButtonEnabled(True)
-        self.words.setPlaceholderText(tr("Find in all pages: Enter goes on"))
-        self.words.returnPressed.connect(self._find)
+        self.view.history_changed.connect(allow_buttons)
+        allow_buttons(False, False)
+        self.search = QLineEdit()
+        self.search.setObjectName("help_words")
+        self.search.setClearButtonEnabled(True)
+        self.search.setPlaceholderText(tr("Find in all pages: Enter goes on"))
+        self.search.returnPressed.connect(self._find)
         row = QHBoxLayout()
         row.addWidget(back)
         row.addWidget(forward)
-        row.addWidget(self.words, 1)
+        row.addWidget(self.search, 1)
         return row
 
-    def _show_which(self, page: Path) -> None:
-        paths = [each.path for each in self._pages]
+    def _select_in_list(self, page: Path) -> None:
+        paths = [entry.path for entry in self._pages]
         if page in paths:
             self.list.setCurrentRow(paths.index(page))
 
     def _find(self) -> None:
-        """The next place after the cursor, on this page or on one that follows, round to here."""
-        wanted = self.words.text().strip()
-        if not wanted or self.view.find(wanted):
+        """Find the next occurrence after the cursor, and continue on the following pages."""
+        text = self.search.text().strip()
+        if not text or self.view.find(text):
             return
-        here = self.list.currentRow()
-        for row in (*range(here + 1, len(self._pages)), *range(here + 1)):
-            if _holds(self._pages[row], wanted):
+        current = self.list.currentRow()
+        for row in (*range(current + 1, len(self._pages)), *range(current + 1)):
+            if _has_text(self._pages[row], text):
                 self.list.setCurrentRow(row)
                 self.view.moveCursor(QTextCursor.MoveOperation.Start)
-                if self.view.find(wanted):
+                if self.view.find(text):
                     return
 
 
-def _holds(page: Page, words: str) -> bool:
-    return words.casefold() in read_small_text(page.path).casefold()
+def _has_text(page: Page, text: str) -> bool:
+    return text.casefold() in read_small_text(page.path).casefold()

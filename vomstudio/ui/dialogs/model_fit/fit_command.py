@@ -1,4 +1,4 @@
-"""The fit of one model to another as a command."""
+"""Command line of the fit of one model to another."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ _START_SIGMA_M = 10.0
 
 
 class FitCopyButton(CopyCommandButton):
-    """Copies the fit of the dialog that it stands in. there : shows what the model is fitted to"""
+    """Copy the fit of a dialog as a command. `reference_view` shows the reference."""
 
     def __init__(
         self,
         studio: Studio,
         stable: StablePartBox,
         points: PointPairs,
-        model: Callable[[], Model | None],
-        there: PickingView,
+        find_model: Callable[[], Model | None],
+        reference_view: PickingView,
     ) -> None:
         super().__init__(
             self._copy,
@@ -49,16 +49,25 @@ class FitCopyButton(CopyCommandButton):
             ),
         )
         self._studio, self._stable, self._points = studio, stable, points
-        self._model, self._there = model, there
+        self._find_model, self._reference_view = find_model, reference_view
 
-    def refresh(self, wait: Finding | None) -> None:
-        """wait : why it cannot be copied now, apart from what is chosen"""
-        self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
+    def refresh(self, pending: Finding | None) -> None:
+        """Enable the button, unless the fit is pending or no command makes it."""
+        self.allow(
+            pending or why_no_command(self._studio, self._reference_view.model, self._stable)
+        )
 
     def _copy(self) -> None:
-        model, reference = self._model(), self._there.model
+        model, reference = self._find_model(), self._reference_view.model
         if model is not None and reference is not None:
-            copy_fit(self, self._studio, model, reference, self._stable, self._points)
+            copy_fit(
+                self,
+                self._studio,
+                model=model,
+                reference=reference,
+                stable=self._stable,
+                points=self._points,
+            )
 
 
 def why_no_command(
@@ -81,7 +90,7 @@ def copy_fit(
     stable: StablePartBox,
     points: PointPairs,
 ) -> None:
-    """Put the command on the clipboard; where points were clicked, ask for their table first."""
+    """Copy the command to the clipboard. Ask for a table first if points were clicked."""
     from vomstudio.io.control.writing import write_pairs
 
     path = studio.project.find_model(model)
@@ -90,7 +99,7 @@ def copy_fit(
     crs = reference.standing(studio.project.cache).crs
     mask = stable.mask_file()
 
-    def words(pairs: Path | None) -> Words:
+    def build_command(pairs: Path | None) -> Words:
         options = RegisterOptions(
             reference=str(reference.path),
             pairs=None if pairs is None else str(pairs),
@@ -100,10 +109,10 @@ def copy_fit(
         return ["register", path, *option_words(options)]
 
     if points.pairs:
-        pairs = points.as_pairs()
-        # They are where the fit starts. Beside the surfaces they would pull at it otherwise.
+        pairs = points.to_pairs()
+        # The points only start the fit: a large error keeps their weight below the surfaces.
         pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
         write = partial(write_pairs, pairs=pairs)
-        copy_with_file(parent, studio, "pairs.csv", write, words)
+        copy_with_file(parent, studio, "pairs.csv", write, build_command)
     else:
-        copy_command(studio, words(None))
+        copy_command(studio, build_command(None))

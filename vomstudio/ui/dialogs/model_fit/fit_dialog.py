@@ -1,5 +1,4 @@
-"""One model fitted to another: the same points clicked in two views side by side, then the
-surfaces."""
+"""Dialog that fits one model to another by clicked points and by surfaces."""
 
 from __future__ import annotations
 
@@ -46,12 +45,16 @@ from vomstudio.ui.dialogs.model_fit.point_pairs import PointPairs
 from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, of_project
 
-_FEW = 20
-"""So many points are solved in less time than a thread takes to hand over."""
+_MAX_IMMEDIATE_POINTS = 20
+"""Solving so few points takes less time than starting a thread."""
 
 
 class FitDialog(QDialog):
-    """placed : by the clicked points alone; fitted : by the surfaces too. Register is one edit."""
+    """Fit a model to a reference, with the same points clicked in both views.
+
+    `placement` results from the points alone, `fit_result` from the surfaces too. Registering the
+    model is one edit.
+    """
 
     def __init__(self, parent: QWidget, studio: Studio, model: Model) -> None:
         super().__init__(parent)
@@ -62,27 +65,30 @@ class FitDialog(QDialog):
         self.resize(1240, 800)
         self._studio, self._model_id = studio, model.id
         self.points = PointPairs()
-        self.placed: Placed | None = None
-        self.fitted: FittedModel | None = None
+        self.placement: Placed | None = None
+        self.fit_result: FittedModel | None = None
         self._problem: Finding | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
         self._solving = NewestResult(
-            self, self._solved, self._unsolved, lambda: self.said.setText(tr("Solving…"))
+            self,
+            self._show_placement,
+            self._show_problem,
+            lambda: self.message.setText(tr("Solving…")),
         )
         self.other = OtherModelBox(studio, model.id)
         self.stable = StablePartBox(studio, model.id)
-        self.here, self.there = PickingView(), PickingView()
+        self.model_view, self.reference_view = PickingView(), PickingView()
         self._arrange(model)
         self._connect()
-        self.here.show_model(of_project(studio, model))
-        self._reference_chosen()
+        self.model_view.show_model(of_project(studio, model))
+        self._use_reference()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _arrange(self, model: Model) -> None:
-        sides = QSplitter()
+        views = QSplitter()
         self._titles = []
-        for view, title in ((self.here, model.name), (self.there, "")):
+        for view, title in ((self.model_view, model.name), (self.reference_view, "")):
             side = QWidget()
             column = QVBoxLayout(side)
             column.setContentsMargins(0, 0, 0, 0)
@@ -90,161 +96,176 @@ class FitDialog(QDialog):
             self._titles.append(label)
             column.addWidget(label)
             column.addWidget(view, 1)
-            sides.addWidget(side)
-        sides.setChildrenCollapsible(False)
-        self.step = Label()
-        self.step.setObjectName("fit_step")
+            views.addWidget(side)
+        views.setChildrenCollapsible(False)
+        self.instruction = Label()
+        self.instruction.setObjectName("fit_step")
         self.table = PairTable()
-        self.undo = QPushButton(theme.icon("undo"), tr("Undo"))
-        self.redo = QPushButton(theme.icon("redo"), tr("Redo"))
-        self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove point"))
-        self.fit = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
-        self.register = QPushButton(theme.icon("check"), tr("Register"))
-        self.close_ = QPushButton(tr("Close"))
-        self.copy = FitCopyButton(self._studio, self.stable, self.points, self._model, self.there)
-        buttons = (self.undo, self.redo, self.remove, self.fit, self.register, self.close_)
+        self.undo_button = QPushButton(theme.icon("undo"), tr("Undo"))
+        self.redo_button = QPushButton(theme.icon("redo"), tr("Redo"))
+        self.remove_button = QPushButton(theme.icon("delete-outline"), tr("Remove point"))
+        self.fit_button = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
+        self.register_button = QPushButton(theme.icon("check"), tr("Register"))
+        self.close_button = QPushButton(tr("Close"))
+        self.copy_button = FitCopyButton(
+            studio=self._studio,
+            stable=self.stable,
+            points=self.points,
+            find_model=self._find_model,
+            reference_view=self.reference_view,
+        )
+        buttons = (
+            self.undo_button,
+            self.redo_button,
+            self.remove_button,
+            self.fit_button,
+            self.register_button,
+            self.close_button,
+        )
         for button in buttons:
-            # Enter in a field is no wish to leave.
+            # Enter in a field must not close the dialog.
             button.setAutoDefault(False)
-        self.said = Label()
-        self.said.setObjectName("fit_said")
-        self.said.setWordWrap(True)
-        self.said.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        edit = QHBoxLayout()
+        self.message = Label()
+        self.message.setObjectName("fit_said")
+        self.message.setWordWrap(True)
+        self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        edit_row = QHBoxLayout()
         for button in buttons[:3]:
-            edit.addWidget(button)
-        left = QVBoxLayout()
-        left.addWidget(self.table, 1)
-        left.addLayout(edit)
+            edit_row.addWidget(button)
+        left_column = QVBoxLayout()
+        left_column.addWidget(self.table, 1)
+        left_column.addLayout(edit_row)
         form = QGridLayout()
         form.addWidget(Label(tr("Fitted to")), 0, 0)
         form.addWidget(self.other, 0, 1)
         form.addWidget(Label(tr("Stable part")), 1, 0)
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
-        last = QHBoxLayout()
-        for each in (self.fit, self.copy, self.register, self.close_):
-            last.addWidget(each)
-        last.insertStretch(2)
-        right = QVBoxLayout()
-        right.addLayout(form)
-        right.addWidget(self.said, 1)
-        right.addLayout(last)
-        below = QHBoxLayout()
-        below.addLayout(left, 2)
-        below.addLayout(right, 3)
+        button_row = QHBoxLayout()
+        for widget in (self.fit_button, self.copy_button, self.register_button, self.close_button):
+            button_row.addWidget(widget)
+        button_row.insertStretch(2)
+        right_column = QVBoxLayout()
+        right_column.addLayout(form)
+        right_column.addWidget(self.message, 1)
+        right_column.addLayout(button_row)
+        bottom_row = QHBoxLayout()
+        bottom_row.addLayout(left_column, 2)
+        bottom_row.addLayout(right_column, 3)
         column = QVBoxLayout(self)
-        column.addWidget(self.step)
-        column.addWidget(sides, 1)
-        column.addLayout(below)
+        column.addWidget(self.instruction)
+        column.addWidget(views, 1)
+        column.addLayout(bottom_row)
 
     def _connect(self) -> None:
-        self.here.picked.connect(lambda place: self._clicked(place, on_model=True))
-        self.there.picked.connect(lambda place: self._clicked(place, on_model=False))
-        for view in (self.here, self.there):
-            view.problem.connect(self.said.setText)
-        self.other.chosen.connect(self._reference_chosen)
-        self.other.said.connect(self.said.setText)
+        self.model_view.picked.connect(lambda point: self._add_click(point, is_model=True))
+        self.reference_view.picked.connect(lambda point: self._add_click(point, is_model=False))
+        for view in (self.model_view, self.reference_view):
+            view.problem.connect(self.message.setText)
+        self.other.chosen.connect(self._use_reference)
+        self.other.said.connect(self.message.setText)
         self.stable.changed.connect(self._stable_changed)
-        self.stable.said.connect(self.said.setText)
-        self.undo.clicked.connect(self._undo)
-        self.redo.clicked.connect(self._redo)
-        self.remove.clicked.connect(self._remove)
-        self.fit.clicked.connect(self._fit_or_stop)
-        self.register.clicked.connect(self.accept)
-        self.close_.clicked.connect(self.reject)
-        self.table.itemSelectionChanged.connect(self._explain_buttons)
+        self.stable.message.connect(self.message.setText)
+        self.undo_button.clicked.connect(self._undo_click)
+        self.redo_button.clicked.connect(self._redo_click)
+        self.remove_button.clicked.connect(self._remove_pair)
+        self.fit_button.clicked.connect(self._fit_or_stop)
+        self.register_button.clicked.connect(self.accept)
+        self.close_button.clicked.connect(self.reject)
+        self.table.itemSelectionChanged.connect(self._refresh_buttons)
         for key, call in (
-            (QKeySequence.StandardKey.Undo, self._undo),
-            (QKeySequence.StandardKey.Redo, self._redo),
-            (QKeySequence.StandardKey.Delete, self._remove),
+            (QKeySequence.StandardKey.Undo, self._undo_click),
+            (QKeySequence.StandardKey.Redo, self._redo_click),
+            (QKeySequence.StandardKey.Delete, self._remove_pair),
         ):
             QShortcut(QKeySequence(key), self).activated.connect(call)
         studio = self._studio
         studio.project_opened.connect(self.reject)
-        studio.edited.connect(self._edited)
-        self._forget_jobs = studio.jobs.closed.connect(self.reject)
+        studio.edited.connect(self._handle_edit)
+        self._disconnect_jobs = studio.jobs.closed.connect(self.reject)
 
-    # --- what is clicked ---------------------------------------------------------------------
+    # --- points ------------------------------------------------------------------------------
     @property
     def reference(self) -> OtherModel | None:
-        """What the model is fitted to."""
-        return self.there.model
+        """The model to which this one is fitted, None before it is chosen."""
+        return self.reference_view.model
 
-    def _model(self) -> Model | None:
+    def _find_model(self) -> Model | None:
         record = self._studio.records.get(self._model_id)
         return record if isinstance(record, Model) else None
 
-    def _reference_chosen(self, *_: object) -> None:
+    def _use_reference(self, *_: object) -> None:
         if self._job is not None:
-            # It was for another one, or for another place of it.
+            # The job fits another reference, or the same one at another position.
             self._studio.jobs.cancel(self._job)
             self._job = None
-        found = self.other.current()
-        why = None
-        if found is not None and not found.frame.has_north:
-            why = Finding("registration.reference-undeclared", model=found.name)
-            found = None
-        self.there.show_model(found)
+        reference = self.other.current()
+        problem = None
+        if reference is not None and not reference.frame.has_north:
+            problem = Finding("registration.reference-undeclared", model=reference.name)
+            reference = None
+        self.reference_view.show_model(reference)
         self._titles[1].setText(
-            tr("Nothing to fit it to yet") if found is None else self._titled(found)
+            tr("Nothing to fit it to yet")
+            if reference is None
+            else self._reference_title(reference)
         )
         self.points.clear()
-        self._changed()
-        if why is not None:
-            self.said.setText(why.message)
+        self._update_placement()
+        if problem is not None:
+            self.message.setText(problem.message)
 
-    def _titled(self, found: OtherModel) -> str:
-        return tr("{model} ({frame})", model=found.name, frame=found.frame.name())
+    def _reference_title(self, reference: OtherModel) -> str:
+        return tr("{model} ({frame})", model=reference.name, frame=reference.frame.name())
 
-    def _clicked(self, place: FloatArray, *, on_model: bool) -> None:
+    def _add_click(self, point: FloatArray, *, is_model: bool) -> None:
         if self.reference is None or self._job is not None:
             return
-        if not on_model:
-            place = transform.apply(transform.matrix(self.reference.to_world), place[None])[0]
-        self.points.click(place, on_model=on_model)
-        self._changed()
+        if not is_model:
+            point = transform.apply(transform.matrix(self.reference.to_world), point[None])[0]
+        self.points.click(point, is_model=is_model)
+        self._update_placement()
 
-    def _undo(self) -> None:
+    def _undo_click(self) -> None:
         if self._job is None:
             self.points.undo()
-            self._changed()
+            self._update_placement()
 
-    def _redo(self) -> None:
+    def _redo_click(self) -> None:
         if self._job is None:
             self.points.redo()
-            self._changed()
+            self._update_placement()
 
-    def _remove(self) -> None:
-        row = self.table.chosen()
+    def _remove_pair(self) -> None:
+        row = self.table.selected_row()
         if row is not None and self._job is None:
             self.points.remove(self.points.pairs[row].label)
-            self._changed()
+            self._update_placement()
 
     def _stable_changed(self) -> None:
-        self.fitted = None
+        self.fit_result = None
         self._show()
 
-    def _edited(self, *_: object) -> None:
-        """Another one may have been moved or taken away meanwhile."""
-        model, reference = self._model(), self.reference
+    def _handle_edit(self, *_: object) -> None:
+        """Reset the reference if an edit moved or removed it."""
+        model, reference = self._find_model(), self.reference
         if model is None:
             self.reject()
         elif reference is not None and reference.id:
-            now = self._studio.records.get(reference.id)
-            if not isinstance(now, Model) or now.placement != reference.placement:
-                self._reference_chosen()
+            current = self._studio.records.get(reference.id)
+            if not isinstance(current, Model) or current.placement != reference.placement:
+                self._use_reference()
 
-    # --- what comes of it --------------------------------------------------------------------
-    def _changed(self) -> None:
-        """Other points: place the model by them, and what was fitted is no more."""
+    # --- results -----------------------------------------------------------------------------
+    def _update_placement(self) -> None:
+        """Compute the placement from the current points, and discard the surface fit."""
         from vomstudio.registration.surface_points import some_points
         from vomstudio.studio.placing.registering import place_by_points
 
-        self.placed = self.fitted = self._problem = None
-        model, reference = self._model(), self.reference
-        pairs = self.points.as_pairs()
+        self.placement = self.fit_result = self._problem = None
+        model, reference = self._find_model(), self.reference
+        pairs = self.points.to_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
             self._solving.drop()
             self._show()
@@ -253,79 +274,93 @@ class FitDialog(QDialog):
         bounds = None if opened is None else opened.data.bounds
         crs = reference.standing(self._studio.project.cache).crs
 
-        def work() -> Placed:
+        def solve() -> Placed:
             extent = None if opened is None else some_points(opened.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
-        if len(pairs.labels) <= _FEW:
-            self._solving.at_once(work)
+        if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
+            self._solving.at_once(solve)
         else:
             self._show()
-            self._solving.ask(work)
+            self._solving.ask(solve)
 
-    def _solved(self, placed: Placed) -> None:
-        self.placed, self._problem = placed, None
+    def _show_placement(self, placement: Placed) -> None:
+        self.placement, self._problem = placement, None
         self._show()
 
-    def _unsolved(self, error: VomError) -> None:
-        self.placed, self._problem = None, finding_of(error)
+    def _show_problem(self, error: VomError) -> None:
+        self.placement, self._problem = None, finding_of(error)
         self._show()
 
     def _show(self) -> None:
-        placed = self.fitted.placed if self.fitted is not None else self.placed
-        self.table.show_pairs(self.points.pairs, placed)
+        placement = self.fit_result.placed if self.fit_result is not None else self.placement
+        self.table.show_pairs(self.points.pairs, placement)
         self._show_marks()
         if self._job is None:
-            self.said.setText(self._result_text())
-        self._explain_buttons()
+            self.message.setText(self._result_text())
+        self._refresh_buttons()
 
     def _show_marks(self) -> None:
         reference = self.reference
         points = self.points
-        here = None if points.here is None else np.array(points.here)
-        there = None if points.there is None else np.array(points.there)
-        should_here = should_there = None
-        if self.placed is not None:
-            matrix = np.array(self.placed.matrix)
-            if here is not None:
-                should_there = transform.apply(matrix, here[None])[0]
-            elif there is not None:
-                should_here = transform.apply(transform.invert(matrix), there[None])[0]
+        model_point = None if points.model_point is None else np.array(points.model_point)
+        reference_point = (
+            None if points.reference_point is None else np.array(points.reference_point)
+        )
+        expected_model_point = expected_reference_point = None
+        if self.placement is not None:
+            matrix = np.array(self.placement.matrix)
+            if model_point is not None:
+                expected_reference_point = transform.apply(matrix, model_point[None])[0]
+            elif reference_point is not None:
+                expected_model_point = transform.apply(
+                    transform.invert(matrix), reference_point[None]
+                )[0]
         marks = {pair.label: np.array(pair.model) for pair in points.pairs}
-        self.here.show_marks(marks, here, should_here)
+        self.model_view.show_marks(marks, model_point, expected_model_point)
         if reference is None:
             return
-        back = transform.invert(transform.matrix(reference.to_world))
+        reference_matrix = transform.invert(transform.matrix(reference.to_world))
 
-        def own(place: FloatArray | None) -> FloatArray | None:
-            return None if place is None else transform.apply(back, place[None])[0]
+        def to_reference(point: FloatArray | None) -> FloatArray | None:
+            return None if point is None else transform.apply(reference_matrix, point[None])[0]
 
-        marks = {p.label: transform.apply(back, np.array([p.there]))[0] for p in points.pairs}
-        self.there.show_marks(marks, own(there), own(should_there))
+        marks = {
+            p.label: transform.apply(reference_matrix, np.array([p.there]))[0] for p in points.pairs
+        }
+        self.reference_view.show_marks(
+            marks, to_reference(reference_point), to_reference(expected_reference_point)
+        )
 
     def _result_text(self) -> str:
         if self._problem is not None:
             return self._problem.message
-        if self.fitted is not None:
-            return fit_summary(self.fitted, self._record())
-        return "" if self.placed is None else placement_summary(self.placed)
+        if self.fit_result is not None:
+            return fit_summary(self.fit_result, self._create_record())
+        return "" if self.placement is None else placement_summary(self.placement)
 
     # --- buttons -----------------------------------------------------------------------------
-    def _explain_buttons(self) -> None:
-        points, busy = self.points, self._job is not None
-        wait = Finding("action.busy") if busy else None
-        allow(self.undo, wait or (None if points.can_undo else Finding("edit.nothing-to-undo")))
-        allow(self.redo, wait or (None if points.can_redo else Finding("edit.nothing-to-redo")))
-        chosen = self.table.chosen() is not None
-        allow(self.remove, wait or (None if chosen else Finding("action.no-row")))
-        self.fit.setText(tr("Stop") if busy else tr("Fit the surfaces"))
-        allow(self.fit, None if busy else self._why_no_fit())
-        none = None if self.fitted is not None else Finding("action.not-computed")
-        allow(self.register, wait or none)
-        self.copy.refresh(wait)
+    def _refresh_buttons(self) -> None:
+        points, is_busy = self.points, self._job is not None
+        pending = Finding("action.busy") if is_busy else None
+        allow(
+            self.undo_button,
+            pending or (None if points.can_undo else Finding("edit.nothing-to-undo")),
+        )
+        allow(
+            self.redo_button,
+            pending or (None if points.can_redo else Finding("edit.nothing-to-redo")),
+        )
+        has_row = self.table.selected_row() is not None
+        allow(self.remove_button, pending or (None if has_row else Finding("action.no-row")))
+        self.fit_button.setText(tr("Stop") if is_busy else tr("Fit the surfaces"))
+        allow(self.fit_button, None if is_busy else self._why_no_fit())
+        no_result = None if self.fit_result is not None else Finding("action.not-computed")
+        allow(self.register_button, pending or no_result)
+        self.copy_button.refresh(pending)
         for part in (self.other, self.stable):
-            allow(part, wait)
-        self.step.setText(self._next_step())
+            allow(part, pending)
+        self.instruction.setText(self._next_step())
 
     def _next_step(self) -> str:
         if self.reference is None:
@@ -334,11 +369,11 @@ class FitDialog(QDialog):
             )
         if self._job is not None:
             return tr("The surfaces are being fitted.")
-        if self.points.here is not None:
+        if self.points.model_point is not None:
             return tr("Click the same point on the right.")
-        if self.points.there is not None:
+        if self.points.reference_point is not None:
             return tr("Click the same point on the left.")
-        if self.fitted is not None:
+        if self.fit_result is not None:
             return tr("Register the model by this fit, or click more points and fit it again.")
         if len(self.points.pairs) < 3:
             return tr(
@@ -354,77 +389,79 @@ class FitDialog(QDialog):
         if self.reference is None:
             return Finding("action.no-other-model")
         count = len(self.points.pairs)
-        if count >= 3 and self.placed is None:
+        if count >= 3 and self.placement is None:
             return self._problem or Finding("action.busy")
         return self.stable.why_not(self.points.pairs)
 
-    # --- the fit -----------------------------------------------------------------------------
+    # --- surface fit -------------------------------------------------------------------------
     def _fit_or_stop(self) -> None:
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        model, reference = self._model(), self.reference
-        own = None if model is None else of_project(self._studio, model)
-        if own is None or model is None or reference is None:
-            self.said.setText(Finding("model.not-open").message)
+        model, reference = self._find_model(), self.reference
+        fitted_model = None if model is None else of_project(self._studio, model)
+        if fitted_model is None or model is None or reference is None:
+            self.message.setText(Finding("model.not-open").message)
             return
         cache = self._studio.project.cache
-        self.fitted = None
-        self.said.setText(tr("Fitting the surfaces…"))
-        order = FitRequest(
-            own.standing(cache),
-            reference.standing(cache),
-            not model.frame.has_metres,
-            self.points.pairs,
-            self.stable.part(self.points.pairs),
+        self.fit_result = None
+        self.message.setText(tr("Fitting the surfaces…"))
+        request = FitRequest(
+            model=fitted_model.standing(cache),
+            reference=reference.standing(cache),
+            scale=not model.frame.has_metres,
+            pairs=self.points.pairs,
+            stable=self.stable.part(self.points.pairs),
         )
 
-        def ended(made: FittedModel | Failed) -> None:
+        def handle_end(result: FittedModel | Failed) -> None:
             if self._job is not None and self._job.number == job.number:
                 self._job = None
-                self._came(made)
+                self._show_fit(result)
 
         job = self._job = self._studio.jobs.submit(
             FIT_TO_REFERENCE,
-            order,
+            request,
             title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
-            on_done=self._background.guard(ended),
-            on_failed=self._background.guard(ended),
+            on_done=self._background.guard(handle_end),
+            on_failed=self._background.guard(handle_end),
         )
-        self._explain_buttons()
+        self._refresh_buttons()
 
-    def _came(self, made: FittedModel | Failed) -> None:
-        self.fitted = made if isinstance(made, FittedModel) else None
+    def _show_fit(self, result: FittedModel | Failed) -> None:
+        self.fit_result = result if isinstance(result, FittedModel) else None
         self._show()
-        if isinstance(made, Failed):
-            self.said.setText(str(Finding("job.stopped")) if made.cancelled else made.message)
+        if isinstance(result, Failed):
+            self.message.setText(
+                str(Finding("job.stopped")) if result.cancelled else result.message
+            )
 
-    def _record(self) -> Registration | None:
-        """What was found, with the error of what the model was fitted to."""
+    def _create_record(self) -> Registration | None:
+        """Create the registration, including the error of the reference."""
         from vomstudio.studio.placing.registering import add_reference_error, create_registration
 
-        model, reference = self._model(), self.reference
-        if model is None or reference is None or self.fitted is None:
+        model, reference = self._find_model(), self.reference
+        if model is None or reference is None or self.fit_result is None:
             return None
-        pairs = self.points.as_pairs() if self.points.pairs else None
+        pairs = self.points.to_pairs() if self.points.pairs else None
         crs = reference.standing(self._studio.project.cache).crs
-        record = create_registration(self.fitted.placed, pairs, model, crs, reference.name)
+        record = create_registration(self.fit_result.placed, pairs, model, crs, reference.name)
         return add_reference_error(
             record, reference.registration, scale_fitted=not model.frame.has_metres
         )
 
     def accept(self) -> None:
-        """Register the model by what was found."""
+        """Register the model by the surface fit."""
         from vomstudio.studio.placing.registering import (
             rotation_deg,
             set_rotation_finding,
             set_rotations_deg,
         )
 
-        studio, before, reference = self._studio, self._model(), self.reference
-        if before is None or reference is None or self.fitted is None:
+        studio, before, reference = self._studio, self._find_model(), self.reference
+        if before is None or reference is None or self.fit_result is None:
             return
-        record = self._record()
+        record = self._create_record()
         if record is None or not studio.attempt(edits.set_registration, record, [before.id]):
             return
         after = studio.records[before.id]
@@ -433,22 +470,22 @@ class FitDialog(QDialog):
         turn_deg = rotation_deg(before, after)
         names = {"model": before.name, "other": reference.name}
         studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
-        turned = set_rotations_deg(studio.records, before, after, measured)
-        if (sets := set_rotation_finding(turned)) is not None:
-            studio.info(sets)
+        set_rotations = set_rotations_deg(studio.records, before, after, measured)
+        if (finding := set_rotation_finding(set_rotations)) is not None:
+            studio.info(finding)
         super().accept()
 
     def done(self, result: int) -> None:
-        """However it is closed: what both views hold in the graphics memory is freed at once."""
+        """Close the dialog and free the graphics memory of both views."""
         with ExitStack() as steps:
             steps.callback(super().done, result)
             if self._background.is_stopped:
                 return
-            for view in (self.there, self.here):
+            for view in (self.reference_view, self.model_view):
                 steps.callback(view.shutdown)
             if self._job is not None:
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            for close in (self._solving.close, self._background.stop, self._forget_jobs):
+            for close in (self._solving.close, self._background.stop, self._disconnect_jobs):
                 steps.callback(close)

@@ -1,4 +1,4 @@
-"""The pairs of points with what is left over at each, and what they and the surfaces say."""
+"""Table of the point pairs with their residuals, and summaries of the fit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.ui.base import theme
 
 
 class PairTable(QTableWidget):
-    """A row for each pair."""
+    """Table with one row for each pair."""
 
     def __init__(self) -> None:
         super().__init__(0, 3)
@@ -30,49 +30,60 @@ class PairTable(QTableWidget):
         header.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
         self.setMinimumSize(300, 120)
 
-    def chosen(self) -> int | None:
-        """The row that is selected."""
+    def selected_row(self) -> int | None:
+        """Return the selected row, None without one."""
         rows = self.selectionModel().selectedRows()
         return rows[0].row() if rows else None
 
-    def show_pairs(self, pairs: Sequence[HomologousPoint], placed: Placed | None) -> None:
-        known = {} if placed is None else {p.label: p for p in placed.control}
-        wrong = set() if placed is None else {b.label for b in placed.blunders}
+    def show_pairs(self, pairs: Sequence[HomologousPoint], placement: Placed | None) -> None:
+        residuals = {} if placement is None else {p.label: p for p in placement.control}
+        blunders = set() if placement is None else {b.label for b in placement.blunders}
         self.setRowCount(len(pairs))
         for row, pair in enumerate(pairs):
-            left = known.get(pair.label)
+            residual = residuals.get(pair.label)
             texts = [pair.label, "", ""]
-            if left is not None:
-                texts[1:] = [f"{left.error_m:.3f}", f"{left.dx:.3f}, {left.dy:.3f}, {left.dz:.3f}"]
+            if residual is not None:
+                texts[1:] = [
+                    f"{residual.error_m:.3f}",
+                    f"{residual.dx:.3f}, {residual.dy:.3f}, {residual.dz:.3f}",
+                ]
             for column, text in enumerate(texts):
                 item = QTableWidgetItem(text)
-                if not column and pair.label in wrong:
+                if not column and pair.label in blunders:
                     item.setIcon(theme.icon("alert-outline"))
                 self.setItem(row, column, item)
 
 
-def placement_summary(placed: Placed) -> str:
-    """What the points alone say."""
+def placement_summary(placement: Placed) -> str:
+    """Describe the placement by the points alone."""
     from vomstudio.registration.warnings import worst_axis_findings
 
-    rms = placed.rms_control_m or 0.0
-    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *worst_axis_findings(placed)]
-    return "\n".join([" ".join(map(str, said)), *map(str, reversed(placed.warnings))])
+    rms = placement.rms_control_m or 0.0
+    sentences = [
+        tr("By the points alone: {rms:.3f} m (RMS).", rms=rms),
+        *worst_axis_findings(placement),
+    ]
+    return "\n".join([" ".join(map(str, sentences)), *map(str, reversed(placement.warnings))])
 
 
 def fit_summary(fit: FittedModel, record: Registration | None) -> str:
-    """What points and surfaces together say. record : what they become, with the error of what the
-    model was fitted to where that is known"""
+    """Describe the fit by points and surfaces.
+
+    Parameters
+    ----------
+    record : Registration or None
+        Resulting registration, which includes the error of the reference if that is known.
+    """
     from vomstudio.registration.turn_checks import worst_turn95_deg
     from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings
 
-    rests_on = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)
+    fit_finding = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)
     sentences = [
-        rests_on,
+        fit_finding,
         *worst_axis_findings(fit.placed),
         Finding("registration.without-reference"),
     ]
     if record is not None and record.covariance != fit.placed.covariance:
-        worst = worst_turn95_deg(record.rotation_covariance())
-        sentences[-1] = Finding("registration.with-reference", rotation95_deg=worst)
+        worst_deg = worst_turn95_deg(record.rotation_covariance())
+        sentences[-1] = Finding("registration.with-reference", rotation95_deg=worst_deg)
     return "\n".join([" ".join(map(str, sentences)), *map(str, fit.placed.warnings)])

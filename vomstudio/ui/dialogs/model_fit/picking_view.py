@@ -1,4 +1,4 @@
-"""A view of one model on which points are clicked, with their labels."""
+"""View of one model in which labelled points are clicked."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.ui.widgets.other_model_box import OtherModel
 
-_DOT, _RING = 4.5, 16.0
-_FOUND, _OPEN, _EXPECTED = QColor("#f0e442"), QColor("#e69f00"), QColor("#56b4e9")
-_SHOWN = "shown"
+_DOT_PX, _RING_PX = 4.5, 16.0
+_PAIR_COLOR, _PENDING_COLOR, _EXPECTED_COLOR = (
+    QColor("#f0e442"),
+    QColor("#e69f00"),
+    QColor("#56b4e9"),
+)
+_MODEL_ID = "shown"
 
 
 class PickingView(Viewport):
-    """picked : a place (3,) in the model's own frame. Its graphics memory is free once it was
-    closed."""
+    """View of one model. `picked` emits points (3,) in the model's own frame."""
 
     picked = Signal(object)
 
@@ -35,11 +38,11 @@ class PickingView(Viewport):
         self._marks: Mapping[str, FloatArray] = {}
         self._pending: FloatArray | None = None
         self._expected: FloatArray | None = None
-        self.pointer.connect(self._pointed)
+        self.pointer.connect(self._handle_pointer)
 
     def show_model(self, model: OtherModel | None) -> None:
-        """Look at a model as it stands, from its exposed side; None for nothing."""
-        self.models.remove(_SHOWN)
+        """Show a model in World from its exposed side, None for no model."""
+        self.models.remove(_MODEL_ID)
         self.model = model
         self.show_marks({}, None, None)
         if model is None:
@@ -47,7 +50,7 @@ class PickingView(Viewport):
         to_world = transform.matrix(model.to_world)
         self.set_frame(north_known=model.frame.has_north, unit_known=model.frame.has_metres)
         self.moves.look_along(*first_view(model.data, to_world))
-        self.models.add(_SHOWN, model.data, to_world, frame_camera=True)
+        self.models.add(_MODEL_ID, model.data, to_world, frame_camera=True)
 
     def show_marks(
         self,
@@ -55,12 +58,21 @@ class PickingView(Viewport):
         pending: FloatArray | None,
         expected: FloatArray | None,
     ) -> None:
-        """Points by their labels, the one whose counterpart is still to be clicked, and where the
-        next one should be: (3,) each, in the model's own frame."""
+        """Show labelled points (3,) in the model's own frame.
+
+        Parameters
+        ----------
+        marks : mapping
+            Points of complete pairs by label.
+        pending : ndarray or None
+            Point whose counterpart is not clicked yet.
+        expected : ndarray or None
+            Expected position of the next point.
+        """
         self._marks, self._pending, self._expected = marks, pending, expected
         self.update()
 
-    def _pointed(self, event: PointerEvent) -> None:
+    def _handle_pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit is not None:
             self.picked.emit(np.array(event.hit.position, np.float64))
 
@@ -70,35 +82,39 @@ class PickingView(Viewport):
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for label, place in self._marks.items():
-            self._paint(painter, place, _FOUND, label)
+        for label, point in self._marks.items():
+            self._paint_mark(painter, point, _PAIR_COLOR, label)
         if self._pending is not None:
-            self._paint(painter, self._pending, _OPEN, "?")
-        if self._expected is not None and (at := self._at(self._expected)) is not None:
+            self._paint_mark(painter, self._pending, _PENDING_COLOR, "?")
+        if self._expected is not None and (pixel := self._to_pixel(self._expected)) is not None:
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            for color, wide in ((QColor(0, 0, 0, 160), 4.0), (_EXPECTED, 2.0)):
-                painter.setPen(QPen(color, wide))
-                painter.drawEllipse(at, _RING, _RING)
+            for color, width in ((QColor(0, 0, 0, 160), 4.0), (_EXPECTED_COLOR, 2.0)):
+                painter.setPen(QPen(color, width))
+                painter.drawEllipse(pixel, _RING_PX, _RING_PX)
 
-    def _paint(self, painter: QPainter, place: FloatArray, color: QColor, label: str) -> None:
-        at = self._at(place)
-        if at is None:
+    def _paint_mark(self, painter: QPainter, point: FloatArray, color: QColor, label: str) -> None:
+        pixel = self._to_pixel(point)
+        if pixel is None:
             return
         painter.setPen(QPen(QColor(0, 0, 0, 200), 1.5))
         painter.setBrush(color)
-        painter.drawEllipse(at, _DOT, _DOT)
-        beside = at + QPointF(_DOT + 3.0, -_DOT)
-        wide = painter.fontMetrics().horizontalAdvance(label)
-        high = painter.fontMetrics().height()
+        painter.drawEllipse(pixel, _DOT_PX, _DOT_PX)
+        label_position = pixel + QPointF(_DOT_PX + 3.0, -_DOT_PX)
+        width = painter.fontMetrics().horizontalAdvance(label)
+        height = painter.fontMetrics().height()
         painter.fillRect(
-            int(beside.x()) - 2, int(beside.y()) - high + 3, wide + 5, high, QColor(0, 0, 0, 150)
+            int(label_position.x()) - 2,
+            int(label_position.y()) - height + 3,
+            width + 5,
+            height,
+            QColor(0, 0, 0, 150),
         )
         painter.setPen(color)
-        painter.drawText(beside, label)
+        painter.drawText(label_position, label)
 
-    def _at(self, place: FloatArray) -> QPointF | None:
-        """The pixel of a place of the model; None where it is not in sight."""
+    def _to_pixel(self, point: FloatArray) -> QPointF | None:
+        """Project a point of the model to a pixel, None if it is not visible."""
         assert self.model is not None
-        world = transform.apply(transform.matrix(self.model.to_world), place[None])
+        world = transform.apply(transform.matrix(self.model.to_world), point[None])
         (x, y), depth = (part[0] for part in self.camera.project(world, self.extent()))
         return QPointF(x, y) if depth > 0 and np.isfinite([x, y]).all() else None

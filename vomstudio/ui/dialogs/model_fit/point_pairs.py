@@ -1,4 +1,4 @@
-"""Points that were clicked on two models, in pairs, with steps that can be taken back."""
+"""Pairs of points clicked on two models, with undo and redo."""
 
 from __future__ import annotations
 
@@ -15,82 +15,88 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class _State:
-    """pairs : whole ones; here, there : the clicked point whose counterpart is not, on the model or
-    on the reference; next_number : of the label of the next pair"""
+    """Complete pairs, at most one pending point of each model, and the next label."""
 
     pairs: tuple[HomologousPoint, ...] = ()
-    here: Point | None = None
-    there: Point | None = None
+    model_point: Point | None = None
+    reference_point: Point | None = None
     next_number: int = 1
 
 
 class PointPairs:
-    """A click on one side waits for one on the other; a second one on the same side corrects it.
-    All in the model's own frame and in World of the reference."""
+    """Collect point pairs from clicks on a model and its reference.
+
+    A second click on the same side replaces the pending point. Model points are in the model's own
+    frame, reference points in World.
+    """
 
     def __init__(self) -> None:
         self._state = _State()
-        self._before: list[_State] = []
-        self._after: list[_State] = []
+        self._undo_states: list[_State] = []
+        self._redo_states: list[_State] = []
 
     @property
     def pairs(self) -> tuple[HomologousPoint, ...]:
         return self._state.pairs
 
     @property
-    def here(self) -> Point | None:
-        return self._state.here
+    def model_point(self) -> Point | None:
+        return self._state.model_point
 
     @property
-    def there(self) -> Point | None:
-        return self._state.there
+    def reference_point(self) -> Point | None:
+        return self._state.reference_point
 
-    def click(self, place: FloatArray, *, on_model: bool) -> None:
-        """A point of the model, or of the reference."""
-        x, y, z = (float(v) for v in place)
+    def click(self, coordinates: FloatArray, *, is_model: bool) -> None:
+        """Add a point of the model, or of the reference."""
+        x, y, z = (float(v) for v in coordinates)
         point = (x, y, z)
-        now = replace(self._state, here=point) if on_model else replace(self._state, there=point)
-        if now.here is not None and now.there is not None:
-            pair = HomologousPoint(str(now.next_number), now.here, now.there)
-            now = _State((*now.pairs, pair), None, None, now.next_number + 1)
-        self._take(now)
+        state = (
+            replace(self._state, model_point=point)
+            if is_model
+            else replace(self._state, reference_point=point)
+        )
+        if state.model_point is not None and state.reference_point is not None:
+            pair = HomologousPoint(str(state.next_number), state.model_point, state.reference_point)
+            state = _State((*state.pairs, pair), None, None, state.next_number + 1)
+        self._push(state)
 
     def remove(self, label: str) -> None:
-        """Take a pair out."""
-        left = tuple(pair for pair in self.pairs if pair.label != label)
-        if left != self.pairs:
-            self._take(replace(self._state, pairs=left))
+        """Remove a pair."""
+        remaining = tuple(pair for pair in self.pairs if pair.label != label)
+        if remaining != self.pairs:
+            self._push(replace(self._state, pairs=remaining))
 
     def clear(self) -> None:
-        """Forget all, also what could be taken back."""
+        """Remove all points and the history."""
         self._state = _State()
-        self._before, self._after = [], []
+        self._undo_states, self._redo_states = [], []
 
     @property
     def can_undo(self) -> bool:
-        return bool(self._before)
+        return bool(self._undo_states)
 
     @property
     def can_redo(self) -> bool:
-        return bool(self._after)
+        return bool(self._redo_states)
 
     def undo(self) -> None:
-        if self._before:
-            self._after.append(self._state)
-            self._state = self._before.pop()
+        if self._undo_states:
+            self._redo_states.append(self._state)
+            self._state = self._undo_states.pop()
 
     def redo(self) -> None:
-        if self._after:
-            self._before.append(self._state)
-            self._state = self._after.pop()
+        if self._redo_states:
+            self._undo_states.append(self._state)
+            self._state = self._redo_states.pop()
 
-    def _take(self, state: _State) -> None:
-        self._before.append(self._state)
-        self._after = []
+    def _push(self, state: _State) -> None:
+        self._undo_states.append(self._state)
+        self._redo_states = []
         self._state = state
 
-    def as_pairs(self) -> Pairs:
-        """For a registration."""
+    def to_pairs(self) -> Pairs:
+        """Convert to the pairs of a registration, with unknown errors."""
         n = len(self.pairs)
         return Pairs(
             tuple(pair.label for pair in self.pairs),

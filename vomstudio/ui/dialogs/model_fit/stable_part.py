@@ -1,4 +1,4 @@
-"""The choice of what has stayed where it was, by which alone one model is fitted to another."""
+"""Choice of the stable part of a model, which alone determines the fit."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """changed : another part was chosen; said : what is being done"""
+    """Choose the stable part. `changed` reports a choice, `message` the progress."""
 
     changed = Signal()
-    said = Signal(str)
+    message = Signal(str)
 
-    def __init__(self, studio: Studio, besides: str) -> None:
-        """besides : the id of the model that is fitted"""
+    def __init__(self, studio: Studio, fitted_id: str) -> None:
+        """Create the choices. `fitted_id` is the id of the fitted model."""
         super().__init__()
         self._studio = studio
         self._polygons: Path | None = None
-        self.which = ComboBox()
-        self.which.setObjectName("stable_part")
+        self.part_box = ComboBox()
+        self.part_box.setObjectName("stable_part")
         for text, tip in (
             (tr("All of it"), tr("Nothing has moved or fallen since.")),
             (tr("Near the clicked points"), tr("Only what is within this distance of a point.")),
@@ -39,29 +39,29 @@ class StablePartBox(QWidget):
             (tr("Inside polygons…"), tr("Of a layer, seen from above (GeoJSON, GeoPackage…).")),
             (tr("Near a cloud or mesh"), tr("Within 3 of its spacings, in the same frame.")),
         ):
-            self.which.addItem(text)
-            self.which.setItemData(self.which.count() - 1, tip, 3)
-        self.which.activated.connect(self._chosen)
-        self.metres = DoubleSpinBox()
-        self.metres.setRange(0.01, 100_000.0)
-        self.metres.setValue(5.0)
-        self.metres.setSuffix(" m")
-        self.metres.valueChanged.connect(lambda _: self.changed.emit())
-        self.metres.hide()
-        self.stable_model = OtherModelBox(studio, besides)
+            self.part_box.addItem(text)
+            self.part_box.setItemData(self.part_box.count() - 1, tip, 3)
+        self.part_box.activated.connect(self._choose_part)
+        self.distance_box = DoubleSpinBox()
+        self.distance_box.setRange(0.01, 100_000.0)
+        self.distance_box.setValue(5.0)
+        self.distance_box.setSuffix(" m")
+        self.distance_box.valueChanged.connect(lambda _: self.changed.emit())
+        self.distance_box.hide()
+        self.stable_model = OtherModelBox(studio, fitted_id)
         self.stable_model.models.setObjectName("stable_model")
         self.stable_model.chosen.connect(lambda _: self.changed.emit())
-        self.stable_model.said.connect(self.said)
+        self.stable_model.said.connect(self.message)
         self.stable_model.hide()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
         row = QHBoxLayout()
-        row.addWidget(self.which, 1)
-        row.addWidget(self.metres)
-        column.addLayout(row)
-        column.addWidget(self.stable_model)
+        row.addWidget(self.part_box, 1)
+        row.addWidget(self.distance_box)
+        layout.addLayout(row)
+        layout.addWidget(self.stable_model)
 
-    def _chosen(self, row: int) -> None:
+    def _choose_part(self, row: int) -> None:
         if row == _POLYGONS:
             name, _ = QFileDialog.getOpenFileName(
                 self,
@@ -71,49 +71,49 @@ class StablePartBox(QWidget):
             )
             if name:
                 self._polygons = Path(name)
-                self.which.setItemText(row, tr("Inside {file}", file=self._polygons.name))
+                self.part_box.setItemText(row, tr("Inside {file}", file=self._polygons.name))
             elif self._polygons is None:
-                self.which.setCurrentIndex(_ALL)
-        self.metres.setVisible(self.which.currentIndex() == _NEAR)
-        self.stable_model.setVisible(self.which.currentIndex() == _MODEL)
+                self.part_box.setCurrentIndex(_ALL)
+        self.distance_box.setVisible(self.part_box.currentIndex() == _NEAR)
+        self.stable_model.setVisible(self.part_box.currentIndex() == _MODEL)
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
-        """Why the part that was chosen is none; None where it is one."""
-        which = self.which.currentIndex()
-        if which == _NEAR and not pairs:
+        """Return why the chosen part cannot be used, None if it can."""
+        index = self.part_box.currentIndex()
+        if index == _NEAR and not pairs:
             return Finding("stable.no-points")
-        if which == _BOX and self._studio.display.box is None:
+        if index == _BOX and self._studio.display.box is None:
             return Finding("stable.no-box")
-        if which == _MODEL and self.stable_model.current() is None:
+        if index == _MODEL and self.stable_model.current() is None:
             return Finding("stable.no-model")
         return None
 
     def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
-        """What was chosen; None for all of the reference."""
-        which, box = self.which.currentIndex(), self._studio.display.box
-        if which == _NEAR:
-            return StablePart(self.metres.value(), tuple(pair.there for pair in pairs))
-        if which == _BOX and box is not None:
+        """Return the chosen part, None for the whole reference."""
+        index, box = self.part_box.currentIndex(), self._studio.display.box
+        if index == _NEAR:
+            return StablePart(self.distance_box.value(), tuple(pair.there for pair in pairs))
+        if index == _BOX and box is not None:
             return StablePart(box=(box.low, box.high))
         mask = self.stable_model.current()
-        if which == _MODEL and mask is not None:
+        if index == _MODEL and mask is not None:
             return StablePart(model=mask.standing(self._studio.project.cache))
-        return StablePart(polygons=self._polygons) if which == _POLYGONS else None
+        return StablePart(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:
-        """The file of what was chosen; None for all of the reference."""
+        """Return the file of the chosen part, None for the whole reference."""
         mask = self.stable_model.current()
-        if self.which.currentIndex() == _MODEL and mask is not None:
+        if self.part_box.currentIndex() == _MODEL and mask is not None:
             return mask.path
-        return self._polygons if self.which.currentIndex() == _POLYGONS else None
+        return self._polygons if self.part_box.currentIndex() == _POLYGONS else None
 
     def why_no_mask(self) -> Finding | None:
         """Return that the stable part is not in a file for a command; None if it is."""
-        if self.which.currentIndex() in (_NEAR, _BOX):
+        if self.part_box.currentIndex() in (_NEAR, _BOX):
             return Finding("action.stable-part-without-file")
         return None
 
     def close_reading(self) -> None:
-        """Nothing is handed over any more."""
+        """Cancel reading. No model is reported afterwards."""
         self.stable_model.close_reading()

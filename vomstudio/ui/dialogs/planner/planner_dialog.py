@@ -1,4 +1,4 @@
-"""The survey planner; all figures come from `photogrammetry.survey.planning`."""
+"""Dialog of the survey planner, with figures from `photogrammetry.survey.planning`."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.widgets.vertex_table import parse_number
 
-_KEPT, _PLAN = "survey_plan", "plan"
-_TYPING_MS = 200
+_VIEW_KEY, _JOB_KEY = "survey_plan", "plan"
+_TYPING_DELAY_MS = 200
 _MANNERS = dict(
     zip(
         MANNERS,
@@ -63,7 +63,7 @@ _MANNERS = dict(
         strict=True,
     )
 )
-# The quantity that is given: its name, key, unit, units in a metre, and a first value.
+# Target quantities: name, key, unit, units per metre, default value.
 _TARGETS = (
     (to_translate("Distance to the rock"), "distance_m", "m", 1.0, "30"),
     (to_translate("Ground sampling distance"), "gsd_m", "mm", 1000.0, "10"),
@@ -96,12 +96,12 @@ _FIELDS = {
     "--receiver": to_translate("Accuracy of the receiver"),
     "--control": to_translate("Accuracy of the control points"),
 }
-"""The fields of the dialog by the options that the errors of the planning name."""
+"""Fields of the dialog by the option that a planning error names."""
 _OPTIONAL = ("focal", "receiver", "control")
 
 
 class PlannerDialog(QDialog):
-    """What is typed is planned at once and kept with the project."""
+    """Plan a survey. Input is planned at once and saved with the project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -111,35 +111,35 @@ class PlannerDialog(QDialog):
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = QtBackground(self)
-        self._asked = self._shown = 0
+        self._request_number = self._shown_number = 0
         self.plan: SurveyPlan | None = None
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_TYPING_MS)
-        self._soon.timeout.connect(self._compute)
+        self._compute_timer = QTimer(self)
+        self._compute_timer.setSingleShot(True)
+        self._compute_timer.setInterval(_TYPING_DELAY_MS)
+        self._compute_timer.timeout.connect(self._compute)
         self.drawing = PlanDrawing()
-        left = QWidget()
-        left.setFixedWidth(430)
-        column = QVBoxLayout(left)
+        left_column = QWidget()
+        left_column.setFixedWidth(430)
+        column = QVBoxLayout(left_column)
         column.setContentsMargins(0, 0, 0, 0)
         column.addLayout(self._make_form())
         column.addWidget(self._make_results(), 1)
-        sides = QHBoxLayout()
-        sides.addWidget(left)
-        sides.addWidget(self.drawing, 1)
+        columns = QHBoxLayout()
+        columns.addWidget(left_column)
+        columns.addWidget(self.drawing, 1)
         layout = QVBoxLayout(self)
-        layout.addLayout(sides, 1)
+        layout.addLayout(columns, 1)
         layout.addWidget(self._make_buttons())
-        kept = studio.project.journal.view(_KEPT, {})
-        sound = {
-            name: kept[name]
+        stored = studio.project.journal.view(_VIEW_KEY, {})
+        valid = {
+            name: stored[name]
             for name, value in _DEFAULTS.items()
-            if type(kept.get(name)) is type(value)
+            if type(stored.get(name)) is type(value)
         }
-        self._fill({**_DEFAULTS, **sound})
+        self._fill({**_DEFAULTS, **valid})
         self._compute()
 
-    # --- parts -------------------------------------------------------------------------------
+    # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
         self.camera = ComboBox()
         self.camera.setObjectName("plan_camera")
@@ -161,33 +161,33 @@ class PlannerDialog(QDialog):
                 "pixels."
             )
         )
-        self.camera.editTextChanged.connect(self._changed)
+        self.camera.editTextChanged.connect(self._schedule_plan)
         photo = QPushButton(tr("From a photo…"))
         photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
-        self.focal = self._number("plan_focal")
+        self.focal = self._create_number_field("plan_focal")
         self.focal.setPlaceholderText(tr("Fixed lens"))
-        self.aperture = self._number("plan_aperture")
-        self.width_ = self._number("plan_width")
-        self.height_ = self._number("plan_height")
+        self.aperture = self._create_number_field("plan_aperture")
+        self.width_ = self._create_number_field("plan_width")
+        self.height_ = self._create_number_field("plan_height")
         self.target = ComboBox()
         self.target.setObjectName("plan_wish")
         for title, key, *_ in _TARGETS:
             self.target.addItem(tr(title), key)
-        self.target.currentIndexChanged.connect(self._target_chosen)
-        self.value = self._number("plan_value")
+        self.target.currentIndexChanged.connect(self._convert_target)
+        self.value = self._create_number_field("plan_value")
         self._unit = Label()
         self.overlap = SpinBox()
         self.overlap.setObjectName("plan_overlap")
         self.overlap.setRange(round(100 * MIN_OVERLAP), round(100 * MAX_OVERLAP))
         self.overlap.setSuffix(" %")
-        self.overlap.valueChanged.connect(self._changed)
+        self.overlap.valueChanged.connect(self._schedule_plan)
         self.manner = ComboBox()
         self.manner.setObjectName("plan_manner")
         for key, title in _MANNERS.items():
             self.manner.addItem(tr(title), key)
-        self.manner.currentIndexChanged.connect(self._changed)
-        self.receiver = self._number("plan_receiver")
+        self.manner.currentIndexChanged.connect(self._schedule_plan)
+        self.receiver = self._create_number_field("plan_receiver")
         self.receiver.setPlaceholderText(f"{DEFAULT_RECEIVER_M:g}")
         self.receiver.setToolTip(
             tr(
@@ -195,19 +195,19 @@ class PlannerDialog(QDialog):
                 "phone or a common drone, 0.02 m with RTK. Heights are taken as twice as bad."
             )
         )
-        self.control = self._number("plan_control")
+        self.control = self._create_number_field("plan_control")
         self.control.setPlaceholderText(f"{DEFAULT_CONTROL_M:g}")
         self.control.setToolTip(tr("Error of a coordinate of the control points, one sigma."))
         form = QFormLayout()
         form.setVerticalSpacing(6)
-        form.addRow(tr("Camera"), _row((self.camera, 1), (photo, 0)))
+        form.addRow(tr("Camera"), _create_row((self.camera, 1), (photo, 0)))
         form.addRow(
             tr("Lens"),
-            _row((self.focal, 0), (Label(tr("mm   f/")), 0), (self.aperture, 0)),
+            _create_row((self.focal, 0), (Label(tr("mm   f/")), 0), (self.aperture, 0)),
         )
         form.addRow(
             tr("Outcrop"),
-            _row(
+            _create_row(
                 (self.width_, 0),
                 (Label(tr("m wide")), 0),
                 (self.height_, 0),
@@ -215,11 +215,11 @@ class PlannerDialog(QDialog):
             ),
         )
         form.addRow(tr("Method"), self.manner)
-        form.addRow(tr("Target"), _row((self.target, 0), (self.value, 0), (self._unit, 0)))
-        form.addRow(tr("Overlap"), _row((self.overlap, 0)))
+        form.addRow(tr("Target"), _create_row((self.target, 0), (self.value, 0), (self._unit, 0)))
+        form.addRow(tr("Overlap"), _create_row((self.overlap, 0)))
         form.addRow(
             tr("Accuracy"),
-            _row(
+            _create_row(
                 (self.receiver, 0),
                 (Label(tr("m receiver")), 0),
                 (self.control, 0),
@@ -228,12 +228,12 @@ class PlannerDialog(QDialog):
         )
         return form
 
-    def _number(self, name: str) -> QLineEdit:
+    def _create_number_field(self, name: str) -> QLineEdit:
         field = QLineEdit()
         field.setObjectName(name)
         field.setFixedWidth(76)
         field.setAlignment(Qt.AlignmentFlag.AlignRight)
-        field.textChanged.connect(self._changed)
+        field.textChanged.connect(self._schedule_plan)
         return field
 
     def _make_results(self) -> QWidget:
@@ -260,18 +260,18 @@ class PlannerDialog(QDialog):
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.save = buttons.addButton(tr("Save field sheet…"), role)
-        self.print_ = buttons.addButton(tr("Print field sheet…"), role)
-        self.save.clicked.connect(self._save)
-        self.print_.clicked.connect(self._print)
+        self.save_button = buttons.addButton(tr("Save field sheet…"), role)
+        self.print_button = buttons.addButton(tr("Print field sheet…"), role)
+        self.save_button.clicked.connect(self._save)
+        self.print_button.clicked.connect(self._print)
         for button in buttons.buttons():
-            # Enter in a field is no wish to leave.
+            # Enter in a field must not close the dialog.
             if isinstance(button, QPushButton):
                 button.setAutoDefault(False)
         buttons.rejected.connect(self.close)
         return buttons
 
-    # --- what is asked -----------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------
     def _fill(self, values: dict[str, Any]) -> None:
         self.camera.setEditText(str(values["camera"]))
         for field, name in (
@@ -304,19 +304,19 @@ class PlannerDialog(QDialog):
             "control": self.control.text().strip(),
         }
 
-    def _target_chosen(self) -> None:
-        """Keep the plan, and show the newly chosen quantity of it."""
+    def _convert_target(self) -> None:
+        """Show the newly selected target quantity of the same plan."""
         self._show_unit()
-        _, key, _, per_metre, proposed = _TARGETS[self.target.currentIndex()]
-        known = None
+        _, key, _, per_metre, default = _TARGETS[self.target.currentIndex()]
+        value = None
         if self.plan is not None:
-            known = {
+            value = {
                 "distance_m": self.plan.distance_m,
                 "gsd_m": self.plan.gsd_m,
                 "plane_m": self.plan.smallest_plane_m,
             }[key]
-        self.value.setText(proposed if known is None else f"{known * per_metre:.3g}")
-        self._changed()
+        self.value.setText(default if value is None else f"{value * per_metre:.3g}")
+        self._schedule_plan()
 
     def _show_unit(self) -> None:
         self._unit.setText(_TARGETS[self.target.currentIndex()][2])
@@ -333,41 +333,41 @@ class PlannerDialog(QDialog):
             self.focal.clear()
             self.camera.setEditText(name)
 
-    def _changed(self, *_: object) -> None:
-        self._soon.start()
+    def _schedule_plan(self, *_: object) -> None:
+        self._compute_timer.start()
 
-    # --- what comes of it --------------------------------------------------------------------
+    # --- results -----------------------------------------------------------------------------
     def _compute(self) -> None:
         values = self._values()
-        self._asked += 1
-        asked = self._asked
+        self._request_number += 1
+        number = self._request_number
         self._background.run(
-            lambda: _plan(values),
-            partial(self._show, asked),
-            lambda error: self._show(asked, None, error),
-            key=_PLAN,
+            lambda: _compute_plan(values),
+            partial(self._show, number),
+            lambda error: self._show(number, None, error),
+            key=_JOB_KEY,
         )
 
-    def _show(self, asked: int, plan: SurveyPlan | None, error: VomError | None = None) -> None:
-        self.plan, self._shown = plan, asked
+    def _show(self, number: int, plan: SurveyPlan | None, error: VomError | None = None) -> None:
+        self.plan, self._shown_number = plan, number
         self.problem.setVisible(self.plan is None)
         self.problem.setText("" if error is None else str(error))
         if self.plan is not None:
-            self._studio.project.journal.set_view(_KEPT, self._values())
+            self._studio.project.journal.set_view(_VIEW_KEY, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {as_sentence(str(text))}" for text in warnings))
-        fixed = self.plan is not None and self.plan.camera.f_number is not None
-        allow(self.aperture, Finding("action.aperture-fixed") if fixed else None)
+        has_fixed_aperture = self.plan is not None and self.plan.camera.f_number is not None
+        allow(self.aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
         self.drawing.show_plan(self.plan)
-        for button in (self.save, self.print_):
+        for button in (self.save_button, self.print_button):
             allow(button, None if error is None else cause_of(error))
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
             count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
             checks = sum(point.use == "check" for point in self.plan.control_points)
-            # Not what is in the form above.
+            # The form above shows these already.
             rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
             control = tr(
                 "{count}, of these {checks} check points; targets of {size:.2g} cm",
@@ -390,7 +390,7 @@ class PlannerDialog(QDialog):
             self._grid.addWidget(value_label, line, 1)
             self.figures[name] = value_label
 
-    # --- the sheet ---------------------------------------------------------------------------
+    # --- field sheet -------------------------------------------------------------------------
     def _save(self) -> None:
         if self.plan is None:
             return
@@ -401,11 +401,11 @@ class PlannerDialog(QDialog):
             self.save_to(path)
 
     def save_to(self, path: Path) -> None:
-        """Write the field sheet to a file, in the format of its ending."""
+        """Write the field sheet to a file, in the format of its suffix."""
         plan, studio = self.plan, self._studio
         if plan is None:
             return
-        # matplotlib takes a second to import.
+        # In a thread, because importing matplotlib takes a second.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
             lambda _: studio.info(Finding("export.written", file=path)),
@@ -422,7 +422,7 @@ class PlannerDialog(QDialog):
             self.print_to(printer)
 
     def print_to(self, printer: Any) -> None:
-        """On one page of a QPrinter."""
+        """Print the field sheet on one page of a QPrinter."""
         from io import BytesIO
 
         from vomstudio.products.report.field_sheet import draw_field_sheet
@@ -447,7 +447,7 @@ class PlannerDialog(QDialog):
             super().done(result)
 
 
-def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
+def _create_row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
     row = QHBoxLayout()
     for widget, stretch in widgets:
         row.addWidget(widget, stretch)
@@ -456,8 +456,14 @@ def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
     return row
 
 
-def _plan(values: dict[str, Any]) -> SurveyPlan:
-    """Compute the plan. Raises VomError."""
+def _compute_plan(values: dict[str, Any]) -> SurveyPlan:
+    """Compute the plan from the texts of the fields.
+
+    Raises
+    ------
+    VomError
+        If an input is missing or invalid.
+    """
     if not values["camera"]:
         raise InputError(Finding("plan.no-camera"))
     target = next(row for row in _TARGETS if row[1] == values["wish"])
@@ -467,7 +473,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
         if numbers[name] is None and (values[name] or name not in _OPTIONAL):
             field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
             raise InputError(Finding("number.invalid", text=values[name]), field=field)
-    given = {target[1]: (numbers["value"] or 0.0) / target[3]}
+    target_value = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         camera = camera_of(values["camera"], numbers["focal"])
         options = PlanOptions(
@@ -479,7 +485,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
             aperture=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
             receiver_m=numbers["receiver"],
             control_m=numbers["control"],
-            **given,
+            **target_value,
         )
         return add_forecasts(plan_survey(camera, options), options.receiver_m, options.control_m)
     except VomError as error:

@@ -1,4 +1,4 @@
-"""The planes that were measured on both models: the angle between them beside their errors."""
+"""Table of the planes that were measured on both models, with angles and errors."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.measured_planes import measured_planes
 from vomstudio.ui.widgets.number_table import Column, NumberTable
 
-_BY = {"name": to_translate("name"), "nearness": to_translate("nearness")}
-_LEAST_HEIGHT = 130
+_MATCH_TITLES = {"name": to_translate("name"), "nearness": to_translate("nearness")}
+_MIN_TABLE_HEIGHT_PX = 130
 
 
 class AgreementTable(QWidget):
-    """Hidden where not both models are of the project and were interpreted."""
+    """Table of matching planes; hidden unless both models of the project have planes."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self._shown: tuple[str, str] | None = None
+        self._model_ids: tuple[str, str] | None = None
         self.agreement: Agreement | None = None
-        self.said = Label()
-        self.said.setObjectName("agreement")
-        self.said.setWordWrap(True)
+        self.summary = Label()
+        self.summary.setObjectName("agreement")
+        self.summary.setWordWrap(True)
         self.table = NumberTable(
             (
                 Column(tr("Plane"), tip=tr("On the model."), number=False),
@@ -42,42 +42,50 @@ class AgreementTable(QWidget):
             3,
             descending=True,
         )
-        self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.said)
+        column.addWidget(self.summary)
         column.addWidget(self.table)
         self.hide()
 
-    def forget(self) -> None:
-        """Features or models have changed."""
-        self._shown = None
+    def invalidate(self) -> None:
+        """Discard the shown result after a change of features or models."""
+        self._model_ids = None
 
     def show_models(self, model_id: str, other_id: str) -> None:
-        """Ids of the models; an empty one is none of the project. The same again is not worked out
-        anew unless `forget` was called."""
-        if self._shown == (model_id, other_id):
+        """Show the agreement of two models by id; an empty id is a model outside the project.
+
+        The same pair is recomputed only after `invalidate`.
+        """
+        if self._model_ids == (model_id, other_id):
             return
-        self._shown = (model_id, other_id)
+        self._model_ids = (model_id, other_id)
         planes = [self._planes(id_) if id_ else [] for id_ in (model_id, other_id)]
         if not (planes[0] and planes[1]):
             self.agreement = None
             self.hide()
             return
-        found = self.agreement = compare_orientations(planes[0], planes[1])
-        self.said.setText(_summary_text(found))
+        agreement = self.agreement = compare_orientations(planes[0], planes[1])
+        self.summary.setText(_summary_text(agreement))
         self.table.fill(
             [
                 (
-                    (one.first, one.second, tr(_BY[one.by]), one.angle_deg, one.error95_deg),
+                    (
+                        match.first,
+                        match.second,
+                        tr(_MATCH_TITLES[match.by]),
+                        match.angle_deg,
+                        match.error95_deg,
+                    ),
                     tr("The planes differ by more than their errors explain.")
-                    if one.agree is False
+                    if match.agree is False
                     else "",
                 )
-                for one in found.matched
+                for match in agreement.matched
             ]
         )
-        self.table.setVisible(bool(found.matched))
+        self.table.setVisible(bool(agreement.matched))
         self.show()
 
     def _planes(self, model_id: str) -> list[OrientedPlane]:
@@ -87,21 +95,21 @@ class AgreementTable(QWidget):
         return measured_planes(self._studio, features)
 
 
-def _summary_text(compare_orientations: Agreement) -> str:
-    if not compare_orientations.n:
+def _summary_text(agreement: Agreement) -> str:
+    if not agreement.n:
         return tr("No plane was measured on both: none has the same name or lies near another one.")
-    said = tr(
+    text = tr(
         "Planes measured on both: {n} ({named} matched by name, {near} by nearness). Angle: median "
         "{median}, RMS {rms}.",
-        n=compare_orientations.n,
-        named=compare_orientations.by_name,
-        near=compare_orientations.by_nearness,
-        median=degrees(compare_orientations.median_angle_deg),
-        rms=degrees(compare_orientations.rms_angle_deg),
+        n=agreement.n,
+        named=agreement.by_name,
+        near=agreement.by_nearness,
+        median=degrees(agreement.median_angle_deg),
+        rms=degrees(agreement.rms_angle_deg),
     )
-    if compare_orientations.agree_share is None:
-        return said
-    return f"{said} " + tr(
+    if agreement.agree_share is None:
+        return text
+    return f"{text} " + tr(
         "{share:.0f} % agree within their stated 95 % errors.",
-        share=100.0 * compare_orientations.agree_share,
+        share=100.0 * agreement.agree_share,
     )

@@ -1,5 +1,4 @@
-"""The panel in which a model is held against a benchmark: signed distances, and what of them is
-more than chance."""
+"""Panel that compares a model with a benchmark by signed distances."""
 
 from __future__ import annotations
 
@@ -51,7 +50,7 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.comparison.agreement_table import AgreementTable
-from vomstudio.ui.panels.comparison.histogram import Histogram, counts_of
+from vomstudio.ui.panels.comparison.histogram import Histogram, count_distances
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command
@@ -63,8 +62,8 @@ _COLORED_PERCENT = 98.0
 
 
 @dataclass(frozen=True)
-class Held:
-    """What was compared, and the figures of the command `compare`. fields : the file with them"""
+class ModelComparison:
+    """Compared models, figures of the command `compare`, and the file of distance fields."""
 
     model: PlacedModel
     benchmark: PlacedModel
@@ -73,15 +72,21 @@ class Held:
 
 
 class ComparePanel(QWidget):
-    """held : the last comparison, None while there is none"""
+    """Panel of the comparison of a model with a benchmark.
+
+    Attributes
+    ----------
+    comparison : ModelComparison or None
+        The last comparison.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         explain(self, "compare.md")
         self._studio = studio
-        self.held: Held | None = None
-        self._held_id = ""
-        self._sought: tuple[Path, str] | None = None
+        self.comparison: ModelComparison | None = None
+        self._compared_id = ""
+        self._searched_model: tuple[Path, str] | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
         self._model: Model | None = None
@@ -91,7 +96,7 @@ class ComparePanel(QWidget):
         self.method.setObjectName("compare_method")
         self.method.addItem(tr("Nearest distances"))
         self.method.addItem(tr("M3C2, along the normals"))
-        self.method.currentIndexChanged.connect(self._method_chosen)
+        self.method.currentIndexChanged.connect(self._show_limits)
         self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
         follow_axes(studio, lambda axes: self.limits.show_unit(unit_of(axes)))
         self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
@@ -99,21 +104,21 @@ class ComparePanel(QWidget):
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
         self.export.clicked.connect(self._ask_for_file)
         self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
-        self.said = hint_label()
+        self.message = hint_label()
         self.figures = Label()
         self.figures.setObjectName("compare_figures")
-        self.figures.setTextInteractionFlags(self.said.textInteractionFlags())
+        self.figures.setTextInteractionFlags(self.message.textInteractionFlags())
         self.histogram = Histogram()
         self.agreement = AgreementTable(studio)
         self._arrange()
         self.other.chosen.connect(self._refresh_buttons)
-        self.other.said.connect(self.said.setText)
+        self.other.said.connect(self.message.setText)
         for signal in (studio.project_opened, studio.selection_changed, studio.model_loaded):
             signal.connect(self.refresh)
         studio.jobs.closed.connect(self._close)
-        studio.project_opened.connect(self._forget)
-        studio.edited.connect(self._edited)
-        self._method_chosen()
+        studio.project_opened.connect(self._reset)
+        studio.edited.connect(self._follow_edit)
+        self._show_limits()
         self._show()
 
     def _arrange(self) -> None:
@@ -130,15 +135,15 @@ class ComparePanel(QWidget):
         column.addWidget(self.title)
         column.addLayout(form)
         column.addLayout(row)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         column.addWidget(self.figures)
         column.addWidget(self.histogram)
         column.addWidget(self.agreement)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- models ------------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Follow the current model, where somebody sees it."""
+        """Show the current model if the panel is visible."""
         if not self.isVisible():
             return
         model = current_model(self._studio) if self._studio.has_project else None
@@ -149,96 +154,107 @@ class ComparePanel(QWidget):
             else tr("{model} held against", model=model.name)
         )
         self.other.offer_besides("" if model is None else model.id)
-        self._take_up()
-        if self._moved_since():
-            self.said.setText(Finding("comparison.model-moved").message)
+        self._load_stored()
+        if self._has_moved():
+            self.message.setText(Finding("comparison.model-moved").message)
         self._refresh_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        self.agreement.forget()
+        self.agreement.invalidate()
         self.refresh()
 
-    def _edited(self, *_: object) -> None:
-        self.agreement.forget()
+    def _follow_edit(self, *_: object) -> None:
+        self.agreement.invalidate()
         self.refresh()
 
-    def _take_up(self) -> None:
-        """What was kept of the model, once."""
+    def _load_stored(self) -> None:
+        """Load the stored comparison of the current model, once per model and project folder."""
         model, studio = self._model, self._studio
         if model is None or self._job is not None or model.id not in studio.models:
             return
-        # A project that was saved elsewhere has its files there.
-        place = (studio.project.folder, model.id)
-        if self._sought == place or (self.held is not None and self._held_id == model.id):
+        # "Save as" moves the files of a project to the new folder.
+        project_model = (studio.project.folder, model.id)
+        if self._searched_model == project_model or (
+            self.comparison is not None and self._compared_id == model.id
+        ):
             return
-        self._sought = place
-        kept = next(iter(stored_comparisons(*place)), None)
-        if kept is None:
+        self._searched_model = project_model
+        record = next(iter(stored_comparisons(*project_model)), None)
+        if record is None:
             return
-        if not kept.is_current(model):
-            self.said.setText(
-                Finding("comparison.outdated", benchmark=kept.benchmark, day=kept.made[:10]).message
+        if not record.is_current(model):
+            self.message.setText(
+                Finding(
+                    "comparison.outdated", benchmark=record.benchmark, day=record.made[:10]
+                ).message
             )
             return
         crs = model.frame.crs
-        own = of_project(studio, model)
-        if own is not None:
-            crs = own.standing(studio.project.cache).crs
+        entry = of_project(studio, model)
+        if entry is not None:
+            crs = entry.standing(studio.project.cache).crs
         cache = studio.project.cache
-        path = studio.project.find_model(model) or Path(kept.model_name)
-        held = Held(
-            PlacedModel(kept.model_name, path, cache, kept.to_world, crs),
+        path = studio.project.find_model(model) or Path(record.model_name)
+        comparison = ModelComparison(
             PlacedModel(
-                kept.benchmark, Path(kept.benchmark_path), cache, kept.benchmark_to_world, None
+                name=record.model_name, path=path, cache=cache, to_world=record.to_world, crs=crs
             ),
-            dict(kept.figures),
-            kept.fields,
+            PlacedModel(
+                name=record.benchmark,
+                path=Path(record.benchmark_path),
+                cache=cache,
+                to_world=record.benchmark_to_world,
+                crs=None,
+            ),
+            dict(record.figures),
+            record.fields,
         )
-        self.said.setText(tr("Reading the distances of {day}…", day=kept.made[:10]))
+        self.message.setText(tr("Reading the distances of {day}…", day=record.made[:10]))
         self._background.run(
-            lambda: _read_kept(kept.fields), lambda read: self._show_kept(model.id, held, read)
+            lambda: _read_stored(record.fields),
+            lambda content: self._show_stored(model.id, comparison, content),
         )
 
-    def _show_kept(self, model_id: str, held: Held, read: object) -> None:
-        """Unless another model was chosen meanwhile, or it is being compared again."""
-        if read is None or self._model is None or self._model.id != model_id or self._job:
-            self.said.setText("")
+    def _show_stored(self, model_id: str, comparison: ModelComparison, content: object) -> None:
+        """Show a stored comparison unless the model has changed or a comparison is running."""
+        if content is None or self._model is None or self._model.id != model_id or self._job:
+            self.message.setText("")
             return
-        self._show_read(model_id, held, read)
+        self._show_comparison(model_id, comparison, content)
 
-    def _forget(self, *_: object) -> None:
-        """Another project."""
-        self.held, self._sought = None, None
-        self.agreement.forget()
-        self.said.setText("")
+    def _reset(self, *_: object) -> None:
+        """Clear the comparison for another project."""
+        self.comparison, self._searched_model = None, None
+        self.agreement.invalidate()
+        self.message.setText("")
         self._show()
 
-    def _method_chosen(self, *_: object) -> None:
-        by_cylinders = self.method.currentIndex() == 1
+    def _show_limits(self, *_: object) -> None:
+        is_m3c2 = self.method.currentIndex() == 1
         for field in self.limits.fields.values():
-            self._form.setRowVisible(field, by_cylinders)
+            self._form.setRowVisible(field, is_m3c2)
 
     def _refresh_buttons(self, *_: object) -> None:
-        busy = self._job is not None
-        why = None if busy else self._why_not()
-        self.start.setText(tr("Stop") if busy else tr("Compare"))
-        allow(self.start, why)
-        none = None if self.held is not None else Finding("action.not-computed")
-        allow(self.export, Finding("action.busy") if busy else none)
+        is_busy = self._job is not None
+        reason = None if is_busy else self._why_not()
+        self.start.setText(tr("Stop") if is_busy else tr("Compare"))
+        allow(self.start, reason)
+        no_result = None if self.comparison is not None else Finding("action.not-computed")
+        allow(self.export, Finding("action.busy") if is_busy else no_result)
         self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id, "" if other is None else other.id
         )
 
-    def _moved_since(self) -> bool:
-        """Whether the distances are those of another place of the model."""
-        now = self._studio.records.get(self._held_id)
+    def _has_moved(self) -> bool:
+        """Return whether the model has moved since the comparison."""
+        model = self._studio.records.get(self._compared_id)
         return (
-            self.held is not None
-            and isinstance(now, Model)
-            and now.to_world != self.held.model.to_world
+            self.comparison is not None
+            and isinstance(model, Model)
+            and model.to_world != self.comparison.model.to_world
         )
 
     def _why_not(self) -> Finding | None:
@@ -275,77 +291,83 @@ class ComparePanel(QWidget):
             self._studio.jobs.cancel(self._job)
             return
         studio, model, other = self._studio, self._model, self.other.current()
-        own = None if model is None else of_project(studio, model)
-        if own is None or model is None or other is None:
+        entry = None if model is None else of_project(studio, model)
+        if entry is None or model is None or other is None:
             return
         cache = studio.project.cache
         out = distances_file(studio.project.folder, new_id("comparison"))
-        order = ComparisonRequest(
-            own.standing(cache), other.standing(cache), self._options(model), out
+        request = ComparisonRequest(
+            entry.standing(cache), other.standing(cache), self._options(model), out
         )
-        self.said.setText(tr("Comparing…"))
+        self.message.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(
             COMPARE_MODELS,
-            order,
-            title=tr("Comparing {model} with {other}", model=own.name, other=other.name),
-            on_done=self._background.guard(lambda made: self._came(model.id, order, made)),
-            on_failed=self._background.guard(self._failed),
+            request,
+            title=tr("Comparing {model} with {other}", model=entry.name, other=other.name),
+            on_done=self._background.guard(
+                lambda result: self._store_result(model.id, request, result)
+            ),
+            on_failed=self._background.guard(self._show_failure),
         )
         self._refresh_buttons()
 
     def _error_of(self, model: Model) -> float | None:
-        opened = self._studio.models.get(model.id)
-        if model.registration is None or opened is None:
+        loaded_model = self._studio.models.get(model.id)
+        if model.registration is None or loaded_model is None:
             return None
         from vomstudio.geometry import transform
 
-        corners = transform.apply(transform.matrix(model.to_world), opened.data.bounds)
+        corners = transform.apply(transform.matrix(model.to_world), loaded_model.data.bounds)
         return model.registration.placing_error_m(np.sort(corners, axis=0))
 
-    def _came(self, model_id: str, order: ComparisonRequest, made: ComparedModels) -> None:
-        held = Held(order.model, order.benchmark, made.figures, made.out)
+    def _store_result(
+        self, model_id: str, request: ComparisonRequest, result: ComparedModels
+    ) -> None:
+        comparison = ModelComparison(request.model, request.benchmark, result.figures, result.out)
         model = self._studio.records.get(model_id)
-        kept = None if not isinstance(model, Model) else _as_kept(model, order, made)
+        record = (
+            None if not isinstance(model, Model) else _comparison_record(model, request, result)
+        )
 
         def read() -> tuple[dict[str, Any], float, Any]:
-            if kept is not None:
-                store_comparison(kept)
-            # Seconds, of many millions of points.
-            return _read(made.out)
+            if record is not None:
+                store_comparison(record)
+            # Takes seconds for many millions of points.
+            return _read(result.out)
 
-        self._background.run(read, lambda read: self._show_read(model_id, held, read))
+        self._background.run(read, lambda read: self._show_comparison(model_id, comparison, read))
 
-    def _show_read(self, model_id: str, held: Held, read: object) -> None:
-        assert isinstance(read, tuple)
-        fields, reach, counts = read
-        self._job, self.held, self._held_id = None, held, model_id
+    def _show_comparison(self, model_id: str, comparison: ModelComparison, content: object) -> None:
+        assert isinstance(content, tuple)
+        fields, limit_m, counts = content
+        self._job, self.comparison, self._compared_id = None, comparison, model_id
         self._show()
-        self.histogram.show_counts(counts, reach, held.figures["median_m"])
-        opened = self._studio.models.get(model_id)
-        said = [str(each) for each in held.figures["warnings"]]
-        if opened is not None and opened.give_fields(fields):
-            self._studio.display.show_field(model_id, FieldStyle(FIELD, -reach, reach))
+        self.histogram.show_counts(counts, limit_m, comparison.figures["median_m"])
+        loaded_model = self._studio.models.get(model_id)
+        messages = [str(warning) for warning in comparison.figures["warnings"]]
+        if loaded_model is not None and loaded_model.give_fields(fields):
+            self._studio.display.show_field(model_id, FieldStyle(FIELD, -limit_m, limit_m))
         else:
-            said.append(Finding("model.fields-too-large").message)
-        self.said.setText("\n".join(said))
+            messages.append(Finding("model.fields-too-large").message)
+        self.message.setText("\n".join(messages))
         self._refresh_buttons()
 
-    def _failed(self, event: Failed) -> None:
+    def _show_failure(self, event: Failed) -> None:
         self._job = None
-        self.said.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
+        self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
         self._refresh_buttons()
 
     def _show(self) -> None:
-        self.figures.setVisible(self.held is not None)
-        self.histogram.setVisible(self.held is not None)
-        if self.held is not None:
-            self.figures.setText(result_text(self.held))
+        self.figures.setVisible(self.comparison is not None)
+        self.histogram.setVisible(self.comparison is not None)
+        if self.comparison is not None:
+            self.figures.setText(result_text(self.comparison))
 
     # --- the file ----------------------------------------------------------------------------
     def _ask_for_file(self) -> None:
-        if self.held is None:
+        if self.comparison is None:
             return
-        name = f"{self.held.model.path.stem}_distances.ply"
+        name = f"{self.comparison.model.path.stem}_distances.ply"
         title = tr("Export the model with its distances")
         path = ask_for_target(self, self._studio, title, name, {"ply": "PLY"})
         if path is not None:
@@ -353,14 +375,14 @@ class ComparePanel(QWidget):
 
     def export_to(self, path: Path) -> None:
         """Write the compared model, in World, with its distances as fields."""
-        if self.held is None:
+        if self.comparison is None:
             return
-        held, studio = self.held, self._studio
-        # A project that was saved elsewhere since has taken its files along.
-        fields = distances_file(studio.project.folder, held.fields.stem)
+        comparison, studio = self.comparison, self._studio
+        # "Save as" since then has moved the file to the new folder.
+        fields = distances_file(studio.project.folder, comparison.fields.stem)
 
-        def done(made: ExportedModel) -> None:
-            for finding in (Finding("export.written", file=path), *made.warnings):
+        def done(result: ExportedModel) -> None:
+            for finding in (Finding("export.written", file=path), *result.warnings):
                 studio.info(finding)
 
         def failed(event: Failed) -> None:
@@ -369,7 +391,7 @@ class ComparePanel(QWidget):
 
         studio.jobs.submit(
             EXPORT_COMPARISON,
-            ComparisonExport(held.model, held.benchmark.path, fields, path),
+            ComparisonExport(comparison.model, comparison.benchmark.path, fields, path),
             title=tr("Exporting {file}", file=path.name),
             on_done=done,
             on_failed=failed,
@@ -380,25 +402,27 @@ class ComparePanel(QWidget):
         self.other.close_reading()
 
 
-def _as_kept(model: Model, order: ComparisonRequest, made: ComparedModels) -> StoredComparison:
+def _comparison_record(
+    model: Model, request: ComparisonRequest, result: ComparedModels
+) -> StoredComparison:
     return StoredComparison(
-        model.id,
-        model.name,
-        model.content_hash,
-        order.model.to_world,
-        order.benchmark.name,
-        str(order.benchmark.path),
-        order.benchmark.to_world,
-        order.options.m3c2_m,
-        made.figures,
-        now(),
-        __version__,
-        made.out,
+        model_id=model.id,
+        model_name=model.name,
+        content_hash=model.content_hash,
+        to_world=request.model.to_world,
+        benchmark=request.benchmark.name,
+        benchmark_path=str(request.benchmark.path),
+        benchmark_to_world=request.benchmark.to_world,
+        radius_m=request.options.m3c2_m,
+        figures=result.figures,
+        made=now(),
+        version=__version__,
+        fields=result.out,
     )
 
 
-def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
-    """In a thread; None for a file that cannot be read."""
+def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
+    """Read a stored comparison in a worker thread; None if the file is damaged."""
     try:
         return _read(path)
     except (OSError, ValueError, TypeError, KeyError):
@@ -406,27 +430,29 @@ def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
-    """In a thread: the fields, how far from zero the colours reach (m), and the histogram."""
+    """Return fields, limit of the colour range (m) and histogram. Runs in a worker thread."""
     with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
     if any(values.ndim != 1 or values.dtype.kind not in "fiu" for values in fields.values()):
         raise ValueError("not the fields of points")
-    left = np.abs(distances[np.isfinite(distances)])
-    reach = max(float(np.percentile(left, _COLORED_PERCENT)), 1e-9) if len(left) else 1.0
-    return fields, reach, counts_of(distances, reach)
+    magnitudes = np.abs(distances[np.isfinite(distances)])
+    limit_m = (
+        max(float(np.percentile(magnitudes, _COLORED_PERCENT)), 1e-9) if len(magnitudes) else 1.0
+    )
+    return fields, limit_m, count_distances(distances, limit_m)
 
 
-def result_text(comparison: Held) -> str:
-    """Accuracy, precision, and what is more than chance, in lines."""
-    told = comparison.figures
+def result_text(comparison: ModelComparison) -> str:
+    """Return accuracy, precision and significance as lines of text."""
+    figures = comparison.figures
 
     def metres(name: str) -> str:
-        value = told[name]
+        value = figures[name]
         return "–" if value is None else f"{value:.3g} m"
 
-    said = [
-        tr("{n:,} distances from {other}", n=told["n"], other=comparison.benchmark.name),
+    lines = [
+        tr("{n:,} distances from {other}", n=figures["n"], other=comparison.benchmark.name),
         tr(
             "Accuracy: mean {mean}, median {median}",
             mean=metres("mean_m"),
@@ -435,15 +461,15 @@ def result_text(comparison: Held) -> str:
         tr("Precision: std. deviation {std}, MAD {mad}", std=metres("std_m"), mad=metres("mad_m")),
         tr("Both: RMS {rms}", rms=metres("rms_m")),
     ]
-    if told["beyond"]:
-        said.append(tr("{count:,} points have no counterpart", count=told["beyond"]))
-    if told["lod95_m"] is not None and told["significant_share"] is not None:
-        said.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
-        share = 100.0 * told["significant_share"]
-        said.append(tr("Significant: {share:.1f} % of the distances", share=share))
-    if (side := told["positive_toward"]) is not None:
+    if figures["beyond"]:
+        lines.append(tr("{count:,} points have no counterpart", count=figures["beyond"]))
+    if figures["lod95_m"] is not None and figures["significant_share"] is not None:
+        lines.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
+        share = 100.0 * figures["significant_share"]
+        lines.append(tr("Significant: {share:.1f} % of the distances", share=share))
+    if (side := figures["positive_toward"]) is not None:
         toward = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
-        said.append(
+        lines.append(
             tr("Positive: before the benchmark, toward {toward} (trend/plunge)", toward=toward)
         )
-    return "\n".join(said)
+    return "\n".join(lines)

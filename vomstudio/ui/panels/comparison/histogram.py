@@ -1,4 +1,4 @@
-"""A histogram of signed distances, in the colours in which the model shows them."""
+"""Histogram of signed distances in the colours of the model."""
 
 from __future__ import annotations
 
@@ -17,15 +17,17 @@ _BINS = 51
 _MARGIN = 8.0
 
 
-def counts_of(distances: FloatArray, reach: float) -> IndexArray:
-    """Of distances (n,) in m, NaN where there is none, from -reach to reach; what lies beyond is
-    counted with the last ones."""
-    inside = np.clip(distances[np.isfinite(distances)], -reach, reach)
-    return np.histogram(inside, bins=_BINS, range=(-reach, reach))[0]
+def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
+    """Count distances (n,) in bins from -limit_m to limit_m.
+
+    NaN is ignored. Larger distances count in the outermost bins.
+    """
+    clipped = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
+    return np.histogram(clipped, bins=_BINS, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):
-    """From -reach to reach, with lines at zero (thin) and at the median (dashed)."""
+    """Histogram with lines at zero (thin) and at the median (dashed)."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -33,52 +35,54 @@ class Histogram(QWidget):
         self.setMinimumHeight(110)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.counts: IndexArray = np.zeros(0, np.intp)
-        self._reach = self._median = 0.0
+        self._limit_m = self._median_m = 0.0
 
     @cached_property
     def _colors(self) -> ByteArray:
-        """Of the map, which matplotlib is loaded for: not before there is something to show."""
+        """Return the colour table, which loads matplotlib on first use."""
         return map_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)
 
-    def show_counts(self, counts: IndexArray, reach: float, median: float) -> None:
-        """What `counts_of` gives; reach, median : m"""
-        self.counts, self._reach, self._median = counts, reach, median
+    def show_counts(self, counts: IndexArray, limit_m: float, median_m: float) -> None:
+        """Show the counts of `count_distances`."""
+        self.counts, self._limit_m, self._median_m = counts, limit_m, median_m
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
-        if not len(self.counts) or self._reach <= 0.0:
+        if not len(self.counts) or self._limit_m <= 0.0:
             return
         text = self.palette().color(QPalette.ColorRole.WindowText)
-        below = painter.fontMetrics().height() + 4.0
-        room = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -below)
-        wide = room.width() / _BINS
-        highest = max(int(self.counts.max()), 1)
+        label_height = painter.fontMetrics().height() + 4.0
+        plot = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -label_height)
+        bar_width = plot.width() / _BINS
+        max_count = max(int(self.counts.max()), 1)
         for number, count in enumerate(self.counts.tolist()):
             red, green, blue = self._colors[int((number + 0.5) / _BINS * len(self._colors))]
-            high = room.height() * count / highest
-            bar = QRectF(room.left() + number * wide, room.bottom() - high, wide, high)
+            bar_height = plot.height() * count / max_count
+            bar = QRectF(
+                plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
+            )
             painter.fillRect(bar, QColor(int(red), int(green), int(blue)))
-        # Pale bars have an edge too.
+        # A base line, because pale bars are barely visible.
         painter.setPen(QPen(text, 1.0))
-        painter.drawLine(room.bottomLeft(), room.bottomRight())
-        self._line(painter, room, 0.0, QPen(text, 1.0))
-        self._line(painter, room, self._median, QPen(text, 1.4, Qt.PenStyle.DashLine))
-        line = QRectF(room.left(), room.bottom() + 2.0, room.width(), below)
-        for align, words in (
-            (Qt.AlignmentFlag.AlignLeft, f"−{self._reach:.3g} m"),
+        painter.drawLine(plot.bottomLeft(), plot.bottomRight())
+        self._line(painter, plot, 0.0, QPen(text, 1.0))
+        self._line(painter, plot, self._median_m, QPen(text, 1.4, Qt.PenStyle.DashLine))
+        line = QRectF(plot.left(), plot.bottom() + 2.0, plot.width(), label_height)
+        for align, label in (
+            (Qt.AlignmentFlag.AlignLeft, f"−{self._limit_m:.3g} m"),
             (Qt.AlignmentFlag.AlignHCenter, "0"),
-            (Qt.AlignmentFlag.AlignRight, f"{self._reach:.3g} m"),
+            (Qt.AlignmentFlag.AlignRight, f"{self._limit_m:.3g} m"),
         ):
-            painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), words)
+            painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), label)
 
-    def _line(self, painter: QPainter, room: QRectF, at: float, pen: QPen) -> None:
-        share = 0.5 + 0.5 * float(np.clip(at / self._reach, -1.0, 1.0))
-        x = room.left() + share * room.width()
+    def _line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
+        share = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
+        x = plot.left() + share * plot.width()
         painter.setPen(pen)
-        painter.drawLine(QPointF(x, room.top()), QPointF(x, room.bottom()))
+        painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))

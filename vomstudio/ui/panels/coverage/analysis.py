@@ -1,4 +1,4 @@
-"""What the dock of what was looked at asks, worked out in a thread."""
+"""Requests and results of the coverage panel, computed in a worker thread."""
 
 from __future__ import annotations
 
@@ -19,14 +19,25 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import compute_coverage
 
-_PROPOSED = 8.0
-"""Cells along the longer side of a face, of the side that is proposed."""
+_CELLS_PER_SIDE = 8.0
+"""Number of proposed cells along the longer side of a face."""
 
 
 @dataclass(frozen=True, eq=False)
-class NewGrid:
-    """points : (n, 3) that it lies over, model file frame or, where `world`, World; plane : of the
-    face, None for the one that faces the view, trend and plunge; cell_m : None for the proposed"""
+class GridRequest:
+    """Request for a sampling grid.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Points to be covered, in the model file frame, or World if `world` is True.
+    plane : Plane or None
+        Plane of the face, None for the plane that faces the view.
+    view : (float, float)
+        Trend and plunge of the view.
+    cell_m : float or None
+        Side of a cell, None for the proposed side.
+    """
 
     model: Model
     points: FloatArray
@@ -36,46 +47,46 @@ class NewGrid:
     cell_m: float | None
 
 
-def lay(asked: NewGrid) -> FaceGrid:
+def create_face_grid(request: GridRequest) -> FaceGrid:
     """Create a sampling grid on the face. Runs in a worker thread."""
-    rows = transform.matrix(asked.model.to_world)
-    direction = Line(*asked.view).vector() if asked.plane is None else -asked.plane.normal()
+    rows = transform.matrix(request.model.to_world)
+    direction = Line(*request.view).vector() if request.plane is None else -request.plane.normal()
     frame = ViewFrame.looking(direction)
-    points = asked.points if asked.world else transform.apply(rows, asked.points)
+    points = request.points if request.world else transform.apply(rows, request.points)
     points = points[np.isfinite(points).all(axis=1)]
-    middle = points.mean(axis=0) if len(points) else np.zeros(3)
-    cell = asked.cell_m or proposed_cell(points, frame)
-    grid = create_grid(points - middle, frame.right, -frame.down, cell)
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    cell = request.cell_m or proposed_cell(points, frame)
+    grid = create_grid(points - centre, frame.right, -frame.down, cell)
     back = transform.invert(rows)
     scale = transform.scale_of(rows)
-    origin = transform.apply(back, [grid.origin + middle])[0]
-    turn = rows[:3, :3].T / scale
-    model = asked.model
+    origin = transform.apply(back, [grid.origin + centre])[0]
+    rotation = rows[:3, :3].T / scale
+    model = request.model
     return FaceGrid(
-        new_id("grid"),
-        "",
-        model.id,
-        model.content_hash,
-        _tuple(origin),
-        _tuple(turn @ grid.right),
-        _tuple(turn @ grid.up),
-        grid.cell / scale,
-        grid.columns,
-        grid.rows,
+        id=new_id("grid"),
+        name="",
+        model_id=model.id,
+        model_hash=model.content_hash,
+        origin=_tuple(origin),
+        right=_tuple(rotation @ grid.right),
+        up=_tuple(rotation @ grid.up),
+        cell=grid.cell / scale,
+        columns=grid.columns,
+        rows=grid.rows,
     )
 
 
 def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
-    """A round number of metres: 1, 2 or 5 times a power of ten."""
+    """Return a cell side of 1, 2 or 5 times a power of ten, metres."""
     if not len(points):
         return 1.0
-    across = points @ np.stack([frame.right, frame.down], axis=1)
-    wanted = float(np.ptp(across, axis=0).max()) / _PROPOSED
-    if not wanted > 0.0:
+    projection = points @ np.stack([frame.right, frame.down], axis=1)
+    target_m = float(np.ptp(projection, axis=0).max()) / _CELLS_PER_SIDE
+    if not target_m > 0.0:
         return 1.0
-    power = 10.0 ** math.floor(math.log10(wanted))
+    power = 10.0 ** math.floor(math.log10(target_m))
     return float(
-        min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(math.log(k * power / wanted))) * power
+        min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(math.log(k * power / target_m))) * power
     )
 
 
@@ -85,22 +96,22 @@ def _tuple(vector: FloatArray) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class ShareQuestion:
+class CoverageRequest:
     grid: FaceGrid
     model: Model | None
     exposed: ExposedArea
     lines: list[FloatArray]
 
 
-def answer(question: ShareQuestion) -> FaceCoverage:
-    """In a thread."""
-    return compute_coverage(question.grid, question.model, question.exposed, question.lines)
+def compute_share(request: CoverageRequest) -> FaceCoverage:
+    """Compute the coverage of a grid. Runs in a worker thread."""
+    return compute_coverage(request.grid, request.model, request.exposed, request.lines)
 
 
-def figures_html(found: FaceCoverage, unit: str) -> str:
-    """unit : of lengths, "m" where they are metres"""
+def figures_html(coverage: FaceCoverage, unit: str) -> str:
+    """Return the figures of a coverage as HTML; `unit` is "m" for metric lengths."""
     rows = [
-        (tr("Looked at"), _percent(found.looked_at_share)),
+        (tr("Looked at"), _percent_text(coverage.looked_at_share)),
         *(
             (
                 name,
@@ -110,36 +121,36 @@ def figures_html(found: FaceCoverage, unit: str) -> str:
                     part.cells,
                     area=f"{part.covered_m2:.4g}",
                     unit=unit,
-                    share=_percent(part.share),
+                    share=_percent_text(part.share),
                 ),
             )
             for name, part in (
-                (tr("Done"), found.done),
-                (tr("Empty"), found.empty),
-                (tr("Unmeasurable"), found.unmeasurable),
-                (tr("Not looked at"), found.not_looked_at),
+                (tr("Done"), coverage.done),
+                (tr("Empty"), coverage.empty),
+                (tr("Unmeasurable"), coverage.unmeasurable),
+                (tr("Not looked at"), coverage.not_looked_at),
             )
         ),
         (
             tr("Counted over"),
-            tr("{area} {unit}² (done and empty)", area=f"{found.counted_m2:.4g}", unit=unit),
+            tr("{area} {unit}² (done and empty)", area=f"{coverage.counted_m2:.4g}", unit=unit),
         ),
-        (tr("Features there"), str(found.features)),
-        (tr("Density"), _per(found.density_1_per_m2, f"1/{unit}²")),
-        (tr("P21"), _per(found.P21_1_per_m, f"1/{unit}")),
+        (tr("Features there"), str(coverage.features)),
+        (tr("Density"), _rate_text(coverage.density_1_per_m2, f"1/{unit}²")),
+        (tr("P21"), _rate_text(coverage.P21_1_per_m, f"1/{unit}")),
     ]
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
-        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
-        for name, said in rows
+        f"<td style='padding:1px 2px'>{escape(value)}</td></tr>"
+        for name, value in rows
     )
-    notes = "".join(f"<p>{escape(reason.message)}</p>" for reason in found.reasons)
+    notes = "".join(f"<p>{escape(reason.message)}</p>" for reason in coverage.reasons)
     return f"<table width='100%'>{cells}</table>{notes}"
 
 
-def _percent(share: float | None) -> str:
+def _percent_text(share: float | None) -> str:
     return "–" if share is None else f"{100.0 * share:.0f} %"
 
 
-def _per(value: float | None, unit: str) -> str:
+def _rate_text(value: float | None, unit: str) -> str:
     return "–" if value is None else f"{value:.3g} {unit}"

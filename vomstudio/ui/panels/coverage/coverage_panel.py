@@ -1,4 +1,4 @@
-"""The dock of what was looked at: a grid over the face, and how far one has come in it."""
+"""Panel of sampling grids over faces and of their coverage."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from vomstudio.ui.base.number_formatting import drawn_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.coverage.analysis import (
-    NewGrid,
-    ShareQuestion,
-    answer,
+    CoverageRequest,
+    GridRequest,
+    compute_share,
+    create_face_grid,
     figures_html,
-    lay,
 )
 from vomstudio.ui.widgets.axis_titles import add_length_row
 from vomstudio.ui.widgets.form_with_picture import FormBeside
@@ -39,26 +39,26 @@ from vomstudio.ui.widgets.vertex_table import parse_number
 _MODEL, _SELECTED = "model", "selected"
 
 
-class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
+class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
     """Panel of grids over faces, and of their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "looked_at", "fractures.md#what-was-looked-at", tr("Counting…"))
         self._view = view
-        self._laying = False
+        self._is_creating = False
         self.model = ModelBox(studio)
         self.model.setObjectName("looked_at_model")
-        self.over = ComboBox()
-        self.over.setObjectName("looked_at_over")
-        self.over.addItem(tr("All of the model"), _MODEL)
-        self.over.addItem(tr("The selected features"), _SELECTED)
+        self.extent = ComboBox()
+        self.extent.setObjectName("looked_at_over")
+        self.extent.addItem(tr("All of the model"), _MODEL)
+        self.extent.addItem(tr("The selected features"), _SELECTED)
         self.plane = PlaneField(studio, "looked_at_plane", tr("as it is looked at now"), view)
         self.cell = QLineEdit()
         self.cell.setObjectName("looked_at_cell")
         self.cell.setPlaceholderText(tr("an eighth of the face"))
         self.cell.setToolTip(tr("The side of a cell."))
-        self.lay = QPushButton(theme.icon("grid"), tr("Lay grid"))
-        self.lay.setToolTip(tr("Whole cells over the face, on the outcrop."))
+        self.create_button = QPushButton(theme.icon("grid"), tr("Lay grid"))
+        self.create_button.setToolTip(tr("Whole cells over the face, on the outcrop."))
         self.grids = ComboBox()
         self.grids.setObjectName("looked_at_grid")
         self.grids.keep_narrow()
@@ -77,21 +77,23 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
     def _arrange(self) -> None:
         form = narrow_form()
         form.addRow(tr("Model"), self.model)
-        form.addRow(tr("Over"), self.over)
+        form.addRow(tr("Over"), self.extent)
         form.addRow(tr("Face"), self.plane)
         add_length_row(form, self._studio, lambda u: tr("Cell ({unit})", unit=u), self.cell)
-        chosen = narrow_form()
-        chosen.addRow(tr("Grid"), self.grids)
+        grid_form = narrow_form()
+        grid_form.addRow(tr("Grid"), self.grids)
         buttons = button_row(self.mark, self.remove)
-        FormBeside.fill(self, form, self.lay, chosen, buttons, self.message, picture=self.figures)
+        FormBeside.fill(
+            self, form, self.create_button, grid_form, buttons, self.message, picture=self.figures
+        )
 
     def _connect(self) -> None:
         studio = self._studio
-        self.lay.clicked.connect(lambda _=False: self._lay())
+        self.create_button.clicked.connect(lambda _=False: self._create_grid())
         self.grids.activated.connect(self._soon)
         self.mark.clicked.connect(self._mark)
         self.remove.clicked.connect(lambda _=False: self._remove())
-        self.over.activated.connect(lambda _: self._refresh())
+        self.extent.activated.connect(lambda _: self._refresh())
         self.plane.changed.connect(self._refresh)
         self.cell.textChanged.connect(lambda _: self._refresh())
         studio.project_opened.connect(self.cell.clear)
@@ -102,36 +104,36 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.active_tool_changed.connect(lambda _: self._refresh())
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _list(self) -> None:
         self.model.list_models()
         self._list_grids()
 
-    def _answer(self, question: ShareQuestion) -> FaceCoverage:
-        return answer(question)
+    def _answer(self, question: CoverageRequest) -> FaceCoverage:
+        return compute_share(question)
 
     def _list_grids(self) -> None:
-        there = [(grid.name, grid.id) for grid in self._studio.workspace.grids.all()]
-        shown = [
+        grids = [(grid.name, grid.id) for grid in self._studio.workspace.grids.all()]
+        items = [
             (self.grids.itemText(i), self.grids.itemData(i)) for i in range(self.grids.count())
         ]
-        if shown == there:
+        if items == grids:
             return
-        kept, known = self.grids.currentData(), {id_ for _, id_ in shown}
-        new = [id_ for _, id_ in there if id_ not in known]
+        previous_id, listed_ids = self.grids.currentData(), {id_ for _, id_ in items}
+        new_ids = [id_ for _, id_ in grids if id_ not in listed_ids]
         with QSignalBlocker(self.grids):
             self.grids.clear()
-            for name, id_ in there:
+            for name, id_ in grids:
                 self.grids.addItem(name, id_)
-            # What was laid just now is meant.
-            wanted = new[-1] if new else kept
-            self.grids.setCurrentIndex(max(self.grids.findData(wanted), 0) if there else -1)
+            # A new grid is selected.
+            selected_id = new_ids[-1] if new_ids else previous_id
+            self.grids.setCurrentIndex(max(self.grids.findData(selected_id), 0) if grids else -1)
 
     def grid(self) -> FaceGrid | None:
-        """The chosen one."""
+        """Return the selected grid."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
-    def _question(self) -> ShareQuestion:
+    def _question(self) -> CoverageRequest:
         studio, grid = self._studio, self.grid()
         if grid is None:
             raise InputError(Finding("grid.not-begun"))
@@ -140,13 +142,13 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
         if exposed is None:
             is_open = grid.model_id in studio.models
             raise InputError(Finding("action.busy" if is_open else "model.not-open"))
-        own = (
+        feature_ids = (
             [f.id for f in studio.session.features() if getattr(f, "model_id", "") == model.id]
             if model is not None
             else []
         )
-        lines = picked_lines(studio.records, studio.measured(own), grid.model_id)
-        return ShareQuestion(grid, model, exposed, lines)
+        lines = picked_lines(studio.records, studio.measured(feature_ids), grid.model_id)
+        return CoverageRequest(grid, model, exposed, lines)
 
     def _result_text(self, result: FaceCoverage) -> str:
         return tr(
@@ -170,19 +172,19 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
 
     def _refresh(self) -> None:
         marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
-        allow(self.lay, self._why_not_lay())
+        allow(self.create_button, self._why_not_create())
         no_grid = None if self.grid() is not None else Finding("action.no-grid")
         allow(self.mark, no_grid)
         allow(self.remove, no_grid)
         with QSignalBlocker(self.mark):
             self.mark.setChecked(marking and no_grid is None)
 
-    def _why_not_lay(self) -> Finding | None:
+    def _why_not_create(self) -> Finding | None:
         if self.model.chosen_model() is None:
             return Finding("action.no-model")
-        if self._laying:
+        if self._is_creating:
             return Finding("action.busy")
-        if self.over.currentData() == _SELECTED and not self._selected():
+        if self.extent.currentData() == _SELECTED and not self._selected():
             return Finding("action.no-feature")
         if (text := self.cell.text().strip()) and not ((parse_number(text) or 0.0) > 0.0):
             return Finding("grid.cell-size")
@@ -192,49 +194,51 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, FaceCoverage]):
             return cause_of(error)
         return None
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- actions -----------------------------------------------------------------------------
     def _selected(self) -> list[str]:
         records = self._studio.records
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
-    def _lay(self) -> None:
+    def _create_grid(self) -> None:
         model, studio = self.model.chosen_model(), self._studio
-        if model is None or self._why_not_lay() is not None:
+        if model is None or self._why_not_create() is not None:
             return
         data = studio.models[model.id].data
         points = data.vertices if isinstance(data, Mesh) else data.points
-        in_world = self.over.currentData() == _SELECTED
-        if in_world:
+        is_world = self.extent.currentData() == _SELECTED
+        if is_world:
             measured = studio.measured(self._selected()).values()
-            drawn = [drawn_points(one) for one in measured]
-            points = np.concatenate([np.zeros((0, 3)), *(p for p in drawn if len(p))])
-        asked = NewGrid(
-            model,
-            points,
-            in_world,
-            self.plane.plane(),
-            self._view() or (0.0, 0.0),
-            parse_number(self.cell.text()) if self.cell.text().strip() else None,
+            lines = [drawn_points(each) for each in measured]
+            points = np.concatenate([np.zeros((0, 3)), *(p for p in lines if len(p))])
+        request = GridRequest(
+            model=model,
+            points=points,
+            world=is_world,
+            plane=self.plane.plane(),
+            view=self._view() or (0.0, 0.0),
+            cell_m=parse_number(self.cell.text()) if self.cell.text().strip() else None,
         )
-        self._laying = True
+        self._is_creating = True
         self._refresh()
-        self._background.run(partial(lay, asked), self._laid, self._not_laid)
+        self._background.run(
+            partial(create_face_grid, request), self._add_grid, self._report_failure
+        )
 
-    def _laid(self, grid: FaceGrid) -> None:
-        self._laying = False
+    def _add_grid(self, grid: FaceGrid) -> None:
+        self._is_creating = False
         self._studio.attempt(grid_edits.add_grid, grid)
         self._studio.activate(CellsTool.name)
         self._soon()
         self._refresh()
 
-    def _not_laid(self, error: VomError) -> None:
-        self._laying = False
+    def _report_failure(self, error: VomError) -> None:
+        self._is_creating = False
         self._studio.fail(error)
         self._soon()
         self._refresh()
 
-    def _mark(self, on: bool) -> None:
-        self._studio.activate(CellsTool.name if on else "navigate")
+    def _mark(self, is_on: bool) -> None:
+        self._studio.activate(CellsTool.name if is_on else "navigate")
 
     def _remove(self) -> None:
         if (grid := self.grid()) is not None:

@@ -264,7 +264,7 @@ class TreePhotos(QObject):
         if item is None or not isinstance(record, PhotoSet):
             return
         if photo := item.data(NAME, PHOTO):
-            self._opening.open_in(record, str(photo))
+            self._opening.open_set_photo(record, str(photo))
 
     def menu_for(self, menu: QMenu, item: QTreeWidgetItem) -> bool:
         """Fill the context menu of a set or a photo; False where the row is neither."""
@@ -275,7 +275,7 @@ class TreePhotos(QObject):
         menu.addAction(
             theme.icon("image-edit-outline"),
             tr("&Open photo") if photo else tr("&Open its first photo"),
-            partial(self._opening.open_in, record, photo),
+            partial(self._opening.open_set_photo, record, photo),
         )
         menu.addAction(
             theme.icon("image-multiple-outline"),

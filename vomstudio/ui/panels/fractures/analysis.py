@@ -1,4 +1,4 @@
-"""What the panel of fractures asks, worked out in a thread, as the command does."""
+"""Analysis of fracture traces on a face, as in the command `fractures`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _MARGIN = 0.01
-"""Of the longer side of the traces, around them."""
+"""Margin around the traces as a share of their longer side."""
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
 GRID = "grid"
 _CELL_COLOR = "#9a9a9a"
@@ -36,7 +36,7 @@ _CELL_COLOR = "#9a9a9a"
 
 @dataclass(frozen=True, eq=False)
 class MappedTrace:
-    """points : (n, 3) World; color : of its type"""
+    """Trace of a fracture: points (n, 3) in World and the colour of its type."""
 
     id: str
     name: str
@@ -47,30 +47,54 @@ class MappedTrace:
 
 @dataclass(frozen=True, eq=False)
 class GridCells:
-    """corners : (n, 4, 3) World of the cells of a grid that were looked at and could be measured;
-    any : (4, 3) of one of its cells, by which its plane is known"""
+    """Cells of a grid on the face.
+
+    Attributes
+    ----------
+    corners : (n, 4, 3) float64
+        Corners in World of the inspected cells, done or empty.
+    example_cell : (4, 3) float64
+        Corners in World of any cell, which define the plane of the grid.
+    """
 
     name: str
     corners: FloatArray
-    any: FloatArray
+    example_cell: FloatArray
 
     @property
     def plane(self) -> Plane:
-        right, up = self.any[1] - self.any[0], self.any[3] - self.any[0]
+        right, up = (
+            self.example_cell[1] - self.example_cell[0],
+            self.example_cell[3] - self.example_cell[0],
+        )
         normal = np.cross(right, up)
         return Plane.from_normal(normal / np.linalg.norm(normal))
 
 
 @dataclass(frozen=True, eq=False)
 class FractureQuestion:
-    """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
-    place : one of the words above with its numbers on the face; options : snap and cap;
-    cells : of the grid in which is counted; crs : of World, None for a local frame"""
+    """Input of the fracture analysis.
+
+    Attributes
+    ----------
+    plane : Plane or None
+        Plane of the face; None for the plane of the grid, or else the best-fit plane.
+    region_kind : str
+        One of `EVERYTHING`, `WINDOW`, `CIRCLE`, `SCANLINE` and `GRID`.
+    region_numbers : tuple of float
+        Coordinates (and radius) of the sampling region on the face.
+    options : FractureOptions
+        Only snapping distance and Terzaghi cap.
+    cells : GridCells or None
+        Cells that form the sampling region.
+    crs : str or None
+        CRS of World; None for a local frame.
+    """
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
-    counted_in: str
-    place: tuple[float, ...]
+    region_kind: str
+    region_numbers: tuple[float, ...]
     options: FractureOptions
     metric: bool
     north_known: bool
@@ -80,22 +104,31 @@ class FractureQuestion:
 
 @dataclass(frozen=True, eq=False)
 class FractureAnswer:
-    """lines : (n, 2) each, on the face; plane : of the face; mapped : None with the reason `why`
-    if nothing can be counted, and the map can be drawn on"""
+    """Result of the fracture analysis.
+
+    Attributes
+    ----------
+    lines : list of (n, 2) float64
+        Traces on the face.
+    plane : TracePlane
+        Plane of the face.
+    mapped : MappedNetwork or None
+        None if nothing can be counted, see `reason`; the map is drawn anyway.
+    """
 
     question: FractureQuestion
     face: Curtain
     plane: TracePlane
     lines: list[FloatArray]
-    counted: SamplingRegion
+    region: SamplingRegion
     drawing: Drawing
     mark: Mark | None
     mapped: MappedNetwork | None
-    why: Finding | None = None
+    reason: Finding | None = None
 
 
-def numbers_of(text: str) -> tuple[float, ...] | None:
-    """Numbers between commas, semicolons or blanks; None for what is none."""
+def parse_numbers(text: str) -> tuple[float, ...] | None:
+    """Return numbers between commas, semicolons or blanks; None if one is invalid."""
     words = text.replace(";", ",").replace(",", " ").split()
     values = [parse_number(word) for word in words]
     if any(v is None or not np.isfinite(v) for v in values):
@@ -103,36 +136,40 @@ def numbers_of(text: str) -> tuple[float, ...] | None:
     return tuple(float(v) for v in values if v is not None)
 
 
-def wanted_of(counted_in: str, place: tuple[float, ...]) -> Finding | None:
-    """Why these numbers are no place of this kind; None where they are one, or none are given."""
-    n, text = len(place), ", ".join(f"{value:g}" for value in place)
-    if counted_in in (EVERYTHING, GRID) or not n:
+def check_region_numbers(region_kind: str, numbers: tuple[float, ...]) -> Finding | None:
+    """Return why numbers do not define a region of this kind; None if valid or empty."""
+    n, text = len(numbers), ", ".join(f"{value:g}" for value in numbers)
+    if region_kind in (EVERYTHING, GRID) or not n:
         return None
-    if counted_in == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
+    if region_kind == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
         return Finding("fractures.not-a-window", text=text)
-    if counted_in == CIRCLE and not (n == 3 and place[2] > 0):
+    if region_kind == CIRCLE and not (n == 3 and numbers[2] > 0):
         return Finding("fractures.not-a-circle", text=text)
-    if counted_in == SCANLINE and (n < 4 or n % 2):
+    if region_kind == SCANLINE and (n < 4 or n % 2):
         return Finding("fractures.not-a-scanline", text=text)
     return None
 
 
-def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
-    """How it looks on the map."""
-    if counted_in == EVERYTHING or not place or wanted_of(counted_in, place) is not None:
+def region_mark(region_kind: str, numbers: tuple[float, ...]) -> Mark | None:
+    """Return the outline of a sampling region on the map; None if it has none."""
+    if (
+        region_kind == EVERYTHING
+        or not numbers
+        or check_region_numbers(region_kind, numbers) is not None
+    ):
         return None
-    if counted_in == CIRCLE:
-        x, y, radius = place
+    if region_kind == CIRCLE:
+        x, y, radius = numbers
         return Mark(np.array([[x, y], [x + radius, y]]), circle=True)
-    points = np.array(place).reshape(-1, 2)
-    if counted_in == WINDOW and len(points) == 2:
+    points = np.array(numbers).reshape(-1, 2)
+    if region_kind == WINDOW and len(points) == 2:
         (x0, y0), (x1, y1) = points.tolist()
         points = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    return Mark(points, closed=counted_in == WINDOW)
+    return Mark(points, closed=region_kind == WINDOW)
 
 
 def answer(question: FractureQuestion) -> FractureAnswer:
-    """In a thread: what `vomstudio fractures` says of these traces on their face."""
+    """Run the analysis of `vomstudio fractures` in a worker thread."""
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -143,49 +180,68 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     face = face_of([trace.points for trace in q.traces], plane)
     lines = map_to_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
-    placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
-    cells = _on_face(q.cells, face)
+    trace_plane = TracePlane.through(face.plane, [trace.points for trace in q.traces])
+    cells = _project_cells(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
-    place = q.place
-    if q.counted_in == WINDOW and not place:
-        place = _place_around(np.concatenate(lines), q.options.snap_m)
-    mark = mark_of(q.counted_in, place)
-    counted = SamplingRegion()
-    why = wanted_of(q.counted_in, place)
-    if q.counted_in in (CIRCLE, SCANLINE) and not place:
-        why = Finding("fractures.no-mark")
+    numbers = q.region_numbers
+    if q.region_kind == WINDOW and not numbers:
+        numbers = _window_around(np.concatenate(lines), q.options.snap_m)
+    mark = region_mark(q.region_kind, numbers)
+    region = SamplingRegion()
+    reason = check_region_numbers(q.region_kind, numbers)
+    if q.region_kind in (CIRCLE, SCANLINE) and not numbers:
+        reason = Finding("fractures.no-mark")
     if q.cells is not None and not len(cells):
-        why = Finding("fractures.no-cells", grid=q.cells.name)
-    if why is None:
-        counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
+        reason = Finding("fractures.no-cells", grid=q.cells.name)
+    if reason is None:
+        region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
             mapped = map_fractures(
                 FractureOrder(None, replace(q.options, plane=exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
-                counted=counted,
+                counted=region,
                 sets=[trace.set for trace in q.traces],
             )
             if not q.north_known:
                 mapped = replace(mapped, y_axis="y")
-            return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
+            return FractureAnswer(
+                question=q,
+                face=face,
+                plane=trace_plane,
+                lines=lines,
+                region=region,
+                drawing=drawing,
+                mark=mark,
+                mapped=mapped,
+            )
         except VomError as error:
-            why = cause_of(error)
-    return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
+            reason = cause_of(error)
+    return FractureAnswer(
+        question=q,
+        face=face,
+        plane=trace_plane,
+        lines=lines,
+        region=region,
+        drawing=drawing,
+        mark=mark,
+        mapped=None,
+        reason=reason,
+    )
 
 
-def _place_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
+def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
     """Return the corners of a window around points (n, 2) on the face.
 
-    It is larger than they are, so that no trace ends on its edge, where ends count as cut off.
+    The margin keeps trace ends off the edge, where they would count as censored.
     """
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float((high - low).max()) + 2.0 * snap_m
-    return (*(low - margin).tolist(), *(high + margin).tolist())
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((upper - lower).max()) + 2.0 * snap_m
+    return (*(lower - margin).tolist(), *(upper + margin).tolist())
 
 
-def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
-    """(n, 4, 2) corners as they lie on the face."""
+def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
+    """Return the corners (n, 4, 2) of cells in face coordinates."""
     from vomstudio.products.section.trace_map import map_to_face
 
     if cells is None or not len(cells.corners):
@@ -194,18 +250,20 @@ def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
     return flat.reshape(-1, 4, 2)
 
 
-def _of_cells(cells: FloatArray) -> SamplingRegion:
-    """Cells side by side are one area."""
+def _merge_cells(cells: FloatArray) -> SamplingRegion:
+    """Merge cells into one sampling area."""
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion
 
-    # Corners that are the same but for the rounding would leave slits between cells.
+    # Rounding of shared corners would otherwise leave gaps between cells.
     size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
     return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
 
-def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> SamplingRegion:
+def _build_region(
+    region_kind: str, numbers: tuple[float, ...], mark: Mark | None
+) -> SamplingRegion:
     import shapely
 
     from vomstudio.geology.fractures.network import SamplingRegion
@@ -214,21 +272,21 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Sa
 
     if mark is None:
         return SamplingRegion()
-    if counted_in == CIRCLE:
-        x, y, radius = place
+    if region_kind == CIRCLE:
+        x, y, radius = numbers
         return SamplingRegion(circle_area(x, y, radius), circle=(x, y, radius))
-    if counted_in == WINDOW:
-        area, said = resolve_crossings(shapely.Polygon(mark.points))
-        return SamplingRegion(area, warnings=tuple(said))
+    if region_kind == WINDOW:
+        area, warnings = resolve_crossings(shapely.Polygon(mark.points))
+        return SamplingRegion(area, warnings=tuple(warnings))
     return SamplingRegion(scanlines=_shapes([mark.points]))
 
 
 def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
     import shapely
 
-    made = np.empty(len(lines), object)
-    made[:] = [shapely.LineString(line) for line in lines]
-    return made
+    shapes = np.empty(len(lines), object)
+    shapes[:] = [shapely.LineString(line) for line in lines]
+    return shapes
 
 
 def _drawing(
@@ -237,9 +295,9 @@ def _drawing(
     from vomstudio.products.ortho.vector_drawing import Drawing, Shape
     from vomstudio.products.section.writing import end_names
 
-    every = np.concatenate([*lines, cells.reshape(-1, 2)])
-    low, high = every.min(axis=0), every.max(axis=0)
-    pad = max(0.05 * float((high - low).max()), 1e-3)
+    points = np.concatenate([*lines, cells.reshape(-1, 2)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = max(0.05 * float((high - low).max()), 1e-3)
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
     shapes = (
@@ -248,7 +306,7 @@ def _drawing(
     )
     return Drawing(
         shapes,
-        np.stack([low - pad, high + pad]),
+        np.stack([low - margin, high + margin]),
         end_names(face, q.north_known),
         (tr("along the face ({unit})", unit=unit), up),
         metric=q.metric,
@@ -256,7 +314,7 @@ def _drawing(
 
 
 def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
-    """In a thread: the figure as PNG."""
+    """Draw the figure as PNG in a worker thread."""
     from vomstudio.products.fractures.figure import write_fractures
 
     file = io.BytesIO()
@@ -265,7 +323,7 @@ def draw_figure(mapped: MappedNetwork, dpi: float = 150.0) -> bytes:
 
 
 def write_figure(mapped: MappedNetwork, path: Path) -> None:
-    """In a thread: the figure, as svg, pdf or png."""
+    """Write the figure as SVG, PDF or PNG in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 

@@ -1,4 +1,4 @@
-"""The dock of fractures: traces on their face counted along a line, in a circle or in a window."""
+"""Panel of fracture traces, counted along a line, in a circle, in a window or in cells."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ from vomstudio.ui.panels.fractures.analysis import (
     FractureQuestion,
     MappedTrace,
     answer,
+    check_region_numbers,
     draw_figure,
-    mark_of,
-    numbers_of,
-    wanted_of,
+    parse_numbers,
+    region_mark,
     write_figure,
 )
-from vomstudio.ui.panels.fractures.domain_box import CountedInBox
+from vomstudio.ui.panels.fractures.region_box import RegionBox
 from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
 from vomstudio.ui.widgets.copied_command import (
     CopyCommandButton,
@@ -86,13 +86,13 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "fracture", "fractures.md", tr("Counting…"))
-        self._drawn: FractureAnswer | None = None
-        self.of = GroupBox(studio, tr("All traces"))
-        self.of.setAccessibleName(tr("Traces"))
+        self._drawn_result: FractureAnswer | None = None
+        self.group_box = GroupBox(studio, tr("All traces"))
+        self.group_box.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
-        self.counted_in = CountedInBox(studio)
-        self.place = QLineEdit()
-        self.place.setObjectName("fracture_place")
+        self.region_box = RegionBox(studio)
+        self.region_field = QLineEdit()
+        self.region_field.setObjectName("fracture_place")
         self.take = icon_button(
             "cursor-default-click-outline", tr("Take the selected line or area")
         )
@@ -114,12 +114,12 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _arrange(self) -> None:
         form = narrow_form()
-        form.addRow(tr("Traces"), self.of)
+        form.addRow(tr("Traces"), self.group_box)
         form.addRow(tr("Face"), self.plane)
         row = QHBoxLayout()
         row.setSpacing(3)
-        row.addWidget(self.counted_in)
-        row.addWidget(self.place, 1)
+        row.addWidget(self.region_box)
+        row.addWidget(self.region_field, 1)
         row.addWidget(self.take)
         form.addRow(tr("Count in"), row)
         numbers = QHBoxLayout()
@@ -131,53 +131,55 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.tabs = QTabWidget()
         self.tabs.addTab(self.map, tr("Map"))
         self.tabs.addTab(self.picture, tr("Figure"))
-        shown = QWidget()
-        beside = QHBoxLayout(shown)
-        beside.setContentsMargins(0, 0, 0, 0)
-        beside.addWidget(self.figures, 2)
-        beside.addWidget(self.tabs, 3)
+        results = QWidget()
+        layout = QHBoxLayout(results)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.figures, 2)
+        layout.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
         buttons = button_row(self.figure, self.copy)
-        FormBeside.fill(self, form, buttons, self.message, picture=shown)
+        FormBeside.fill(self, form, buttons, self.message, picture=results)
 
     def _connect(self) -> None:
         studio = self._studio
-        self.of.activated.connect(self._soon)
+        self.group_box.activated.connect(self._soon)
         self.plane.changed.connect(self._soon)
-        self.counted_in.currentIndexChanged.connect(self._counted_in_chosen)
-        self.place.textChanged.connect(self._soon)
+        self.region_box.currentIndexChanged.connect(self._follow_region)
+        self.region_field.textChanged.connect(self._soon)
         self.options.changed.connect(self._soon)
         self.take.clicked.connect(lambda _=False: self._take_selected())
         self.figure.clicked.connect(lambda _=False: self._ask_for_figure())
         self.tabs.currentChanged.connect(lambda _: self._draw_figure())
-        self.map.dragged.connect(self._dragged)
+        self.map.dragged.connect(self._store_drag)
         self.map.dragging.connect(
-            lambda ends: self.map.show_mark(mark_of(self._counted(), self._place_of(ends)))
+            lambda ends: self.map.show_mark(
+                region_mark(self._region_kind(), self._region_numbers(ends))
+            )
         )
-        studio.project_opened.connect(self._opened)
+        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
-        studio.selection_changed.connect(lambda _: self._selected())
-        self._counted_in_chosen()
+        studio.selection_changed.connect(lambda _: self._follow_selection())
+        self._follow_region()
 
-    def _opened(self) -> None:
-        """Another project."""
-        self.place.clear()
+    def _reset(self) -> None:
+        """Clear the form for another project."""
+        self.region_field.clear()
         self._soon()
 
-    # --- where is counted --------------------------------------------------------------------
-    def _counted(self) -> str:
-        return self.counted_in.kind()
+    # --- sampling region ---------------------------------------------------------------------
+    def _region_kind(self) -> str:
+        return self.region_box.kind()
 
-    def _counted_in_chosen(self, *_: object) -> None:
-        kind = self._counted()
-        self.place.clear()
-        why = None
+    def _follow_region(self, *_: object) -> None:
+        kind = self._region_kind()
+        self.region_field.clear()
+        reason = None
         if kind == EVERYTHING:
-            why = Finding("action.all-traces-counted")
+            reason = Finding("action.all-traces-counted")
         elif kind == GRID:
-            why = Finding("action.cells-are-window")
-        allow(self.place, why)
-        self.place.setPlaceholderText(
+            reason = Finding("action.cells-are-window")
+        allow(self.region_field, reason)
+        self.region_field.setPlaceholderText(
             {
                 EVERYTHING: "",
                 WINDOW: tr("around all"),
@@ -186,38 +188,40 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 GRID: tr("cells done or empty"),
             }[kind]
         )
-        free = kind not in (EVERYTHING, GRID)
-        self.map.let_mark(free)
-        self.map.setToolTip("" if not free else tr("Drag to mark where the traces are counted."))
+        can_mark = kind not in (EVERYTHING, GRID)
+        self.map.let_mark(can_mark)
+        self.map.setToolTip(
+            "" if not can_mark else tr("Drag to mark where the traces are counted.")
+        )
         self._refresh_take()
         self._soon()
 
-    def _place_of(self, ends: FloatArray) -> tuple[float, ...]:
+    def _region_numbers(self, ends: FloatArray) -> tuple[float, ...]:
         (x0, y0), (x1, y1) = np.round(ends, 3).tolist()
-        kind = self._counted()
+        kind = self._region_kind()
         if kind == CIRCLE:
             return x0, y0, round(math.hypot(x1 - x0, y1 - y0), 3)
         if kind == WINDOW:
             return min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
         return x0, y0, x1, y1
 
-    def _dragged(self, ends: FloatArray) -> None:
-        self.place.setText(", ".join(f"{v:g}" for v in self._place_of(ends)))
+    def _store_drag(self, ends: FloatArray) -> None:
+        self.region_field.setText(", ".join(f"{v:g}" for v in self._region_numbers(ends)))
 
     def _selected_line(self) -> FloatArray | None:
-        """(n, 3) World."""
+        """Return the points (n, 3) of the selected line in World; None without one."""
         line = current_line(self._studio, Picked)
         return None if line is None else self._studio.measured([line.id])[line.id].points
 
     def _refresh_take(self) -> None:
-        kind, line = self._counted(), self._selected_line()
-        least = 3 if kind == WINDOW else 2
-        why = None
+        kind, line = self._region_kind(), self._selected_line()
+        min_points = 3 if kind == WINDOW else 2
+        reason = None
         if kind not in (WINDOW, SCANLINE):
-            why = Finding("action.no-window")
-        elif line is None or len(line) < least or self.result is None:
-            why = Finding("action.no-area" if kind == WINDOW else "action.no-line")
-        allow(self.take, why)
+            reason = Finding("action.no-window")
+        elif line is None or len(line) < min_points or self.result is None:
+            reason = Finding("action.no-area" if kind == WINDOW else "action.no-line")
+        allow(self.take, reason)
 
     def _take_selected(self) -> None:
         line = self._selected_line()
@@ -226,77 +230,83 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         from vomstudio.products.section.trace_map import map_to_face
 
         (flat,) = map_to_face([line], self.result.face)
-        self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
+        self.region_field.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
 
     def _edited(self, edit: Edit) -> None:
         super()._edited(edit)
         if any(isinstance(r, FaceGrid) for r in (*edit.before.values(), *edit.after.values())):
             self._soon()
 
-    def _selected(self) -> None:
-        if self.of.choice() == SELECTED:
+    def _follow_selection(self) -> None:
+        if self.group_box.choice() == SELECTED:
             self._soon()
         self._refresh_take()
 
     # --- the question ------------------------------------------------------------------------
     def _list(self) -> None:
-        self.of.list_groups()
-        self.counted_in.list_grids()
+        self.group_box.list_groups()
+        self.region_box.list_grids()
 
     def _answer(self, question: FractureQuestion) -> FractureAnswer:
         return answer(question)
 
     def _traces(self) -> list[MappedTrace]:
         studio, records = self._studio, self._studio.records
-        features = [f for f in self.of.features() if isinstance(f, Picked) and _is_line(f)]
+        features = [f for f in self.group_box.features() if isinstance(f, Picked) and _is_line(f)]
         measured = studio.measured(f.id for f in features)
-        found = []
+        traces = []
         for f in features:
             layer = kind_of(f).layer
             shape = None if layer is None else layer.shape(Subject(f, measured[f.id], records))
             type_ = records.get(f.type_id) if isinstance(f, Typed) else None
             if shape is None or not isinstance(f, Typed):
                 continue
-            named = type_.name if isinstance(type_, FeatureType) else ""
+            type_name = type_.name if isinstance(type_, FeatureType) else ""
             color = type_.color if isinstance(type_, FeatureType) else _NO_COLOR
-            found.append(MappedTrace(f.id, f.name, f.set_name or named, color, shape))
-        return found
+            traces.append(
+                MappedTrace(
+                    id=f.id, name=f.name, set=f.set_name or type_name, color=color, points=shape
+                )
+            )
+        return traces
 
     def _question(self) -> FractureQuestion:
         traces = self._traces()
         if not traces:
-            is_selection = self.of.choice() == SELECTED
+            is_selection = self.group_box.choice() == SELECTED
             raise InputError(Finding("selection.unsuitable" if is_selection else "traces.none"))
         plane = self.plane.plane()
-        place = numbers_of(self.place.text())
-        if place is None:
-            raise InputError(Finding("fractures.not-numbers", text=self.place.text().strip()))
-        if (why := wanted_of(self._counted(), place)) is not None:
-            raise InputError(why)
+        numbers = parse_numbers(self.region_field.text())
+        if numbers is None:
+            raise InputError(
+                Finding("fractures.not-numbers", text=self.region_field.text().strip())
+            )
+        if (reason := check_region_numbers(self._region_kind(), numbers)) is not None:
+            raise InputError(reason)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
         return FractureQuestion(
-            traces,
-            plane,
-            self._counted(),
-            place,
-            self.options.options(),
-            all(m is None or m.frame.has_metres for m in models),
-            all(m is None or m.frame.has_north for m in models),
-            self.counted_in.cells(),
-            _crs_of(models),
+            traces=traces,
+            plane=plane,
+            region_kind=self._region_kind(),
+            region_numbers=numbers,
+            options=self.options.options(),
+            metric=all(m is None or m.frame.has_metres for m in models),
+            north_known=all(m is None or m.frame.has_north for m in models),
+            cells=self.region_box.cells(),
+            crs=_crs_of(models),
         )
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: FractureAnswer) -> str:
-        notes = [str(result.why)]
+        notes = [str(result.reason)]
         if result.mapped is not None:
             plane = result.face.plane
             assert plane is not None
             from vomstudio.geology.notation import format_plane
 
-            shown = format_plane(plane, self._studio.settings.notation, 0)
+            attitude = format_plane(plane, self._studio.settings.notation, 0)
             if plane.undefined:
                 text = tr("{count} traces, seen from above.", count=len(result.lines))
             else:
@@ -304,27 +314,27 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                     tr(
                         "{count} traces on the face {plane}; azimuths are their strikes.",
                         count=len(result.lines),
-                        plane=shown,
+                        plane=attitude,
                     )
                     if result.plane.azimuths_from == "north"
                     else tr(
                         "{count} traces on the face {plane}; azimuths are angles on it, "
                         "clockwise from up.",
                         count=len(result.lines),
-                        plane=shown,
+                        plane=attitude,
                     )
                 )
             notes = [
                 text,
                 *(
-                    str(each)
-                    for each in result.mapped.found.warnings
-                    # The first line names the plane.
-                    if each.code != "lines.not-planar"
+                    str(warning)
+                    for warning in result.mapped.found.warnings
+                    # The first line already states the plane.
+                    if warning.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
-                *self.of.left_out(),
-                *_of_cells(result),
+                *self.group_box.left_out(),
+                *_cells_text(result),
             ]
         return "\n".join(notes)
 
@@ -337,31 +347,31 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self._refresh_take()
 
     def _refresh(self) -> None:
-        why = None
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None or self.result.mapped is None:
-            why = Finding("action.no-result")
-        allow(self.figure, why)
-        self.copy.allow(why)
+            reason = Finding("action.no-result")
+        allow(self.figure, reason)
+        self.copy.allow(reason)
 
     def _draw_figure(self) -> None:
-        """Where somebody looks at it."""
+        """Draw the figure if its tab is open."""
         result = self.result
-        if self.tabs.currentWidget() is not self.picture or result is self._drawn:
+        if self.tabs.currentWidget() is not self.picture or result is self._drawn_result:
             return
-        self._drawn = result
-        labelled = None if result is None else result.mapped
-        if result is None or labelled is None:
+        self._drawn_result = result
+        network = None if result is None else result.mapped
+        if result is None or network is None:
             self.picture.show_image(QImage())
         else:
-            self._background.run(partial(draw_figure, labelled), partial(self._figure_came, result))
+            self._background.run(partial(draw_figure, network), partial(self._show_figure, result))
 
-    def _figure_came(self, of: FractureAnswer, png: bytes) -> None:
-        if of is self._drawn:
+    def _show_figure(self, result: FractureAnswer, png: bytes) -> None:
+        if result is self._drawn_result:
             self.picture.show_image(QImage.fromData(png))
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the fractures"), "fractures")
         if path is not None:
@@ -369,9 +379,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def write_figure(self, path: Path) -> None:
         result = self.result
-        labelled = None if result is None else result.mapped
-        if labelled is not None:
-            self._write(write_figure, labelled, path)
+        network = None if result is None else result.mapped
+        if network is not None:
+            self._write(write_figure, network, path)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
@@ -389,16 +399,16 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 [t.points for t in traces],
                 [t.name for t in traces],
                 [t.set for t in traces],
-                result.counted,
+                result.region,
                 result.face,
                 crs=q.crs or Axes(q.metric, q.north_known).wkt,
                 force=True,
             )
 
-        copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, result))
+        copy_with_file(self, self._studio, "traces.gpkg", write, partial(fractures_command, result))
 
 
-def _of_cells(result: FractureAnswer) -> list[str]:
+def _cells_text(result: FractureAnswer) -> list[str]:
     cells = result.question.cells
     if cells is None:
         return []
@@ -412,23 +422,25 @@ def _of_cells(result: FractureAnswer) -> list[str]:
     ]
 
 
-def words_of(result: FractureAnswer, traces: Path) -> Words:
-    """The command that says the same. traces : their GeoPackage, with what they are counted in
-    beside it"""
+def fractures_command(result: FractureAnswer, traces: Path) -> Words:
+    """Return the command that gives the same result from a GeoPackage of the traces.
+
+    The sampling region is in files next to the GeoPackage.
+    """
     from vomstudio.products.section.trace_map import map_files, map_to_outcrop
 
-    q, counted = result.question, result.counted
+    q, region = result.question, result.region
     plane = result.plane
     circle = None
-    if counted.circle is not None:
-        x, y, radius = counted.circle
+    if region.circle is not None:
+        x, y, radius = region.circle
         (centre,) = map_to_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
         circle = numbers_text((*centre, radius))
-    files = map_files(traces, counted)
+    files = map_files(traces, region)
     area, scanline = (str(files[name]) if name in files else None for name in ("area", "scanline"))
-    shown = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"
-    options = replace(q.options, plane=shown, circle=circle, area=area, scanline=scanline)
+    attitude = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"
+    options = replace(q.options, plane=attitude, circle=circle, area=area, scanline=scanline)
     return ["fractures", traces, *option_words(options)]
 
 
@@ -445,21 +457,21 @@ def _is_line(feature: Record) -> bool:
 
 
 def _html(result: FractureAnswer | None) -> str:
-    labelled = None if result is None else result.mapped
-    if labelled is None:
+    network = None if result is None else result.mapped
+    if network is None:
         return ""
     from vomstudio.products.fractures.summary import figure_rows
 
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
-        f"<td style='padding:1px 2px'>{escape(_typeset(said))}</td></tr>"
-        for name, said in figure_rows(labelled.found)
+        f"<td style='padding:1px 2px'>{escape(_typeset(value))}</td></tr>"
+        for name, value in figure_rows(network.found)
     )
     note = escape(tr("± 95 %, of traces placed independently."))
     return f"<table width='100%'>{cells}</table><p>{note}</p>"
 
 
-def _typeset(said: str) -> str:
-    """As a window writes what a terminal may not be able to show."""
-    once = tr(" (95 %, of traces placed independently)")
-    return said.replace(once, "").replace("+-", "±").replace("m2", "m²")
+def _typeset(text: str) -> str:
+    """Replace plain-text symbols of the terminal by typographic ones."""
+    repeated_note = tr(" (95 %, of traces placed independently)")
+    return text.replace(repeated_note, "").replace("+-", "±").replace("m2", "m²")

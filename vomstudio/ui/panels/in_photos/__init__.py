@@ -1,1 +1,1 @@
-"""The outcrop in its photos."""
+"""Photos that show the selected features."""

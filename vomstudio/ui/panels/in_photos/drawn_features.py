@@ -1,4 +1,4 @@
-"""The features that a photo shows, drawn in a thread."""
+"""Drawing of features over a photo, in a worker thread."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.widgets.photo_canvas import Drawn
 _MAX_EDGES = 3000
 """Maximum number of edges of a patch that are drawn."""
 _STEP_PX = 5.0
-_AT_ONCE = 25
+_BATCH_SIZE = 25
 
 
 def draw_features(
@@ -23,18 +23,18 @@ def draw_features(
     view: int,
     drawings: Sequence[FeatureDrawing],
 ) -> list[Drawn]:
-    """Draw features over one photo in their order; deliver those drawn so far now and then."""
-    drawn: list[Drawn] = []
+    """Draw features over a photo in their order, and emit the result in batches."""
+    overlays: list[Drawn] = []
     for number, drawing in enumerate(drawings, start=1):
-        drawn += _drawn(photos, view, drawing)
+        overlays += _draw_feature(photos, view, drawing)
         request.check()
-        if number % _AT_ONCE == 0:
-            request.emit(list(drawn))
-    return drawn
+        if number % _BATCH_SIZE == 0:
+            request.emit(list(overlays))
+    return overlays
 
 
-def _drawn(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
-    """A feature over a photo; nothing where it does not reach into it."""
+def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
+    """Return the drawing of a feature over a photo, empty if it is not visible."""
     views = photos.views
     pairs = False
     if len(drawing.line) > 1:

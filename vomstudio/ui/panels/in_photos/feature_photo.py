@@ -1,4 +1,4 @@
-"""One photo of a model with the features drawn over it. A gesture in it acts on the model."""
+"""Photo of a model with features drawn over it; its gestures act on the model."""
 
 from __future__ import annotations
 
@@ -27,16 +27,26 @@ _PLACE, _FEATURES = "place", "features"
 
 
 class FeaturePhoto(QObject):
-    """`photos` are those of a model, `view` says which of them is shown, `target` holds the World
-    points (n, 3) that are to be seen in it.
+    """Photo of a model with features drawn over it.
 
-    pointer : a gesture in the photo as the viewport would tell it. sighted : which photos show the
-    target, with the token of the question. clicked : where a click without
-    a tool came down, and what of the model is there (a Hit or None).
+    Attributes
+    ----------
+    photos : ModelPhotos or None
+        Photos of the model.
+    view : int or None
+        Number of the photo that is shown.
+    target : (n, 3) array
+        World points that should be visible.
+    pointer : Signal
+        Emitted with each gesture as a PointerEvent of the viewport.
+    sightings_ready : Signal
+        Emitted with the token of a request and the photos that show the target.
+    clicked : Signal
+        Emitted with a click without a tool, and the Hit on the model or None.
     """
 
     pointer = Signal(object)
-    sighted = Signal(int, object)
+    sightings_ready = Signal(int, object)
     clicked = Signal(object, object)
 
     def __init__(self, studio: Studio) -> None:
@@ -46,13 +56,13 @@ class FeaturePhoto(QObject):
         self.photos: ModelPhotos | None = None
         self.view: int | None = None
         self.target: FloatArray = np.zeros((0, 3))
-        self._slack = 0.0
+        self._tolerance = 0.0
         self.images = PhotoImages()
         self._background = QtBackground(self, "in photos", threads=1)
         self.canvas = PhotoCanvas()
-        self.canvas.pointed.connect(self._pointed)
-        self.images.pictured.connect(self._pictured)
-        studio.preview.connect(self._preview)
+        self.canvas.pointed.connect(self._handle_pointer)
+        self.images.pictured.connect(self._show_picture)
+        studio.preview.connect(self._show_preview)
         studio.active_tool_changed.connect(self._tool_changed)
 
     def watch(self, viewport: Viewport) -> None:
@@ -62,47 +72,47 @@ class FeaturePhoto(QObject):
         viewport.left.connect(lambda: self.canvas.set_cross(None))
 
     def close(self) -> None:
-        """Stop background work; what it still delivers is ignored."""
+        """Stop background work and ignore its results."""
         self.photos = self.view = None
         self.images.close()
         self._background.stop(wait_s=PATIENCE_S)
 
-    # --- the photo ---------------------------------------------------------------------------
+    # --- photo -------------------------------------------------------------------------------
     @property
     def name(self) -> str | None:
-        """Of the photo that is shown."""
+        """Name of the photo, None without one."""
         if self.photos is None or self.view is None:
             return None
         return self.photos.views.views[self.view].name
 
     def set_photos(self, photos: ModelPhotos | None) -> None:
-        """Of another model, or none; no photo is shown."""
+        """Set the photos of a model; no photo is shown."""
         self.photos, self.view = photos, None
 
-    def look_for(self, token: int, target: FloatArray) -> None:
-        """Ask which photos of the model show World points (n, 3); `sighted` answers."""
+    def request_sightings(self, token: int, target: FloatArray) -> None:
+        """Search for the photos that show World points (n, 3); emits `sightings_ready`."""
         self.target = target
         if self.photos is not None:
             views = self.photos.views
             self._background.run_request(
                 lambda _: views.sightings(target),
-                partial(self.sighted.emit, token),
+                partial(self.sightings_ready.emit, token),
                 key=_PLACE,
                 first=True,
             )
 
-    def forget_features(self) -> None:
-        """Draw no feature until `draw` is called."""
+    def clear_features(self) -> None:
+        """Remove the features until `draw` is called."""
         self.canvas.set_drawn((), frozenset())
 
-    def show_nothing(self) -> None:
-        """Show no photo at all."""
+    def clear_photo(self) -> None:
+        """Remove the photo."""
         self.canvas.set_photo(1, 1)
         self.canvas.look_through = None
         self.canvas.set_spot(None)
 
-    def show(self, view: int, look: bool = True) -> None:
-        """Show the photo of this number. look : zoom to the target"""
+    def show(self, view: int, zoom: bool = True) -> None:
+        """Show the photo of this number, and zoom to the target if `zoom` is True."""
         photos = self.photos
         assert photos is not None
         self.view = view
@@ -120,29 +130,31 @@ class FeaturePhoto(QObject):
                 self.canvas.set_picture(picture)
             else:
                 self.canvas.message = tr("Reading {photo}…", photo=path.name)
-        if look:
+        if zoom:
             self.look_at_target()
 
-    def say(self, message: str) -> None:
-        """In place of the photo."""
+    def show_message(self, message: str) -> None:
+        """Show a message in place of the photo."""
         self.canvas.message = message
         self.canvas.update()
 
-    def _pictured(self, key: str, picture: Picture | str) -> None:
+    def _show_picture(self, key: str, picture: Picture | str) -> None:
         photos = self.photos
         if photos is None or self.view is None or str(photos.path(self.view)) != key:
             return
         if isinstance(picture, Picture):
-            first = self.canvas.message != ""
+            is_first = self.canvas.message != ""
             self.canvas.message = ""
             self.canvas.set_picture(picture)
-            if first and picture.turn.m11() < 0.5:
+            if is_first and picture.turn.m11() < 0.5:
                 self.look_at_target()
         else:
-            self.say(Finding("photo.not-shown", photo=Path(key).name, reason=picture).message)
+            self.show_message(
+                Finding("photo.not-shown", photo=Path(key).name, reason=picture).message
+            )
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
-        """Zoom to the target; with `only_if_lost` only where it is not in view."""
+        """Zoom to the target; with `only_if_lost` only if it is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
@@ -150,16 +162,16 @@ class FeaturePhoto(QObject):
         if len(pixels) and not (only_if_lost and self.canvas.sees(np.median(pixels, axis=0))):
             self.canvas.look_at(pixels)
 
-    # --- what is drawn over it ---------------------------------------------------------------
+    # --- drawing -----------------------------------------------------------------------------
     def _look_through(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.photos is not None
         assert self.view is not None
         views = self.photos.views
-        seen = views.shows(self.view, points) | views.shows(self.view, points, self._slack)
-        return views.pixels(self.view, points), seen
+        visible = views.shows(self.view, points) | views.shows(self.view, points, self._tolerance)
+        return views.pixels(self.view, points), visible
 
     def draw(self, place: FloatArray | None) -> None:
-        """Features, tool and cross over the photo. place : a World point (3,) that was asked for"""
+        """Draw features, tool and cross; `place` is the requested World point (3,)."""
         if self.photos is None or self.view is None:
             return
         views, spot = self.photos.views, None
@@ -168,40 +180,40 @@ class FeaturePhoto(QObject):
         self.canvas.set_spot(spot)
         selected = self._studio.selection.ids
         features = {} if self._viewport is None else self._viewport.features.drawings
-        # The selected ones are there first.
-        shown = sorted(
+        # Selected features are drawn first, since drawing takes time.
+        drawings = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
         )
         photos, view = self.photos, self.view
         self._background.run_request(
-            lambda request: draw_features(request, photos, view, shown),
-            partial(self._drawn, view),
+            lambda request: draw_features(request, photos, view, drawings),
+            partial(self._show_overlays, view),
             key=_FEATURES,
         )
 
-    def _drawn(self, view: int, drawn: list[Drawn]) -> None:
+    def _show_overlays(self, view: int, overlays: list[Drawn]) -> None:
         if view == self.view:
-            self.canvas.set_drawn(drawn, frozenset(self._studio.selection.ids))
+            self.canvas.set_drawn(overlays, frozenset(self._studio.selection.ids))
 
-    def _preview(self, preview: Preview | None) -> None:
+    def _show_preview(self, preview: Preview | None) -> None:
         if not self.canvas.isVisible() or self.canvas.look_through is None:
             return
         if preview is not None:
-            # Between its corners the line runs below the surface.
+            # Between its vertices the line may run below the surface.
             lengths = np.linalg.norm(np.diff(preview.line, axis=0), axis=1)
-            self._slack = 0.1 * float(lengths.max(initial=0.0))
-            # The panels have the rest, and the photo is small.
+            self._tolerance = 0.1 * float(lengths.max(initial=0.0))
+            # The panels show the other readings, and the photo is small.
             preview = replace(preview, reading=preview.reading[:1], outline=None)
         self.canvas.set_preview(preview)
 
     def _follow_cursor(self, event: PointerEvent) -> None:
-        """Where the cursor over the outcrop is in the photo."""
+        """Show the position of the viewport's cursor in the photo."""
         photos = self.photos
         if event.kind is not Pointer.MOVE or not self.canvas.isVisible():
             return
         if photos is None or self.view is None:
             return
-        world = None if event.hit is None else world_of(self._studio, event.hit)
+        world = None if event.hit is None else world_point(self._studio, event.hit)
         pixel = None
         if world is not None and photos.views.shows(self.view, world[None])[0]:
             pixel = photos.views.pixels(self.view, world[None])[0]
@@ -214,26 +226,26 @@ class FeaturePhoto(QObject):
         arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
         self.canvas.setCursor(arrow if tool is None else cross)
 
-    def _pointed(self, at: PhotoPointer) -> None:
+    def _handle_pointer(self, at: PhotoPointer) -> None:
         photos = self.photos
         if photos is None or self.view is None:
             return
-        seen = photos.views.pick(self.view, (at.x, at.y))
+        pick = photos.views.pick(self.view, (at.x, at.y))
         hit = None
-        if seen is not None:
-            x, y, z = seen.position.tolist()
-            element = "point" if seen.weights is None else "face"
-            hit = Hit(photos.model_id, element, seen.index, (x, y, z), seen.weights)
+        if pick is not None:
+            x, y, z = pick.position.tolist()
+            element = "point" if pick.weights is None else "face"
+            hit = Hit(photos.model_id, element, pick.index, (x, y, z), pick.weights)
         event = PointerEvent(
-            at.kind,
-            at.x,
-            at.y,
-            at.button,
-            at.shift,
-            at.ctrl,
-            hit,
-            at.handle,
-            at.more,
+            kind=at.kind,
+            x=at.x,
+            y=at.y,
+            button=at.button,
+            shift=at.shift,
+            ctrl=at.ctrl,
+            hit=hit,
+            handle=at.handle,
+            more=at.more,
             in_photo=True,
             photo=self.name or "",
         )
@@ -244,8 +256,8 @@ class FeaturePhoto(QObject):
             self.clicked.emit(at, hit)
 
 
-def world_of(studio: Studio, hit: Hit) -> FloatArray | None:
-    """A place on a model as a World point (3,)."""
+def world_point(studio: Studio, hit: Hit) -> FloatArray | None:
+    """Return a hit on a model as World point (3,), None if the model is unknown."""
     model = studio.records.get(hit.model_id)
     if not isinstance(model, Model):
         return None

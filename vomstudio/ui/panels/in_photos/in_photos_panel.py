@@ -1,4 +1,4 @@
-"""The In photos panel: the photos in which the selection is visible, and one of them."""
+"""In photos panel: photos in which the selection is visible, and one of them."""
 
 from __future__ import annotations
 
@@ -26,28 +26,38 @@ from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import drawn_points
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto, world_of
-from vomstudio.ui.panels.in_photos.sighting_list import SightingList, sighting_words
+from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto, world_point
+from vomstudio.ui.panels.in_photos.sighting_list import SightingList, sighting_text
 from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
 
 
-_MOST_POINTS = 80  # of a feature, to find the photos that show it
+_MAX_POINTS = 80
+"""Maximum number of points of a feature in the search for photos that show it."""
 
 
 class InPhotosPanel(QWidget):
-    """shown : the photo that is drawn; list : the photos in which the selection is visible.
-    listed : the list has changed."""
+    """Panel with a list of photos that show the selection, and one of these photos.
 
-    listed = Signal()
+    Attributes
+    ----------
+    feature_photo : FeaturePhoto
+        The photo that is shown.
+    list : SightingList
+        Photos in which the selection is visible.
+    list_changed : Signal
+        Emitted when the list has changed.
+    """
+
+    list_changed = Signal()
 
     def __init__(
         self,
         studio: Studio,
         links: PhotoLinks,
-        shown: FeaturePhoto,
+        feature_photo: FeaturePhoto,
         sightings: SightingList,
         actions: dict[str, QAction],
     ) -> None:
@@ -55,18 +65,18 @@ class InPhotosPanel(QWidget):
         explain(self, "photos.md#the-model-seen-in-its-photos")
         self._studio, self._links, self._actions = studio, links, actions
         self._viewport: Viewport | None = None
-        self.shown, self.list, self.canvas = shown, sightings, shown.canvas
-        self._what = ""
+        self.feature_photo, self.list, self.canvas = feature_photo, sightings, feature_photo.canvas
+        self._target_text = ""
         self._place: FloatArray | None = None
         self._sightings: list[Sighting] = []
         self._follow = True
-        self._own_choice = False
+        self._is_user_choice = False
         self._token = 0
-        self._text = ""
-        self.words = ElidedLabel()
-        self.words.setObjectName("in_photos_words")
-        self.list.chosen.connect(self._photo_chosen)
-        self.list.listed.connect(self.listed)
+        self._list_text = ""
+        self.summary = ElidedLabel()
+        self.summary.setObjectName("in_photos_words")
+        self.list.photo_selected.connect(self._show_selected_photo)
+        self.list.list_changed.connect(self.list_changed)
         split = QSplitter(Qt.Orientation.Horizontal)
         split.addWidget(self.list)
         split.addWidget(self.canvas)
@@ -78,14 +88,14 @@ class InPhotosPanel(QWidget):
         layout.setSpacing(4)
         layout.addLayout(self._make_header())
         layout.addWidget(split, 1)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(40)
-        self._soon.timeout.connect(self.refresh)
-        shown.sighted.connect(self._sighted)
-        shown.clicked.connect(self._navigate)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(40)
+        self._timer.timeout.connect(self.refresh)
+        feature_photo.sightings_ready.connect(self._show_sightings)
+        feature_photo.clicked.connect(self._navigate)
         links.changed.connect(self._links_changed)
-        studio.selection_changed.connect(self._selected)
+        studio.selection_changed.connect(self._follow_selection)
         for signal in (
             studio.edited,
             studio.model_loaded,
@@ -93,8 +103,8 @@ class InPhotosPanel(QWidget):
             studio.settings_changed,
             studio.tool_changed_signal,
         ):
-            signal.connect(self._later)
-        studio.project_opened.connect(self._forget)
+            signal.connect(self._schedule_refresh)
+        studio.project_opened.connect(self._clear)
 
     def _make_header(self) -> QHBoxLayout:
         header = QHBoxLayout()
@@ -103,156 +113,160 @@ class InPhotosPanel(QWidget):
             button.setDefaultAction(self._actions[name])
             header.addWidget(button)
         header.addSpacing(6)
-        header.addWidget(self.words, 1)
-        self._offers: dict[str, QToolButton] = {}
+        header.addWidget(self.summary, 1)
+        self._help_buttons: dict[str, QToolButton] = {}
         for name in ("choose_photos", "find_photos", "open_cameras"):
             button = QToolButton()
             button.setDefaultAction(self._actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.hide()
-            self._offers[name] = button
+            self._help_buttons[name] = button
             header.addWidget(button)
         return header
 
     def watch(self, viewport: Viewport) -> None:
         """Draw the features of this viewport, and follow clicks in it."""
         self._viewport = viewport
-        self.shown.watch(viewport)
-        viewport.pointer.connect(self._clicked_outside)
+        self.feature_photo.watch(viewport)
+        viewport.pointer.connect(self._follow_click)
 
     # --- state -------------------------------------------------------------------------------
     @property
     def photo(self) -> str | None:
-        """The name of the photo that is shown."""
-        return self.shown.name
+        """Name of the photo that is shown."""
+        return self.feature_photo.name
 
     @property
     def names(self) -> list[str]:
-        """The photos in the list."""
+        """Names of the photos in the list."""
         return self.list.names
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
         self._links.want()
-        self._later()
+        self._schedule_refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
-        self._soon.stop()
+        self._timer.stop()
         super().hideEvent(event)
 
-    def _later(self, *_: object) -> None:
+    def _schedule_refresh(self, *_: object) -> None:
         if self.isVisible():
-            self._soon.start()
+            self._timer.start()
 
-    def _forget(self) -> None:
-        self.shown.set_photos(None)
+    def _clear(self) -> None:
+        self.feature_photo.set_photos(None)
         self._place = None
         self._sightings = []
         self.list.clear()
-        self.shown.show_nothing()
-        self._later()
+        self.feature_photo.clear_photo()
+        self._schedule_refresh()
 
     def _links_changed(self, model_id: str) -> None:
-        photos = self.shown.photos
+        photos = self.feature_photo.photos
         if photos is not None and photos.model_id == model_id:
-            self.shown.photos = None
-        self._later()
+            self.feature_photo.photos = None
+        self._schedule_refresh()
 
-    def _selected(self, ids: tuple[str, ...]) -> None:
+    def _follow_selection(self, ids: tuple[str, ...]) -> None:
         if ids:
             self._place = None
-        # What was selected in the photo is looked at in this photo.
-        self._follow = not (self._own_choice or self.canvas.hasFocus())
-        self._later()
+        # A selection in the photo does not change the photo.
+        self._follow = not (self._is_user_choice or self.canvas.hasFocus())
+        self._schedule_refresh()
 
     def show_place(self, point: FloatArray | None) -> None:
-        """Ask for the photos that show a World point (3,)."""
+        """Show the photos in which a World point (3,) is visible."""
         self._place, self._follow = point, True
-        self._later()
+        self._schedule_refresh()
 
-    # --- what is looked for ------------------------------------------------------------------
+    # --- target ------------------------------------------------------------------------------
     def refresh(self) -> None:
         """Search again for the photos in which the selection is visible."""
         if not self.isVisible():
             return
         photos = self._choose_model()
-        if photos is not self.shown.photos:
-            self._take(photos)
-        self._offer()
+        if photos is not self.feature_photo.photos:
+            self._set_photos(photos)
+        self._update_message()
         if photos is None:
             self.list.clear()
-            self.shown.show_nothing()
+            self.feature_photo.clear_photo()
             self.canvas.set_preview(None)
-            self.words.setText("")
+            self.summary.setText("")
             return
-        target, self._what = self._wanted()
+        target, self._target_text = self._find_target()
         self._token += 1
-        self.shown.look_for(self._token, target)
+        self.feature_photo.request_sightings(self._token, target)
         self._draw()
 
-    def _take(self, photos: ModelPhotos | None) -> None:
-        """The photos of another model, or as they are now."""
-        old = self.photo
-        self.shown.set_photos(photos)
+    def _set_photos(self, photos: ModelPhotos | None) -> None:
+        """Show the photos of another model, or the changed photos of the same model."""
+        previous = self.photo
+        self.feature_photo.set_photos(photos)
         self._sightings = []
-        self.shown.forget_features()
-        if photos is not None and old is not None and photos.views.has(old):
-            self._show(photos.views.row(old), look=False)
+        self.feature_photo.clear_features()
+        if photos is not None and previous is not None and photos.views.has(previous):
+            self._show(photos.views.row(previous), zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
-        """Of the selected feature's model, or of the first that has photos."""
+        """Return the photos of the selected feature's model, or else of the first model."""
         records, ids = self._studio.records, self._links.models()
         tool = self._studio.open_tool
-        asked = [getattr(getattr(tool, "feature", None), "model_id", None)]
-        asked += [getattr(records.get(i), "model_id", None) for i in self._studio.selection.ids]
-        for model_id in (*asked, *ids):
+        candidates = [getattr(getattr(tool, "feature", None), "model_id", None)]
+        candidates += [
+            getattr(records.get(i), "model_id", None) for i in self._studio.selection.ids
+        ]
+        for model_id in (*candidates, *ids):
             if model_id and (photos := self._links.of(model_id)) is not None:
                 return photos
         return None
 
-    def _wanted(self) -> tuple[FloatArray, str]:
-        """World points (n, 3) to be seen, and what they are in words."""
+    def _find_target(self) -> tuple[FloatArray, str]:
+        """Return World points (n, 3) that should be visible, and their description."""
         tool = self._studio.open_tool
         feature = getattr(tool, "feature", None)
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
             model = self._studio.records.get(feature.model_id)
             if isinstance(model, Model):
-                return _some(transform.apply(model.to_world, vertices)), tr("Unfinished feature")
-        chosen = [
+                return _subsample(transform.apply(model.to_world, vertices)), tr(
+                    "Unfinished feature"
+                )
+        selection = [
             r
             for i in self._studio.selection.ids
             if isinstance(r := self._studio.records.get(i), Feature)
         ]
-        if chosen:
-            measured = self._studio.measured(r.id for r in chosen).values()
+        if selection:
+            measured = self._studio.measured(r.id for r in selection).values()
             points = [p for m in measured if len(p := drawn_points(m))]
             if points:
-                many = tr_n("{count} feature", "{count} features", len(chosen))
-                name = chosen[0].name if len(chosen) == 1 else many
-                return _some(np.concatenate(points)), name
+                count_text = tr_n("{count} feature", "{count} features", len(selection))
+                name = selection[0].name if len(selection) == 1 else count_text
+                return _subsample(np.concatenate(points)), name
         if self._place is not None:
             return self._place[None], tr("Clicked position")
         return np.zeros((0, 3)), ""
 
-    # --- the answers -------------------------------------------------------------------------
-    def _sighted(self, token: int, sightings: list[Sighting]) -> None:
+    # --- results -----------------------------------------------------------------------------
+    def _show_sightings(self, token: int, sightings: list[Sighting]) -> None:
         if token == self._token:
-            self._list(sightings)
+            self._list_photos(sightings)
 
-    # --- the list ----------------------------------------------------------------------------
-    def _list(self, sightings: list[Sighting]) -> None:
-        photos = self.shown.photos
+    # --- list --------------------------------------------------------------------------------
+    def _list_photos(self, sightings: list[Sighting]) -> None:
+        photos = self.feature_photo.photos
         if photos is None:
             return
         self._sightings = sightings
         views = photos.views.views
-        if len(self.shown.target):
-            rows = [(s.name, sighting_words(s, self._metric())) for s in sightings]
+        if len(self.feature_photo.target):
+            rows = [(s.name, sighting_text(s, self._is_metric())) for s in sightings]
             text = tr_n(
                 "{what}: visible in {visible} of {count} photo",
                 "{what}: visible in {visible} of {count} photos",
                 len(views),
-                what=self._what,
+                what=self._target_text,
                 visible=len(sightings),
             )
         else:
@@ -263,47 +277,47 @@ class InPhotosPanel(QWidget):
                 len(views),
                 model=photos.name,
             )
-        self._text = text
+        self._list_text = text
         self.list.show_rows(rows, lambda name: photos.path(photos.views.row(name)))
         self._choose_photo()
-        self._say()
+        self._update_summary()
 
     def _choose_photo(self) -> None:
-        """The best photo for something new; the present one as long as it shows as much."""
+        """Show the best photo for a new target; keep the current one if it shows the target."""
         follow, self._follow = self._follow, False
-        self._own_choice = False
-        photos, view = self.shown.photos, self.shown.view
+        self._is_user_choice = False
+        photos, view = self.feature_photo.photos, self.feature_photo.view
         if not self._sightings:
             if view is None and photos is not None and photos.views.views:
                 self._show(0)
             return
-        here = [s for s in self._sightings if s.view == view]
+        current = [s for s in self._sightings if s.view == view]
         best = self._sightings[0]
-        if not here or (follow and self._studio.open_tool is None and best.view != view):
+        if not current or (follow and self._studio.open_tool is None and best.view != view):
             self._show(best.view)
         else:
-            self.shown.look_at_target(only_if_lost=True)
-        self.list.mark(self.photo)
+            self.feature_photo.look_at_target(only_if_lost=True)
+        self.list.select_photo(self.photo)
 
-    def _photo_chosen(self, name: str) -> None:
-        photos = self.shown.photos
+    def _show_selected_photo(self, name: str) -> None:
+        photos = self.feature_photo.photos
         if photos is not None:
             self._show(photos.views.row(name))
-            self._say()
+            self._update_summary()
 
-    def _show(self, view: int, look: bool = True) -> None:
-        self.shown.show(view, look)
+    def _show(self, view: int, zoom: bool = True) -> None:
+        self.feature_photo.show(view, zoom)
         self._draw()
-        self.list.mark(self.photo)
+        self.list.select_photo(self.photo)
 
     def _draw(self) -> None:
-        # What is selected takes the place of what was clicked.
-        self.shown.draw(None if self._studio.selection.ids else self._place)
+        # The selection replaces the clicked place.
+        self.feature_photo.draw(None if self._studio.selection.ids else self._place)
 
     # --- clicks ------------------------------------------------------------------------------
-    def _clicked_outside(self, event: PointerEvent) -> None:
-        """A click on the outcrop asks for a place."""
-        if not self.isVisible() or self.shown.name is None:
+    def _follow_click(self, event: PointerEvent) -> None:
+        """Show the photos of a place that was clicked on the outcrop."""
+        if not self.isVisible() or self.feature_photo.name is None:
             return
         if (
             event.kind is Pointer.CLICK
@@ -311,59 +325,59 @@ class InPhotosPanel(QWidget):
             and self._studio.tool_name == "navigate"
             and not self._studio.selection.ids
         ):
-            self.show_place(None if event.hit is None else world_of(self._studio, event.hit))
+            self.show_place(None if event.hit is None else world_point(self._studio, event.hit))
 
     def _navigate(self, at: PhotoPointer, hit: Hit | None) -> None:
-        """A click without a tool selects, or turns the viewport to the place."""
-        found = self.canvas.feature_at(at.x, at.y)
-        self._own_choice = True
-        if found is not None and at.ctrl:
-            self._studio.selection.toggle(found)
+        """Select the feature at a click without a tool, or move the viewport's pivot."""
+        feature_id = self.canvas.feature_at(at.x, at.y)
+        self._is_user_choice = True
+        if feature_id is not None and at.ctrl:
+            self._studio.selection.toggle(feature_id)
         elif not at.ctrl:
-            self._studio.selection.set([] if found is None else [found])
-        world = None if hit is None else world_of(self._studio, hit)
-        if found is None and world is not None:
+            self._studio.selection.set([] if feature_id is None else [feature_id])
+        world = None if hit is None else world_point(self._studio, hit)
+        if feature_id is None and world is not None:
             self._place, self._follow = world, False
-            self._later()
+            self._schedule_refresh()
             if self._viewport is not None:
                 self._viewport.moves.set_pivot(world)
 
-    # --- words -------------------------------------------------------------------------------
-    def _metric(self) -> bool:
-        """Whether the lengths of the model are metres."""
-        photos = self.shown.photos
+    # --- texts -------------------------------------------------------------------------------
+    def _is_metric(self) -> bool:
+        """Return whether the lengths of the model are metres."""
+        photos = self.feature_photo.photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
         return isinstance(model, Model) and model.frame.has_metres
 
-    def _say(self) -> None:
+    def _update_summary(self) -> None:
         name = self.photo
-        here = [s for s in self._sightings if s.view == self.shown.view]
-        words = self._text
+        current = [s for s in self._sightings if s.view == self.feature_photo.view]
+        text = self._list_text
         if name is not None:
             photo = name.rpartition("/")[2]
-            if here and len(self.shown.target):
-                photo += f": {sighting_words(here[0], self._metric()).replace(chr(10), ', ')}"
-            elif len(self.shown.target):
+            if current and len(self.feature_photo.target):
+                photo += f": {sighting_text(current[0], self._is_metric()).replace(chr(10), ', ')}"
+            elif len(self.feature_photo.target):
                 photo = tr("not visible in {photo}", photo=photo)
-            words += f"   ·   {photo}"
-        self.words.setText(words)
+            text += f"   ·   {photo}"
+        self.summary.setText(text)
 
-    def _offer(self) -> None:
-        """The message of an empty panel, and the buttons that help."""
-        offers: set[str] = set()
+    def _update_message(self) -> None:
+        """Show the message of an empty panel, and the buttons that help."""
+        button_names: set[str] = set()
         message = ""
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]
-        photos = self.shown.photos
+        photos = self.feature_photo.photos
         if photos is not None:
             if photos.folder is None:
-                offers = {"find_photos"}
+                button_names = {"find_photos"}
         elif not models:
             message = tr("Open a model to see it in its photos.")
-            offers = {"choose_photos"}
+            button_names = {"choose_photos"}
         elif self._links.busy():
             message = tr("Searching for the photos of the model…")
         else:
-            offers = {"choose_photos", "open_cameras"}
+            button_names = {"choose_photos", "open_cameras"}
             problems = [p for m in models if (p := self._links.problem(m.id))]
             message = (
                 str(problems[0])
@@ -374,12 +388,12 @@ class InPhotosPanel(QWidget):
                     model=models[0].name,
                 )
             )
-        for name, button in self._offers.items():
-            button.setVisible(name in offers)
+        for name, button in self._help_buttons.items():
+            button.setVisible(name in button_names)
         if photos is None or message:
-            self.shown.say(message)
+            self.feature_photo.show_message(message)
 
 
-def _some(points: FloatArray) -> FloatArray:
-    step = max(1, -(-len(points) // _MOST_POINTS))
+def _subsample(points: FloatArray) -> FloatArray:
+    step = max(1, -(-len(points) // _MAX_POINTS))
     return np.asarray(points[::step], np.float64)

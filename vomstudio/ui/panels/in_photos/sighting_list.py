@@ -1,4 +1,4 @@
-"""The list of photos in which something is visible, with GSD and viewing angle of each."""
+"""List of photos in which a target is visible, with GSD and viewing angle."""
 
 from __future__ import annotations
 
@@ -19,10 +19,18 @@ if TYPE_CHECKING:
 
 
 class SightingList(QListWidget):
-    """chosen : the name of a photo that the user has chosen; listed : the list has changed."""
+    """List of photos in which a target is visible.
 
-    chosen = Signal(str)
-    listed = Signal()
+    Attributes
+    ----------
+    photo_selected : Signal
+        Emitted with the name of a photo that the user selected.
+    list_changed : Signal
+        Emitted when the list has changed.
+    """
+
+    photo_selected = Signal(str)
+    list_changed = Signal()
 
     def __init__(self, images: PhotoImages) -> None:
         super().__init__()
@@ -36,16 +44,16 @@ class SightingList(QListWidget):
         self.setViewMode(QListView.ViewMode.ListMode)
         self.setMinimumWidth(210)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.currentRowChanged.connect(self._row_chosen)
-        images.thumbnailed.connect(self._thumbnailed)
+        self.currentRowChanged.connect(self._emit_selection)
+        images.thumbnailed.connect(self._show_thumbnail)
 
     @property
     def names(self) -> list[str]:
-        """The photos in the list."""
+        """Names of the photos in the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
-        """Show these photos. rows : name and text of each; path_of : its file, or None."""
+        """Show photos, given by name and text. `path_of` returns the file of a photo, or None."""
         paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
         if rows == self._rows and paths == self._paths and self.count() == len(rows):
             return
@@ -55,46 +63,46 @@ class SightingList(QListWidget):
         blank.fill(Qt.GlobalColor.transparent)
         with QSignalBlocker(self):
             self.clear()
-            for name, words in rows:
-                item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{words}".strip())
+            for name, text in rows:
+                item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{text}".strip())
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
-                item.setToolTip(as_words(self._tip(name, words)))
+                item.setToolTip(as_words(self._tip(name, text)))
                 self.addItem(item)
                 file = files.get(name)
                 if file is not None and (image := self._images.thumbnail(Path(file))) is not None:
                     item.setIcon(_icon(image))
-        self.listed.emit()
+        self.list_changed.emit()
 
-    def mark(self, name: str | None) -> None:
-        """Show which of them is looked at."""
+    def select_photo(self, name: str | None) -> None:
+        """Select a photo without emitting `photo_selected`."""
         names = self.names
         with QSignalBlocker(self):
             self.setCurrentRow(names.index(name) if name in names else -1)
 
-    def step(self, by: int) -> None:
-        """The next photo of the list, or one before."""
+    def step(self, offset: int) -> None:
+        """Select the photo `offset` rows further, cyclically."""
         if count := self.count():
-            self.setCurrentRow((max(self.currentRow(), 0) + by) % count)
+            self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 
-    def _row_chosen(self, row: int) -> None:
+    def _emit_selection(self, row: int) -> None:
         if row >= 0:
-            self.chosen.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
+            self.photo_selected.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
 
-    def _tip(self, name: str, words: str) -> str:
+    def _tip(self, name: str, text: str) -> str:
         meaning = tr("GSD · angle between line of sight and surface normal")
-        return f"{name}\n{words}\n({meaning})" if words else name
+        return f"{name}\n{text}\n({meaning})" if text else name
 
-    def _thumbnailed(self, key: str, image: QImage) -> None:
+    def _show_thumbnail(self, key: str, image: QImage) -> None:
         name = self._paths.get(key)
         if name is not None and not image.isNull():
-            for i, shown in enumerate(self.names):
-                if shown == name:
+            for i, listed_name in enumerate(self.names):
+                if listed_name == name:
                     self.item(i).setIcon(_icon(image))
 
 
-def sighting_words(sighting: Sighting, metric: bool) -> str:
-    """In lines: GSD of metric models, angle between line of sight and normal, visible share."""
+def sighting_text(sighting: Sighting, metric: bool) -> str:
+    """Return GSD of metric models, viewing angle to the normal and visible share, in lines."""
     parts = []
     if metric:
         gsd = sighting.gsd_m

@@ -1,4 +1,4 @@
-"""What the panel of logs takes away: the figure, the table, and the command of a log."""
+"""Figure, tables and command line of a log."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vomstudio.ui.widgets.copied_command import Words, numbers_text
 
 
 def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
-    """In a thread: the figure as PNG."""
+    """Draw the figure as PNG in a worker thread."""
     file = io.BytesIO()
     _write_figure(result, file, "png", dpi)
     return file.getvalue()
 
 
 def write(result: LogAnswer, path: Path) -> None:
-    """In a thread: the table, or the figure, by the ending; in place of what is there."""
+    """Write the table or figure by the file ending, overwriting. Runs in a worker thread."""
     from vomstudio.project.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
@@ -48,40 +48,40 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
 
 
 def write_boundaries(result: LogAnswer, path: Path) -> None:
-    """The table that the command reads, in place of what is there. Raises TargetError."""
+    """Write the table of boundaries for the command, overwriting. Raises TargetError."""
     file = io.StringIO()
     file.write(WORLD_COMMENT)
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(["name", "x", "y", "z", "lithology", "notes"])
-    words = result.question.words
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["name", "x", "y", "z", "lithology", "notes"])
+    descriptions = result.question.words
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
-        said = words.get(boundary.key, RockWords())
-        place = numbers_text(boundary.place).split(",")
-        out.writerow(
+        description = descriptions.get(boundary.key, RockWords())
+        coordinates = numbers_text(boundary.place).split(",")
+        writer.writerow(
             [
                 escape_formula(name),
-                *place,
-                escape_formula(said.lithology),
-                escape_formula(said.notes),
+                *coordinates,
+                escape_formula(description.lithology),
+                escape_formula(description.notes),
             ]
         )
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def words_of(result: LogAnswer, table: Path) -> Words:
-    """The command that says the same of this table of boundaries, and draws it."""
+def log_command(result: LogAnswer, table: Path) -> Words:
+    """Return the command that gives the same log and its figure from a table of boundaries."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,
         bed_error_deg=result.bed95_deg or None,
         overturned=result.question.options.overturned,
     )
-    beside = table.with_name(f"{table.stem}_result")
+    result_stem = table.with_name(f"{table.stem}_result")
     return [
         "log",
         table,
         ("--bed", exact_plane(result.bed)),
         *option_words(options),
-        ("-o", beside.with_suffix(".csv")),
-        ("--plot", beside.with_suffix(".svg")),
+        ("-o", result_stem.with_suffix(".csv")),
+        ("--plot", result_stem.with_suffix(".svg")),
     ]

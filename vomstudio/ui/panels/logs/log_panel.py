@@ -1,4 +1,4 @@
-"""The dock of logs: boundaries of beds along a line on the outcrop, and the thickness between."""
+"""Panel of bed boundaries and thicknesses along a line on the outcrop."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from vomstudio.ui.base.controls import (
 )
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
-from vomstudio.ui.panels.logs.analysis import draw_figure, words_of, write, write_boundaries
+from vomstudio.ui.panels.logs.analysis import draw_figure, log_command, write, write_boundaries
 from vomstudio.ui.panels.logs.log_table import BedLogTable
 from vomstudio.ui.widgets.axis_titles import add_length_row, follow_axes, unit_of
 from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_with_file
@@ -72,7 +72,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "log", "window.md#log", tr("Computing…"))
         self.line_id = ""
-        self._drawn: LogAnswer | None = None
+        self._drawn_result: LogAnswer | None = None
         self._line = DrawnLine(self, studio)
         self.line = ElidedLabel()
         self.line.setObjectName("log_line")
@@ -83,19 +83,19 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.pick.setToolTip(
             tr("Click a point on each boundary, from bed to bed, then press Enter.")
         )
-        self.of = ComboBox()
-        self.of.setObjectName("log_of")
+        self.source_box = ComboBox()
+        self.source_box.setObjectName("log_of")
         for name, title in (
             (TRACES, tr("traces across the line")),
             (POINTS, tr("the points of the line")),
             (BOTH, tr("traces and points")),
         ):
-            self.of.addItem(title, name)
-        self.of.keep_narrow()
+            self.source_box.addItem(title, name)
+        self.source_box.keep_narrow()
         self.group = GroupBox(studio)
         self.group.setAccessibleName(tr("Traces"))
         self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
-        self.reach = error_field(
+        self.max_distance = error_field(
             "log_reach",
             tr("automatic"),
             tr("How near to the line a trace has to come; by itself a twentieth of the line."),
@@ -122,24 +122,24 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         traces = QHBoxLayout()
         traces.setSpacing(3)
         traces.addWidget(self.group, 2)
-        traces.addWidget(self.reach, 1)
+        traces.addWidget(self.max_distance, 1)
         form = narrow_form()
         form.addRow(tr("Line"), line)
-        form.addRow(tr("Boundaries"), self.of)
+        form.addRow(tr("Boundaries"), self.source_box)
         add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
         form.addRow(tr("Bed"), self.bed)
         self.options.add_rows(form)
-        shown = QSplitter()
-        shown.setChildrenCollapsible(False)
-        shown.addWidget(self.table)
-        shown.addWidget(self.picture)
-        shown.setSizes([400, 150])
-        shown.setStretchFactor(0, 2)
-        shown.setStretchFactor(1, 1)
+        results = QSplitter()
+        results.setChildrenCollapsible(False)
+        results.addWidget(self.table)
+        results.addWidget(self.picture)
+        results.setSizes([400, 150])
+        results.setStretchFactor(0, 2)
+        results.setStretchFactor(1, 1)
         self.picture.setMinimumWidth(120)
         buttons = button_row(self.write, self.copy)
         overturned = self.options.fields["overturned"]
-        FormBeside.fill(self, form, overturned, buttons, self.message, picture=shown)
+        FormBeside.fill(self, form, overturned, buttons, self.message, picture=results)
 
     def _show_axes(self, axes: Axes) -> None:
         self.table.show_unit(unit_of(axes))
@@ -149,19 +149,19 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         studio, soon = self._studio, self._soon
         self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Logged)))
         self.pick.clicked.connect(lambda _=False: self._pick())
-        for box in (self.of, self.group):
+        for box in (self.source_box, self.group):
             box.activated.connect(soon)
-        self.reach.textChanged.connect(soon)
+        self.max_distance.textChanged.connect(soon)
         self.options.changed.connect(soon)
         self.bed.changed.connect(soon)
-        self.table.said.connect(self._words_typed)
+        self.table.description_edited.connect(self._store_description)
         title = tr("Write the log")
         self.write.clicked.connect(lambda _=False: self._ask_for_file(title, "log.csv", _FORMATS))
-        studio.project_opened.connect(self._opened)
+        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(soon)
-        studio.selection_changed.connect(lambda _: self._selected())
-        self._line.drawn.connect(self._picked)
+        studio.selection_changed.connect(lambda _: self._follow_selection())
+        self._line.drawn.connect(self._take_picked_line)
 
     # --- the line ----------------------------------------------------------------------------
     def _take(self, feature: Feature | None) -> None:
@@ -173,28 +173,30 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self._line.begin()
         self.message.setText(tr("Click a point on each boundary, then press Enter."))
 
-    def _picked(self, line: Dimension) -> None:
-        self.of.setCurrentIndex(self.of.findData(POINTS))
+    def _take_picked_line(self, line: Dimension) -> None:
+        self.source_box.setCurrentIndex(self.source_box.findData(POINTS))
         self._take(line)
 
-    def _selected(self) -> None:
+    def _follow_selection(self) -> None:
         if self.group.choice() == SELECTED:
             self._soon()
         self._refresh()
 
-    def _opened(self) -> None:
-        """Another project."""
+    def _reset(self) -> None:
+        """Clear the form for another project."""
         self.line_id = ""
-        self.reach.clear()
+        self.max_distance.clear()
         self.options.reset()
         self._soon()
 
-    def _words_typed(self, key: str, words: object) -> None:
-        """Kept with the line, as one step that can be undone."""
-        assert isinstance(words, RockWords)
+    def _store_description(self, key: str, description: object) -> None:
+        """Store the description of a bed with the line as one edit."""
+        assert isinstance(description, RockWords)
         line = get_feature(self._studio.records, self.line_id)
-        if line is not None and words_along(line).get(key, RockWords()) != words:
-            self._studio.attempt(describe_bed, line.id, key, words.lithology, words.notes)
+        if line is not None and words_along(line).get(key, RockWords()) != description:
+            self._studio.attempt(
+                describe_bed, line.id, key, description.lithology, description.notes
+            )
 
     # --- the question ------------------------------------------------------------------------
     def _list(self) -> None:
@@ -210,24 +212,24 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
             raise InputError(Finding("bed.no-line"))
-        each = (get(studio.records, f.id, Trace) for f in self.group.features())
-        traces = [trace for trace in each if trace is not None]
+        group_traces = (get(studio.records, f.id, Trace) for f in self.group.features())
+        traces = [trace for trace in group_traces if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
             raise InputError(bed.problem or Finding("field.no-plane"))
-        reach = number_in(self.reach, "number.not-a-length")
+        max_distance_m = number_in(self.max_distance, "number.not-a-length")
         options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         model = model_of(studio.records, line)
         return LogQuestion(
             line.id,
             measured[line.id],
-            str(self.of.currentData()),
+            str(self.source_box.currentData()),
             {f.id: measured[f.id] for f in traces},
             {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
             options,
-            reach,
+            max_distance_m,
             words_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
@@ -261,15 +263,15 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         return "\n".join([*lines, *map(str, result.log.warnings)])
 
     def _draw(self) -> None:
-        result = self._drawn = self.result
+        result = self._drawn_result = self.result
         self.table.show_log(result)
         if result is None:
             self.picture.show_image(QImage())
         else:
-            self._background.run(partial(draw_figure, result), partial(self._drawn_now, result))
+            self._background.run(partial(draw_figure, result), partial(self._show_figure, result))
 
-    def _drawn_now(self, of: LogAnswer, png: bytes) -> None:
-        if of is self._drawn:
+    def _show_figure(self, result: LogAnswer, png: bytes) -> None:
+        if result is self._drawn_result:
             self.picture.show_image(QImage.fromData(png))
 
     def _refresh(self) -> None:
@@ -279,17 +281,17 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         line = get_feature(studio.records, self.line_id) if studio.has_project else None
         self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
         allow(self.pick, why_no_model(studio))
-        by_points = Finding("action.points-are-boundaries")
-        allow(self.reach, by_points if self.of.currentData() == POINTS else None)
-        why = None
+        reason = Finding("action.points-are-boundaries")
+        allow(self.max_distance, reason if self.source_box.currentData() == POINTS else None)
+        problem = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            problem = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-result")
-        allow(self.write, why)
-        self.copy.allow(why)
+            problem = Finding("action.no-result")
+        allow(self.write, problem)
+        self.copy.allow(problem)
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)
@@ -303,5 +305,5 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
                 self._studio,
                 "boundaries.csv",
                 partial(write_boundaries, result),
-                partial(words_of, result),
+                partial(log_command, result),
             )

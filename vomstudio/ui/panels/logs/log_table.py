@@ -1,4 +1,4 @@
-"""The beds of a log as rows, the youngest on top, with what can be typed of them."""
+"""Table of the beds of a log, the youngest on top, with editable lithology and notes."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from vomstudio.ui.base.controls import ComboBox
 Index = QModelIndex | QPersistentModelIndex
 
 THICKNESS, LITHOLOGY, NOTES = 3, 4, 5
-_LEAST_HEIGHT = 110
-_LEAST_WORDS = 110
-_ROW = 24
+_MIN_TABLE_HEIGHT_PX = 110
+_MIN_EDITOR_WIDTH_PX = 110
+_ROW_HEIGHT_PX = 24
 
 
 class BedLogTable(QTableWidget):
-    """said : something was typed of the bed with this key"""
+    """Table of beds; `description_edited` emits the key and the new description of a bed."""
 
-    said = Signal(str, object)
+    description_edited = Signal(str, object)
 
     def __init__(self) -> None:
-        heads = (
+        columns = (
             (tr("Bed"), tr("Counted from the oldest up.")),
             (tr("From"), tr("The boundary at which the bed begins.")),
             (tr("To"), tr("The boundary at which it ends.")),
@@ -43,71 +43,70 @@ class BedLogTable(QTableWidget):
             (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
             (tr("Notes"), tr("Double click to type.")),
         )
-        super().__init__(0, len(heads))
+        super().__init__(0, len(columns))
         self.setObjectName("log_table")
         self.setAccessibleName(tr("Beds of the log"))
-        for column, (title, tip) in enumerate(heads):
+        for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(tip)
             self.setHorizontalHeaderItem(column, item)
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT_PX)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setTabKeyNavigation(False)
         self.show_unit("m")
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        # Stretched it would be cut to nothing where the dock is narrow.
+        # A stretched section would shrink to nothing in a narrow dock.
         header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Fixed)
         header.setMinimumSectionSize(32)
         header.sectionResized.connect(
             lambda column, *_: self._widen_notes() if column != NOTES else None
         )
-        self._rocks = _LithologyEditor(self)
-        self.setItemDelegateForColumn(LITHOLOGY, self._rocks)
-        self.setMinimumHeight(_LEAST_HEIGHT)
+        self._lithology_editor = _LithologyEditor(self)
+        self.setItemDelegateForColumn(LITHOLOGY, self._lithology_editor)
+        self.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         self._keys: list[str] = []
-        self.itemChanged.connect(self._typed)
+        self.itemChanged.connect(self._emit_description)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
         self._widen_notes()
 
     def _widen_notes(self) -> None:
-        """What the others leave, and never less than the word at the top."""
+        """Give the notes the remaining width, at least that of their header."""
         header = self.horizontalHeader()
-        others = sum(header.sectionSize(column) for column in range(NOTES))
-        least = header.sectionSizeHint(NOTES)
-        header.resizeSection(NOTES, max(self.viewport().width() - others, least))
+        used_width = sum(header.sectionSize(column) for column in range(NOTES))
+        min_width = header.sectionSizeHint(NOTES)
+        header.resizeSection(NOTES, max(self.viewport().width() - used_width, min_width))
 
     def show_unit(self, unit: str) -> None:
-        """Of the thicknesses."""
-        head = self.horizontalHeaderItem(THICKNESS)
-        assert head is not None
-        head.setText(tr("Thickness ({unit})", unit=unit))
+        """Show the unit of the thicknesses."""
+        header_item = self.horizontalHeaderItem(THICKNESS)
+        assert header_item is not None
+        header_item.setText(tr("Thickness ({unit})", unit=unit))
 
     def show_log(self, result: LogAnswer | None) -> None:
-        """What stands in the cells is changed in place, so that one that is being typed in stays
-        open."""
+        """Show a log; cells are updated in place, so that an open editor stays open."""
         beds = [] if result is None else list(result.log.intervals)
         keys = [] if result is None else list(result.base_keys)
-        blocked = self.blockSignals(True)
+        was_blocked = self.blockSignals(True)
         self.setRowCount(len(beds))
         self._keys = keys[::-1]
-        for row, each in enumerate(reversed(beds)):
-            thick = each.thickness_m
+        for row, bed in enumerate(reversed(beds)):
+            thickness = bed.thickness_m
             texts = (
-                str(each.number),
-                each.base,
-                each.top,
-                format_with_error(thick.value, thick.error95),
-                each.lithology,
-                each.notes,
+                str(bed.number),
+                bed.base,
+                bed.top,
+                format_with_error(thickness.value, thickness.error95),
+                bed.lithology,
+                bed.notes,
             )
             for column, text in enumerate(texts):
                 self._put(row, column, text)
-        self.blockSignals(blocked)
+        self.blockSignals(was_blocked)
         self._widen_notes()
 
     def _put(self, row: int, column: int, text: str) -> None:
@@ -117,40 +116,42 @@ class BedLogTable(QTableWidget):
             if column not in (LITHOLOGY, NOTES):
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
             if column in (0, 3):
-                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                item.setTextAlignment(right)
+                alignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(alignment)
             self.setItem(row, column, item)
         item.setText(text)
         if column in (LITHOLOGY, NOTES):
             item.setToolTip(text or tr("Double click to type."))
 
-    def _typed(self, item: QTableWidgetItem) -> None:
+    def _emit_description(self, item: QTableWidgetItem) -> None:
         row = item.row()
         if item.column() in (LITHOLOGY, NOTES) and row < len(self._keys):
-            rock, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
-            assert rock is not None
+            lithology, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
+            assert lithology is not None
             assert notes is not None
-            words = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
-            self.said.emit(self._keys[row], words)
+            description = RockWords(
+                " ".join(lithology.text().split()), " ".join(notes.text().split())
+            )
+            self.description_edited.emit(self._keys[row], description)
 
 
 class _LithologyEditor(QStyledItemDelegate):
-    """A list of StraboSpot's words in which others can be typed too."""
+    """Editor that offers the lithologies of StraboSpot and accepts others."""
 
     def createEditor(  # noqa: N802
         self, parent: QWidget, option: QStyleOptionViewItem, index: Index
     ) -> QWidget:
-        box = _Rocks()
+        box = _LithologyBox()
         box.setParent(parent)
-        box.setMinimumWidth(_LEAST_WORDS)
+        box.setMinimumWidth(_MIN_EDITOR_WIDTH_PX)
         box.addItem("")
         box.addItems(lithologies.lithology_choices())
-        box.activated.connect(lambda _: self._chosen(box))
+        box.activated.connect(lambda _: self._commit_choice(box))
         return box
 
-    def _chosen(self, box: _Rocks) -> None:
-        """From the list; what is typed is taken over with Enter, as in every cell."""
-        if box.from_list:
+    def _commit_choice(self, box: _LithologyBox) -> None:
+        """Commit a choice from the list; typed text is committed with Enter as in other cells."""
+        if box.is_list_choice:
             self.commitData.emit(box)
             self.closeEditor.emit(box)
 
@@ -165,21 +166,21 @@ class _LithologyEditor(QStyledItemDelegate):
         model.setData(index, editor.currentText())
 
 
-class _Rocks(ComboBox):
-    """from_list : the list was opened, and nothing typed since"""
+class _LithologyBox(ComboBox):
+    """Box of lithologies; `is_list_choice` is set while no text was typed since it opened."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.from_list = False
+        self.is_list_choice = False
         self.setEditable(True)
         self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        typed = self.lineEdit()
-        assert typed is not None
-        typed.textEdited.connect(lambda _: self._take_note())
+        line_edit = self.lineEdit()
+        assert line_edit is not None
+        line_edit.textEdited.connect(lambda _: self._reset_choice())
 
-    def _take_note(self) -> None:
-        self.from_list = False
+    def _reset_choice(self) -> None:
+        self.is_list_choice = False
 
     def showPopup(self) -> None:  # noqa: N802
-        self.from_list = True
+        self.is_list_choice = True
         super().showPopup()

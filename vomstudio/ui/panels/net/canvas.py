@@ -1,4 +1,4 @@
-"""The widget that shows the net of the dock."""
+"""Widget that draws the net, and its rendering with Matplotlib."""
 
 from __future__ import annotations
 
@@ -27,118 +27,129 @@ from vomstudio.products.net.rose import RoseArtists, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
 from vomstudio.project.fold_planes import FoldPlanes
-from vomstudio.ui.panels.net.source import with_fold
+from vomstudio.ui.panels.net.source import add_fold_axis
 
 DPI = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one;
-    beds : whose fold axis is still to be found, None for none"""
+class NetRequest:
+    """Request to draw a net.
+
+    Attributes
+    ----------
+    size : (int, int)
+        Width and height in logical pixels.
+    ratio : float
+        Device pixels per logical pixel.
+    fold_planes : FoldPlanes or None
+        Planes whose fold axis is computed while drawing; None for no fold axis.
+    """
 
     contents: NetContents
     style: NetStyle
     size: tuple[int, int]
     ratio: float
-    beds: FoldPlanes | None = None
+    fold_planes: FoldPlanes | None = None
 
 
 @dataclass(eq=False)
 class DrawnNet:
-    """A net with its pixels, over which the emphasis is drawn, and over that the words: a great
-    circle that stands out would cross out the name of the fold axis."""
+    """Rendered net in three layers: background, emphasis of the selection and labels.
+
+    Labels are drawn last, so that an emphasised great circle does not cover them.
+    """
 
     artists: NetArtists
     ratio: float
     _canvas: Any
-    _clean: Any = field(init=False)
-    _words: QImage = field(init=False)
+    _background: Any = field(init=False)
+    _labels: QImage = field(init=False)
 
     def __post_init__(self) -> None:
-        self._keep_emphasis_out()
-        words = [text for text in self.artists.axes.texts if not text.get_animated()]
-        for text in words:
+        self._exclude_emphasis()
+        labels = [text for text in self.artists.axes.texts if not text.get_animated()]
+        for text in labels:
             text.set_animated(True)
         self._canvas.draw()
-        self._clean = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
-        # Words take most of the time of a net, and stay the same.
+        self._background = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
+        # Labels take most of the drawing time and do not change with the selection.
         self._canvas.get_renderer().clear()
-        for text in words:
+        for text in labels:
             self.artists.axes.draw_artist(text)
-        self._words = _image_of(self._canvas, self.ratio)
+        self._labels = _canvas_image(self._canvas, self.ratio)
 
     @classmethod
-    def of(cls, wanted: Wanted) -> DrawnNet:
-        """Draw it, without its emphasis: in any thread."""
-        figure, canvas = _empty_figure(wanted)
-        contents = with_fold(wanted.contents, wanted.beds)
-        return cls(draw_stereonet(figure, contents, wanted.style), wanted.ratio, canvas)
+    def draw(cls, request: NetRequest) -> DrawnNet:
+        """Draw a net without its emphasis. Runs in any thread."""
+        figure, canvas = _empty_figure(request)
+        contents = add_fold_axis(request.contents, request.fold_planes)
+        return cls(draw_stereonet(figure, contents, request.style), request.ratio, canvas)
 
-    def _keep_emphasis_out(self) -> None:
+    def _exclude_emphasis(self) -> None:
         for artist in self.artists.emphasis:
             artist.set_animated(True)
 
     def image(self) -> QImage:
-        """The net with its emphasis."""
-        self._keep_emphasis_out()
-        self._canvas.restore_region(self._clean)
+        """Return the image of the net with its emphasis."""
+        self._exclude_emphasis()
+        self._canvas.restore_region(self._background)
         for artist in self.artists.emphasis:
             self.artists.axes.draw_artist(artist)
-        image = _image_of(self._canvas, self.ratio)
+        image = _canvas_image(self._canvas, self.ratio)
         painter = QPainter(image)
-        painter.drawImage(0, 0, self._words)
+        painter.drawImage(0, 0, self._labels)
         painter.end()
         return image
 
 
 @dataclass(eq=False)
 class DrawnRoses:
-    """Roses or histograms with their pixels."""
+    """Rendered roses or histograms."""
 
     artists: RoseArtists
     ratio: float
     _canvas: Any
 
     @classmethod
-    def of(cls, contents: RoseContents, wanted: Wanted) -> DrawnRoses:
-        """wanted : its style and size"""
-        figure, canvas = _empty_figure(wanted)
-        artists = draw_roses(figure, contents, wanted.style)
+    def draw(cls, contents: RoseContents, request: NetRequest) -> DrawnRoses:
+        """Draw roses or histograms in the style and size of a request."""
+        figure, canvas = _empty_figure(request)
+        artists = draw_roses(figure, contents, request.style)
         canvas.draw()
-        return cls(artists, wanted.ratio, canvas)
+        return cls(artists, request.ratio, canvas)
 
     def image(self) -> QImage:
-        return _image_of(self._canvas, self.ratio)
+        return _canvas_image(self._canvas, self.ratio)
 
 
-def _empty_figure(wanted: Wanted) -> tuple[Figure, FigureCanvasAgg]:
-    dpi = DPI * wanted.ratio
-    inches = tuple(round(side * wanted.ratio) / dpi for side in wanted.size)
+def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
+    dpi = DPI * request.ratio
+    inches = tuple(round(side * request.ratio) / dpi for side in request.size)
     figure = Figure(figsize=(inches[0], inches[1]), dpi=dpi)
     return figure, FigureCanvasAgg(figure)
 
 
-def _image_of(canvas: Any, ratio: float) -> QImage:
+def _canvas_image(canvas: Any, ratio: float) -> QImage:
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]
-    shown = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
-    # A copy: the pixels are drawn over with the next selection.
-    image = shown.copy()
+    view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
+    # Copied because the canvas reuses its buffer for the next selection.
+    image = view.copy()
     image.setDevicePixelRatio(ratio)
     return image
 
 
 class NetCanvas(QWidget):
-    """Shows the net, and the lasso over it.
+    """Widget that shows the net, the roses or a message, and the lasso.
 
-    Places are those of Matplotlib: device pixels from the bottom left corner.
+    Mouse signals carry Matplotlib positions: device pixels from the bottom left corner.
     """
 
-    pressed = Signal(QMouseEvent, float, float)
-    moved = Signal(float, float)
-    released = Signal(QMouseEvent, float, float)
-    left = Signal()
+    mouse_pressed = Signal(QMouseEvent, float, float)
+    mouse_moved = Signal(float, float)
+    mouse_released = Signal(QMouseEvent, float, float)
+    mouse_left = Signal()
     painted = Signal()
     resized = Signal()
 
@@ -146,28 +157,28 @@ class NetCanvas(QWidget):
         super().__init__()
         self.lasso: list[QPointF] = []
         self._image: QImage | None = None
-        self._says = ""
+        self._message = ""
         self.setMouseTracking(True)
 
     def show_net(self, net: DrawnNet | DrawnRoses) -> None:
-        """This net from now on, or this one with another emphasis."""
-        self._image, self._says = net.image(), ""
+        """Show a net or roses with the current emphasis."""
+        self._image, self._message = net.image(), ""
         self.update()
 
-    def say(self, text: str) -> None:
-        """Why there is nothing to be seen."""
-        self._image, self._says = None, text
+    def show_message(self, text: str) -> None:
+        """Show a message in place of the net."""
+        self._image, self._message = None, text
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
         if self._image is not None:
-            painter.drawImage(self._place(self._image), self._image)
-        if self._says:
-            room = self.rect().adjusted(12, 12, -12, -12)
+            painter.drawImage(self._image_rect(self._image), self._image)
+        if self._message:
+            area = self.rect().adjusted(12, 12, -12, -12)
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            painter.drawText(room, int(flags), self._says)
+            painter.drawText(area, int(flags), self._message)
         if len(self.lasso) > 1:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             color = self.palette().color(QPalette.ColorRole.Highlight)
@@ -178,36 +189,36 @@ class NetCanvas(QWidget):
         painter.end()
         self.painted.emit()
 
-    def _place(self, image: QImage) -> QRectF:
-        """Of the picture in the widget: until a net of the new size is drawn it keeps its shape."""
-        wide, tall = image.deviceIndependentSize().toTuple()
-        if abs(wide - self.width()) < 1.0 and abs(tall - self.height()) < 1.0:
-            return QRectF(0.0, 0.0, wide, tall)
-        scale = min(self.width() / wide, self.height() / tall)
-        wide, tall = scale * wide, scale * tall
-        return QRectF((self.width() - wide) / 2.0, (self.height() - tall) / 2.0, wide, tall)
+    def _image_rect(self, image: QImage) -> QRectF:
+        """Return the rectangle of the image, which keeps its aspect ratio until the next redraw."""
+        width, height = image.deviceIndependentSize().toTuple()
+        if abs(width - self.width()) < 1.0 and abs(height - self.height()) < 1.0:
+            return QRectF(0.0, 0.0, width, height)
+        scale = min(self.width() / width, self.height() / height)
+        width, height = scale * width, scale * height
+        return QRectF((self.width() - width) / 2.0, (self.height() - height) / 2.0, width, height)
 
-    # --- Qt's names --------------------------------------------------------------------------
-    def _at(self, event: QMouseEvent) -> tuple[float, float]:
-        ratio, at = self.devicePixelRatioF(), event.position()
-        return at.x() * ratio, (self.height() - at.y()) * ratio
+    # --- mouse -------------------------------------------------------------------------------
+    def _pixel_position(self, event: QMouseEvent) -> tuple[float, float]:
+        ratio, position = self.devicePixelRatioF(), event.position()
+        return position.x() * ratio, (self.height() - position.y()) * ratio
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if event.button() == Qt.MouseButton.LeftButton:
-            self.pressed.emit(event, *self._at(event))
+            self.mouse_pressed.emit(event, *self._pixel_position(event))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self.lasso:
             self.lasso.append(event.position())
-        self.moved.emit(*self._at(event))
+        self.mouse_moved.emit(*self._pixel_position(event))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if event.button() == Qt.MouseButton.LeftButton:
-            self.released.emit(event, *self._at(event))
+            self.mouse_released.emit(event, *self._pixel_position(event))
 
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
         super().leaveEvent(event)
-        self.left.emit()
+        self.mouse_left.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)

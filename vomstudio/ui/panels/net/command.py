@@ -1,4 +1,4 @@
-"""What the net shows, as the words of the command that draws it."""
+"""Command line that draws the current net or roses."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.figure_options import RoseFigure, SetColors, StereonetOptions
 from vomstudio.products.net.net_options import parse_net_plane
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 from vomstudio.ui.widgets.copied_command import Word, Words, numbers_text
 from vomstudio.ui.widgets.copied_planes import beside
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
 
-_FLAGS = ("girdles", "maxima", "errors", "averages", "intersections")
+_OVERLAY_FLAGS = ("girdles", "maxima", "errors", "averages", "intersections")
 
 
-def net_words(
+def net_command(
     table: Path,
-    wishes: NetWishes,
+    view_settings: NetViewSettings,
     projection: str,
     method: str | None,
     contouring: Contouring,
@@ -33,22 +33,22 @@ def net_words(
     colors: Mapping[str, str],
     fold: FoldFilter | None = None,
 ) -> Words:
-    """Return the command of the net, or of the roses in its place.
+    """Return the command that draws the net, or the roses if those are shown.
 
     Parameters
     ----------
     table : Path
         File with the shown features.
     notation : str
-        Notation in which planes were typed.
+        Notation of the typed planes.
     style, colors
-        Style of figures, and the colours of kinds by their names.
+        Style of figures, and the colours of feature types by name.
     fold : FoldFilter, optional
         Planes of the fold axis; None if it is not shown.
     """
-    end: list[Word | tuple[str, Word]] = [("-o", beside(table, "svg")), "--force"]
+    output: list[Word | tuple[str, Word]] = [("-o", beside(table, "svg")), "--force"]
     set_colors = SetColors(tuple(f"{name}={color}" for name, color in colors.items()))
-    if wishes.view != "net":
+    if view_settings.view != "net":
         figure = RoseFigure(
             font=style.font or None,
             font_size_pt=style.font_pt,
@@ -56,43 +56,50 @@ def net_words(
             grey=style.grey,
             width_mm=style.width_mm,
         )
-        words = [*option_words(_rose_options(wishes)), *option_words(figure)]
-        return ["rose", table, *words, *option_words(set_colors), *end]
-    options = _net_options(wishes, projection, method, contouring, notation, fold)
-    words = [*option_words(options), *option_words(style.options())]
-    return ["stereonet", table, *words, *option_words(set_colors), *end]
+        arguments = [*option_words(_rose_options(view_settings)), *option_words(figure)]
+        return ["rose", table, *arguments, *option_words(set_colors), *output]
+    options = _net_options(
+        view_settings=view_settings,
+        projection=projection,
+        method=method,
+        contouring=contouring,
+        notation=notation,
+        fold=fold,
+    )
+    arguments = [*option_words(options), *option_words(style.options())]
+    return ["stereonet", table, *arguments, *option_words(set_colors), *output]
 
 
-def _rose_options(wishes: NetWishes) -> RoseOptions:
+def _rose_options(view_settings: NetViewSettings) -> RoseOptions:
     values: dict[str, Any] = {
-        "of": wishes.view,
-        "bin_deg": wishes.bin_deg,
+        "of": view_settings.view,
+        "bin_deg": view_settings.bin_deg,
         "by": "kind",
-        "scale": "area" if wishes.by_area else "length",
-        "weight": "extent_m" if wishes.by_length else None,
+        "scale": "area" if view_settings.is_area_scaled else "length",
+        "weight": "extent_m" if view_settings.is_length_weighted else None,
     }
     return RoseOptions(**values)
 
 
 def _net_options(
-    wishes: NetWishes,
+    view_settings: NetViewSettings,
     projection: str,
     method: str | None,
     contouring: Contouring,
     notation: str,
     fold: FoldFilter | None,
 ) -> StereonetOptions:
-    """Return the options of the net; typed planes by their dip direction."""
+    """Return the options of the net; typed planes are converted to dip direction and dip."""
 
     def texts(name: str) -> tuple[str, ...]:
-        parts = wishes.texts.get(name, "").split(";")
+        parts = view_settings.texts.get(name, "").split(";")
         return tuple(part.strip() for part in parts if part.strip())
 
     def planes(name: str) -> tuple[str, ...]:
-        read = [parse_net_plane(text, "", notation) for text in texts(name)]
-        return tuple(f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}" for plane in read)
+        attitudes = [parse_net_plane(text, "", notation) for text in texts(name)]
+        return tuple(f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}" for plane in attitudes)
 
-    values: dict[str, Any] = {name: name in wishes.asked for name in _FLAGS}
+    values: dict[str, Any] = {name: name in view_settings.overlays for name in _OVERLAY_FLAGS}
     values |= {
         "by": "kind",
         "projection": projection,
@@ -108,7 +115,7 @@ def _net_options(
             "filled": contouring.is_filled,
             "each_set": contouring.each_set,
             "kamb_sigma": contouring.sigma,
-            "levels": numbers_text(wishes.levels) if wishes.levels else None,
+            "levels": numbers_text(view_settings.levels) if view_settings.levels else None,
         }
     if fold is not None:
         values |= {"fold": True, "quality": fold.min_quality, "only_set": fold.set_name}

@@ -1,4 +1,4 @@
-"""The button of the net whose menu chooses contours of density."""
+"""Button with the menu of density contours."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _METHODS = {
 
 
 _SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
-"""Offered in the menu: the larger, the smoother."""
+"""Choices of the menu; a larger value smooths more."""
 
 
 class ContourButton(QToolButton):
-    """Keeps what is chosen in the settings, which tell the net."""
+    """Button that selects the contouring method and stores it in the settings."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -46,24 +46,24 @@ class ContourButton(QToolButton):
             action = menu.addAction(tr(title))
             action.setCheckable(True)
             group.addAction(action)
-            action.triggered.connect(lambda _=False, m=method: self._choose(m))
+            action.triggered.connect(lambda _=False, m=method: self._store_method(m))
             self.methods[method] = action
         menu.addSeparator()
-        self.filled = menu.addAction(tr("Filled"))
-        self.each_set = menu.addAction(tr("Each set by itself"))
-        for action in (self.filled, self.each_set):
+        self.fill_action = menu.addAction(tr("Filled"))
+        self.each_set_action = menu.addAction(tr("Each set by itself"))
+        for action in (self.fill_action, self.each_set_action):
             action.setCheckable(True)
-            action.triggered.connect(lambda _=False: self._choose(self.method or None))
+            action.triggered.connect(lambda _=False: self._store_method(self.method or None))
         self.smoothness = menu.addMenu(tr("Smoothness of Kamb's methods"))
         sigmas = QActionGroup(self)
         self.sigmas = {}
         for sigma in _SIGMAS:
             number = f"{sigma:g}"
-            usual = tr("{sigma} σ (usual)", sigma=number)
-            action = self.smoothness.addAction(usual if sigma == SIGMA else f"{number} σ")
+            usual_title = tr("{sigma} σ (usual)", sigma=number)
+            action = self.smoothness.addAction(usual_title if sigma == SIGMA else f"{number} σ")
             action.setCheckable(True)
             sigmas.addAction(action)
-            action.triggered.connect(lambda _=False, s=sigma: self._smooth(s))
+            action.triggered.connect(lambda _=False, s=sigma: self._store_sigma(s))
             self.sigmas[sigma] = action
         self.setMenu(menu)
         self._show()
@@ -71,9 +71,9 @@ class ContourButton(QToolButton):
 
     @property
     def method(self) -> str | None:
-        """One of `density.DENSITY_METHODS`; None without contours."""
-        chosen = self._studio.settings.contour
-        return chosen if chosen in DENSITY_METHODS else None
+        """Return one of `density.DENSITY_METHODS`, or None without contours."""
+        name = self._studio.settings.contour
+        return name if name in DENSITY_METHODS else None
 
     @property
     def contouring(self) -> Contouring:
@@ -85,34 +85,34 @@ class ContourButton(QToolButton):
         )
 
     def nextCheckState(self) -> None:  # noqa: N802
-        """Qt's name. The space bar opens the menu as a click does: what is chosen there decides."""
+        """Open the menu; the check state follows the contouring method."""
         self.showMenu()
 
-    def _choose(self, method: str | None) -> None:
+    def _store_method(self, method: str | None) -> None:
         settings = self._studio.settings
         settings.contour = method or ""
-        settings.contour_filled = self.filled.isChecked()
-        settings.contour_each_set = self.each_set.isChecked()
+        settings.contour_filled = self.fill_action.isChecked()
+        settings.contour_each_set = self.each_set_action.isChecked()
         self._studio.keep_settings()
 
-    def _smooth(self, sigma: float) -> None:
+    def _store_sigma(self, sigma: float) -> None:
         self._studio.settings.contour_sigma = sigma
         self._studio.keep_settings()
 
     def _show(self) -> None:
         settings = self._studio.settings
         self.methods[self.method or ""].setChecked(True)
-        self.filled.setChecked(settings.contour_filled)
-        self.each_set.setChecked(settings.contour_each_set)
-        without = tr("Not now: {reason}", reason=Finding("action.no-contours"))
-        for action in (self.filled, self.each_set):
+        self.fill_action.setChecked(settings.contour_filled)
+        self.each_set_action.setChecked(settings.contour_each_set)
+        disabled_tip = tr("Not now: {reason}", reason=Finding("action.no-contours"))
+        for action in (self.fill_action, self.each_set_action):
             action.setEnabled(self.method is not None)
-            action.setToolTip("" if self.method else without)
+            action.setToolTip("" if self.method else disabled_tip)
         self.sigmas[self.contouring.sigma].setChecked(True)
-        smooth = self.method not in (None, "schmidt")
-        self.smoothness.setEnabled(smooth)
+        is_smoothed = self.method not in (None, "schmidt")
+        self.smoothness.setEnabled(is_smoothed)
         self.smoothness.menuAction().setToolTip(
-            "" if smooth else tr("Not now: {reason}", reason=Finding("action.not-smoothed"))
+            "" if is_smoothed else tr("Not now: {reason}", reason=Finding("action.not-smoothed"))
         )
-        # It looks pressed while there are contours.
+        # The button looks pressed while contours are drawn.
         self.setChecked(self.method is not None)

@@ -1,4 +1,4 @@
-"""The features of a project as the sets of a net, and by what belongs together."""
+"""Sets of the net from the features of a project, or from proposed groups."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from vomstudio.project.records import FeatureType, Typed
 from vomstudio.project.repeated_features import is_repeat
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
-"""Name of a proposed set and the ids of its planes, set by set; those in none have the name ""."""
+"""Name and plane ids of each proposed set; planes without a set have the name ""."""
 
-_IN_NONE = "#8c8c8c"
+_UNASSIGNED_COLOR = "#8c8c8c"
 
 
-def alike(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
-    """Features by how their kinds stand on the net, in the order of the kinds."""
-    of_class: dict[type[Typed], list[Typed]] = {}
+def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
+    """Group features by the appearance of their kind on the net, in the order of the kinds."""
+    features_by_class: dict[type[Typed], list[Typed]] = {}
     for feature in features:
-        of_class.setdefault(type(feature), []).append(feature)
+        features_by_class.setdefault(type(feature), []).append(feature)
     result: dict[NetAppearance, list[Typed]] = {}
     for kind in KINDS:
-        if kind.net is not None and kind.record in of_class:
-            result.setdefault(kind.net, []).extend(of_class[kind.record])
+        if kind.net is not None and kind.record in features_by_class:
+            result.setdefault(kind.net, []).extend(features_by_class[kind.record])
     return list(result.items())
 
 
-def on_the_net(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
-    """The features of kinds that stand on a net; and those that do not since they repeat others."""
-    typed = records.of(Typed)
-    classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
-    shown: list[Typed] = []
+def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
+    """Return the features that the net shows, and the repeated picks that it leaves out."""
+    features = records.of(Typed)
+    has_net = {type(f): kind_of(f).net is not None for f in {type(f): f for f in features}.values()}
+    originals: list[Typed] = []
     repeats: list[Typed] = []
-    for feature in typed:
-        if classes[type(feature)]:
-            (repeats if is_repeat(feature, records) else shown).append(feature)
-    return shown, repeats
+    for feature in features:
+        if has_net[type(feature)]:
+            (repeats if is_repeat(feature, records) else originals).append(feature)
+    return originals, repeats
 
 
-def sets_of(
+def build_sets(
     kind: FeatureType,
     name: str,
     features: Sequence[Typed],
@@ -56,37 +56,62 @@ def sets_of(
     turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
 ) -> list[NetSet]:
-    """The planes and the lines among features, each as a set; those without orientation are left
-    out."""
+    """Return one set of the planes and one of the lines among features.
+
+    Features without an orientation are left out.
+    """
     planes, lines = [], []
     for feature in features:
-        figures = measured[feature.id]
-        if (plane := figures.plane) is not None:
+        measurement = measured[feature.id]
+        if (plane := measurement.plane) is not None:
             planes.append((feature.id, plane))
-        elif (line := figures.line) is not None:
+        elif (line := measurement.line) is not None:
             lines.append((feature.id, line))
     result = []
-    rows, turned = turns
+    rows, model_turns = turns
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)
         ids = tuple(id_ for id_, _ in planes)
-        own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, own))
+        set_turns = model_turns.of([rows[id_] for id_ in ids])
+        result.append(
+            NetSet(
+                name=name,
+                kind="plane",
+                azimuth_deg=azimuth,
+                angle_deg=angle,
+                ids=ids,
+                color=kind.color,
+                marker=marker,
+                variant=variant,
+                turns=set_turns,
+            )
+        )
     if lines:
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        own = turned.of([rows[id_] for id_ in ids])
+        set_turns = model_turns.of([rows[id_] for id_ in ids])
         slips = _slips([measured[id_] for id_ in ids])
         result.append(
-            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own, slips)
+            NetSet(
+                name=name,
+                kind="line",
+                azimuth_deg=azimuth,
+                angle_deg=angle,
+                ids=ids,
+                color=kind.color,
+                marker=marker,
+                variant=variant,
+                turns=set_turns,
+                slips=slips,
+            )
         )
     return result
 
 
 def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
-    """(n, 3) movements of the hanging walls along these lines, as far as they are known."""
+    """Return hanging-wall slip vectors (n, 3), NaN if unknown; None if all are unknown."""
     slips = [m.slip_vector() for m in measured]
     if all(slip is None for slip in slips):
         return None
@@ -94,45 +119,47 @@ def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
 
 
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
-    """The planes among the sets of a net that are in one of the groups, each group a set in a
-    colour and symbol of its own, what is in none in grey."""
-    place = {
+    """Return one set per proposed group, each with its own colour and symbol.
+
+    Planes without a group are grey.
+    """
+    place_by_id = {
         id_: (k, row)
         for k, s in enumerate(sets)
         if s.kind == "plane"
         for row, id_ in enumerate(s.ids)
     }
-    found = []
+    result = []
     for number, (name, ids) in enumerate(groups):
-        shown = [id_ for id_ in ids if id_ in place]
-        if not shown:
+        members = [id_ for id_ in ids if id_ in place_by_id]
+        if not members:
             continue
-        where = [place[id_] for id_ in shown]
+        places = [place_by_id[id_] for id_ in members]
         title = tr("{set} (proposed)", set=name) if name else tr("in no set")
-        found.append(
+        result.append(
             NetSet(
-                title,
-                "plane",
-                np.array([sets[k].azimuth_deg[row] for k, row in where]),
-                np.array([sets[k].angle_deg[row] for k, row in where]),
-                tuple(shown),
-                color_of(number) if name else _IN_NONE,
-                MARKERS[number % len(MARKERS)] if name else "o",
-                turns=_turns(sets, where),
+                name=title,
+                kind="plane",
+                azimuth_deg=np.array([sets[k].azimuth_deg[row] for k, row in places]),
+                angle_deg=np.array([sets[k].angle_deg[row] for k, row in places]),
+                ids=tuple(members),
+                color=set_color(number) if name else _UNASSIGNED_COLOR,
+                marker=MARKERS[number % len(MARKERS)] if name else "o",
+                turns=_turns(sets, places),
             )
         )
-    return found
+    return result
 
 
-def color_of(number: int, named: bool = True) -> str:
-    """#rrggbb of a proposed set, from 0; grey for what is in none."""
-    return OKABE_ITO[number % len(OKABE_ITO)] if named else _IN_NONE
+def set_color(number: int, has_name: bool = True) -> str:
+    """Return the colour (#rrggbb) of a proposed set by index; grey for unassigned planes."""
+    return OKABE_ITO[number % len(OKABE_ITO)] if has_name else _UNASSIGNED_COLOR
 
 
-def _turns(sets: Sequence[NetSet], where: Sequence[tuple[int, int]]) -> Turns | None:
-    """The sets of one net count their registrations alike."""
+def _turns(sets: Sequence[NetSet], places: Sequence[tuple[int, int]]) -> Turns | None:
+    """Return the rotation errors of some planes; all sets of a net share the same rotations."""
     group, rotations = [], None
-    for k, row in where:
+    for k, row in places:
         turns = sets[k].turns
         if turns is None:
             return None

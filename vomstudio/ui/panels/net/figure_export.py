@@ -1,4 +1,4 @@
-"""What the dock of the net shows, written as a figure in the style that the user has chosen."""
+"""Export of the net or roses as a figure in the user's figure style."""
 
 from __future__ import annotations
 
@@ -11,47 +11,54 @@ if TYPE_CHECKING:
     from vomstudio.products.net.contents import NetContents
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.rose_contents import RoseContents
-    from vomstudio.ui.panels.net.view_settings import NetWishes
+    from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 
 class NetDock(Protocol):
-    """What the dock of the net tells of itself."""
+    """Interface of the net panel for commands and dialogs."""
 
-    wishes: NetWishes
+    view_settings: NetViewSettings
 
     def contents(self) -> NetContents: ...
-    def for_print(self) -> NetContents | RoseContents: ...
+    def print_contents(self) -> NetContents | RoseContents: ...
 
 
-def style_of(studio: Studio) -> FigureStyle:
-    """Of printed figures, as the user has chosen it."""
+def load_figure_style(studio: Studio) -> FigureStyle:
+    """Return the style of printed figures from the settings."""
     from vomstudio.products.net.figure_style import FigureStyle
 
     return FigureStyle.restore(studio.settings.figure_style)
 
 
-def write_shown(
+def write_net_figure(
     target: Path | IO[bytes],
-    shown: NetContents | RoseContents,
+    contents: NetContents | RoseContents,
     style: FigureStyle,
     format_: str,
     dpi: float = 300.0,
 ) -> None:
-    """The net or the roses as a figure in this style. Raises GeometryError where no set has the
-    angle."""
+    """Write the net or the roses as a figure.
+
+    Raises
+    ------
+    GeometryError
+        If no set has the angle of the roses.
+    """
     from vomstudio.products.net.figure import write_stereonet
     from vomstudio.products.net.figure_options import SIZE_MM
     from vomstudio.products.net.rose import write_roses
     from vomstudio.products.net.rose_contents import RoseContents, check_roses
 
-    if isinstance(shown, RoseContents):
-        check_roses(shown, None)
+    if isinstance(contents, RoseContents):
+        check_roses(contents, None)
         width = style.width_mm or SIZE_MM[0]
-        write_roses(target, shown, format=format_, style=style.net_style(), width_mm=width, dpi=dpi)
+        write_roses(
+            target, contents, format=format_, style=style.net_style(), width_mm=width, dpi=dpi
+        )
         return
     write_stereonet(
         target,
-        shown,
+        contents,
         format=format_,
         style=style.net_style(),
         width_mm=style.width_mm,

@@ -1,4 +1,4 @@
-"""The button of the net whose menu holds what else can be drawn, counted and written."""
+"""Button with the menu of overlays, shown sets, bins and figure commands."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.net.view_settings import BINS, NetWishes
+from vomstudio.ui.panels.net.view_settings import BINS, NetViewSettings
 
-_ASKED = {
+_OVERLAYS = {
     "averages": (
         to_translate("Averages in words"),
         to_translate("n, mean with its method, kappa and alpha95 of each set, under the legend."),
@@ -42,18 +42,28 @@ _ASKED = {
 
 
 class NetMenuButton(QToolButton):
-    """names : of the sets that the net has now, hidden or not. last : at the end of the menu"""
+    """Button with the menu of the net.
+
+    Parameters
+    ----------
+    names : callable
+        Returns the names of all sets, including hidden ones.
+    edit_drawings : callable
+        Opens the dialog of typed circles, lines, rotation and contour levels.
+    final_actions : sequence of QAction
+        Actions at the end of the menu.
+    """
 
     def __init__(
         self,
         studio: Studio,
-        wishes: NetWishes,
+        view_settings: NetViewSettings,
         names: Callable[[], Sequence[str]],
-        type_in: Callable[[], None],
-        last: Sequence[QAction],
+        edit_drawings: Callable[[], None],
+        final_actions: Sequence[QAction],
     ) -> None:
         super().__init__()
-        self._wishes, self._names = wishes, names
+        self._view_settings, self._names = view_settings, names
         tip = tr("More: what is drawn, sets shown, turning, figure")
         self.setIcon(theme.icon("dots-horizontal"))
         self.setToolTip(tip)
@@ -62,21 +72,23 @@ class NetMenuButton(QToolButton):
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
         menu.aboutToShow.connect(self._show)
-        self.asked: dict[str, QAction] = {}
-        for name, (title, about) in _ASKED.items():
+        self.overlays: dict[str, QAction] = {}
+        for name, (title, tip) in _OVERLAYS.items():
             action = menu.addAction(tr(title))
-            action.setToolTip(tr(about))
+            action.setToolTip(tr(tip))
             action.setCheckable(True)
-            action.triggered.connect(lambda on, n=name: wishes.ask(n, on))
-            self.asked[name] = action
+            action.triggered.connect(
+                lambda is_checked, n=name: view_settings.show_overlay(n, is_checked)
+            )
+            self.overlays[name] = action
         menu.addSeparator()
-        self.typed = menu.addAction(tr("Type circles, lines, turning, levels…"))
-        self.typed.triggered.connect(lambda _: type_in())
+        self.drawing_action = menu.addAction(tr("Type circles, lines, turning, levels…"))
+        self.drawing_action.triggered.connect(lambda _: edit_drawings())
         self.sets = menu.addMenu(tr("Sets shown"))
         self.bins = menu.addMenu(tr("Bins of roses and histograms"))
         self._fill_bins()
         menu.addSeparator()
-        menu.addActions(list(last))
+        menu.addActions(list(final_actions))
         self.setMenu(menu)
         studio.settings_changed.connect(self._show)
         self._show()
@@ -88,30 +100,38 @@ class NetMenuButton(QToolButton):
             action = self.bins.addAction(f"{width:g}°")
             action.setCheckable(True)
             group.addAction(action)
-            action.triggered.connect(lambda _=False, w=width: self._wishes.count_by(w))
+            action.triggered.connect(lambda _=False, w=width: self._view_settings.set_bins(w))
             self.widths[width] = action
         self.bins.addSeparator()
-        self.by_length = self.bins.addAction(tr("Weighted by length"))
-        self.by_area = self.bins.addAction(tr("Areas to scale (else lengths)"))
-        for action in (self.by_length, self.by_area):
+        self.length_weight_action = self.bins.addAction(tr("Weighted by length"))
+        self.area_scale_action = self.bins.addAction(tr("Areas to scale (else lengths)"))
+        for action in (self.length_weight_action, self.area_scale_action):
             action.setCheckable(True)
-        wishes = self._wishes
-        self.by_length.triggered.connect(lambda on: wishes.count_by(wishes.bin_deg, by_length=on))
-        self.by_area.triggered.connect(lambda on: wishes.count_by(wishes.bin_deg, by_area=on))
+        view_settings = self._view_settings
+        self.length_weight_action.triggered.connect(
+            lambda is_checked: view_settings.set_bins(
+                view_settings.bin_deg, is_length_weighted=is_checked
+            )
+        )
+        self.area_scale_action.triggered.connect(
+            lambda is_checked: view_settings.set_bins(
+                view_settings.bin_deg, is_area_scaled=is_checked
+            )
+        )
 
     def _show(self) -> None:
-        wishes, net = self._wishes, self._wishes.view == "net"
-        for name, action in self.asked.items():
-            action.setChecked(name in wishes.asked)
-            action.setEnabled(net)
-            about = tr(_ASKED[name][1])
-            action.setToolTip(about if net else Finding("net.only", what=about).message)
-        self.widths[wishes.bin_deg].setChecked(True)
-        self.by_length.setChecked(wishes.by_length)
-        self.by_area.setChecked(wishes.by_area)
-        self.bins.setEnabled(not net)
+        view_settings, is_net = self._view_settings, self._view_settings.view == "net"
+        for name, action in self.overlays.items():
+            action.setChecked(name in view_settings.overlays)
+            action.setEnabled(is_net)
+            tip = tr(_OVERLAYS[name][1])
+            action.setToolTip(tip if is_net else Finding("net.only", what=tip).message)
+        self.widths[view_settings.bin_deg].setChecked(True)
+        self.length_weight_action.setChecked(view_settings.is_length_weighted)
+        self.area_scale_action.setChecked(view_settings.is_area_scaled)
+        self.bins.setEnabled(not is_net)
         self.bins.menuAction().setToolTip(
-            tr("Not now: {reason}", reason=Finding("action.no-bins")) if net else ""
+            tr("Not now: {reason}", reason=Finding("action.no-bins")) if is_net else ""
         )
         self._list_sets()
 
@@ -121,11 +141,15 @@ class NetMenuButton(QToolButton):
         for name in names:
             action = self.sets.addAction(name.replace("&", "&&"))
             action.setCheckable(True)
-            action.setChecked(name not in self._wishes.hidden)
-            action.triggered.connect(lambda on, n=name: self._wishes.show_set(n, on))
-        if self._wishes.hidden:
+            action.setChecked(name not in self._view_settings.hidden_sets)
+            action.triggered.connect(
+                lambda is_checked, n=name: self._view_settings.show_set(n, is_checked)
+            )
+        if self._view_settings.hidden_sets:
             self.sets.addSeparator()
-            self.sets.addAction(tr("Show all")).triggered.connect(lambda _: self._wishes.show_all())
+            self.sets.addAction(tr("Show all")).triggered.connect(
+                lambda _: self._view_settings.show_all()
+            )
         self.sets.setEnabled(bool(names))
         empty = tr("Not now: {reason}", reason=Finding("action.net-empty"))
         self.sets.menuAction().setToolTip("" if names else empty)

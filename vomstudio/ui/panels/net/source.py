@@ -1,4 +1,4 @@
-"""What the project has to show on the net: sets, errors, what is selected and what is picked."""
+"""Contents of the net from the project: sets, errors, selection and open feature."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from vomstudio.ui.base.number_formatting import natural
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.feature_sets import (
     Groups,
-    alike,
-    on_the_net,
+    build_sets,
+    group_by_appearance,
+    net_features,
     proposed_sets,
-    sets_of,
 )
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
@@ -54,210 +54,228 @@ _MARKERS = {
     "star": "*",
 }
 MIN_FOLD_PLANES = 3
-MOST_ERRORS = 500
-"""Ellipses of more features would be one blot."""
+MAX_ERROR_ELLIPSES = 500
+"""More ellipses would overlap too much to be legible."""
 
 
 class NetSource:
-    """groups : of proposed sets, which are shown instead of the project's own
-    names : of the sets that were looked for last, hidden or not
+    """Collect the contents of the net from the project.
+
+    Attributes
+    ----------
+    groups : Groups or None
+        Proposed sets, which replace the sets of the project on the net.
+    names : list of str
+        Names of the sets of the last call of `sets`, including hidden ones.
     """
 
-    def __init__(self, studio: Studio, wishes: NetWishes) -> None:
-        self._studio, self._wishes = studio, wishes
+    def __init__(self, studio: Studio, view_settings: NetViewSettings) -> None:
+        self._studio, self._view_settings = studio, view_settings
         self.groups: Groups | None = None
         self.names: list[str] = []
 
     def sets(self) -> list[NetSet]:
-        """All sets of visible features, as measured: one group for each feature type and set, and
-        within it for planes, lines and compass readings."""
+        """Return the sets of visible features, without rotation.
+
+        Each feature type and set has separate sets of planes, lines and compass readings.
+        """
         studio = self._studio
-        shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
+        visible_types = {
+            kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)
+        }
         features = [
             f
-            for f in studio.session.records.cached(on_the_net)[0]
-            if shown.get(f.type_id, True) and studio.visible(f.id)
+            for f in studio.session.records.cached(net_features)[0]
+            if visible_types.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
-        turned = turns_of(models_of(studio.records, features))
-        turns = {f.id: row for row, f in enumerate(features)}, turned
+        model_turns = turns_of(models_of(studio.records, features))
+        turns = {f.id: row for row, f in enumerate(features)}, model_turns
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         sets: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
-            own = groups.get(kind.id, {})
-            # The same symbol for a set, whether picked or read on a compass.
-            for variant, name in enumerate(sorted(own, key=natural)):
+            type_sets = groups.get(kind.id, {})
+            # Picked planes and compass readings of a set share one symbol.
+            for variant, name in enumerate(sorted(type_sets, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
-                for look, own_look in alike(own[name]):
-                    marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    sets += sets_of(
-                        kind, f"{title}{look.suffix}", own_look, measured, marker, turns, variant
+                for appearance, members in group_by_appearance(type_sets[name]):
+                    marker = appearance.marker or _MARKERS.get(kind.symbol, "o")
+                    sets += build_sets(
+                        kind=kind,
+                        name=f"{title}{appearance.suffix}",
+                        features=members,
+                        measured=measured,
+                        marker=marker,
+                        turns=turns,
+                        variant=variant,
                     )
         if self.groups is not None:
             sets = proposed_sets(sets, self.groups)
         self.names = [s.name for s in sets]
         return sets
 
-    def shown_sets(self) -> list[NetSet]:
-        """Those of `sets` that are not hidden, turned as is wished."""
-        turning, hidden = self._wishes.turning, self._wishes.hidden
-        kept = [s for s in self.sets() if s.name not in hidden]
-        return [turning.rotate_set(s) for s in kept] if turning.turns else kept
+    def visible_sets(self) -> list[NetSet]:
+        """Return the sets that are not hidden, rotated by the view settings."""
+        turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
+        sets = [s for s in self.sets() if s.name not in hidden_sets]
+        return [turning.rotate_set(s) for s in sets] if turning.turns else sets
 
     def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
-        """The planes of the fold axis, turned as is wished; None while no bedding is shown."""
+        """Return the rotated planes of the fold axis; None if no bedding is shown."""
         if self.groups is not None:
             return None
         records = self._studio.records
         if not any(is_bed(records.get(id_)) for s in sets for id_ in s.ids):
             return None
-        planes, turning = self._studio.fold.planes(), self._wishes.turning
+        planes, turning = self._studio.fold.planes(), self._view_settings.turning
         if not turning.turns:
             return planes
         normals = planes_to_normals(planes.azimuth_deg, planes.dip_deg)
         azimuth, dip, _ = normals_to_planes(turning.vectors(normals))
         return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
-    def left_out(self) -> tuple[str, ...]:
-        """How many visible features are not shown since they repeat others; nothing for none."""
+    def repeat_notes(self) -> tuple[str, ...]:
+        """Return a note on the number of repeated picks that are left out; empty for none."""
         studio = self._studio
-        again = studio.session.records.cached(on_the_net)[1]
-        left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
-        return repeats_note(left)
+        repeats = studio.session.records.cached(net_features)[1]
+        count = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in repeats)
+        return repeats_note(count)
 
-    def colors_of(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
-        """#rrggbb of these features' types in figures, by what a table calls the type."""
-        found = {}
+    def type_colors(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
+        """Return the figure colours (#rrggbb) of the types of some features, by type name."""
+        types = {}
         records = self._studio.records
         for id_ in ids:
             feature = get_feature(records, id_)
             kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
             if isinstance(kind, FeatureType):
-                found[kind.id] = kind
-        # Tables write the names of types small.
+                types[kind.id] = kind
+        # Tables write type names in lower case.
         return {
             kind.name.casefold(): style.colors.get(kind.color, kind.color)
-            for kind in found.values()
+            for kind in types.values()
         }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
-        """Of the sets, as is wished."""
-        wishes, weights = self._wishes, None
-        if wishes.by_length:
+        """Return the roses or histograms of sets, as set in the view settings."""
+        view_settings, weights = self._view_settings, None
+        if view_settings.is_length_weighted:
             ids = [id_ for s in sets for id_ in s.ids]
             measured = self._studio.measured(ids)
             weights = {id_: _length(measured[id_]) for id_ in ids}
-        found = roses_of_sets(
+        contents = roses_of_sets(
             sets,
-            wishes.view,
-            bin_deg=wishes.bin_deg,
+            view_settings.view,
+            bin_deg=view_settings.bin_deg,
             weights=weights,
             weight=tr("length") if weights is not None else None,
-            by_area=wishes.by_area,
+            by_area=view_settings.is_area_scaled,
         )
-        kind = "line" if wishes.view in LINE_ANGLES else "plane"
-        left = sum(len(s) for s in sets if s.kind == kind) - sum(
-            rose.n for rose in found.roses.values()
+        kind = "line" if view_settings.view in LINE_ANGLES else "plane"
+        skipped_count = sum(len(s) for s in sets if s.kind == kind) - sum(
+            rose.n for rose in contents.roses.values()
         )
-        again = self.left_out()
-        if not left:
-            return replace(found, notes=again)
-        said = (
-            tr("{count:,} without such an angle or a length are left out", count=left)
-            if wishes.by_length
-            else tr("{count:,} without such an angle are left out", count=left)
+        notes = self.repeat_notes()
+        if not skipped_count:
+            return replace(contents, notes=notes)
+        note = (
+            tr("{count:,} without such an angle or a length are left out", count=skipped_count)
+            if view_settings.is_length_weighted
+            else tr("{count:,} without such an angle are left out", count=skipped_count)
         )
-        return replace(found, notes=(*again, said))
+        return replace(contents, notes=(*notes, note))
 
     # --- errors ------------------------------------------------------------------------------
-    def errors(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
-        """The 95 % ellipses of all features of these sets, where they are known."""
+    def error_ellipses(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:
+        """Return the known 95 % ellipses of the features of sets; empty if there are too many."""
         ids = [id_ for s in sets for id_ in s.ids]
-        if len(ids) > MOST_ERRORS:
+        if len(ids) > MAX_ERROR_ELLIPSES:
             return ()
         measured = self._studio.measured(ids)
-        found = (ellipse_of(measured[id_]) for id_ in ids)
-        return self._turned(e for e in found if e is not None)
+        ellipses = (error_ellipse(measured[id_]) for id_ in ids)
+        return self._rotate(e for e in ellipses if e is not None)
 
-    def of_current(self) -> tuple[AnyEllipse, ...]:
-        """The ellipse of the current plane or line, where its error is known."""
+    def current_ellipses(self) -> tuple[AnyEllipse, ...]:
+        """Return the ellipse of the current plane or line; empty if its error is unknown."""
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return ()
-        found = ellipse_of(self._studio.measured([current])[current])
-        return () if found is None else self._turned([found])
+        ellipse = error_ellipse(self._studio.measured([current])[current])
+        return () if ellipse is None else self._rotate([ellipse])
 
-    def _turned(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
-        turning = self._wishes.turning
+    def _rotate(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
+        turning = self._view_settings.turning
         return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
 
-    # --- what is being picked ----------------------------------------------------------------
+    # --- open feature ------------------------------------------------------------------------
     def live(self) -> NetLive | None:
-        """The open feature of a tool, where it has a plane or a line by now."""
-        measured = getattr(self._studio.open_tool, "measurement", None)
-        if not isinstance(measured, Measurement):
+        """Return the open feature of a tool; None if it has no plane or line yet."""
+        measurement = getattr(self._studio.open_tool, "measurement", None)
+        if not isinstance(measurement, Measurement):
             return None
-        if measured.plane is None and measured.line is None:
+        if measurement.plane is None and measurement.line is None:
             return None
-        found = NetLive(measured.plane, measured.line, ellipse_of(measured))
-        turning = self._wishes.turning
-        return _turned_live(found, turning) if turning.turns else found
+        feature = NetLive(measurement.plane, measurement.line, error_ellipse(measurement))
+        turning = self._view_settings.turning
+        return _rotate_live(feature, turning) if turning.turns else feature
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
-        """The planes on which the rakes of the lines in these sets were counted, each once."""
-        turning = self._wishes.turning
-        found: dict[tuple[float, float], NetCircle] = {}
+        """Return the distinct planes on which the rakes of lines were measured."""
+        turning = self._view_settings.turning
+        circles: dict[tuple[float, float], NetCircle] = {}
         for s in sets:
             if s.kind != "line":
                 continue
             measured = self._studio.measured(s.ids)
             for id_ in s.ids:
                 plane = measured[id_].on_plane
-                if plane is None or len(found) >= MAX_PLANES:
+                if plane is None or len(circles) >= MAX_PLANES:
                     continue
                 pole = Line.from_vector(turning.vectors(plane.normal()))
                 key = round(pole.trend_deg, 6), round(pole.plunge_deg, 6)
-                found.setdefault(key, NetCircle(pole, 90.0, "", s.color))
-        return tuple(found.values())
+                circles.setdefault(key, NetCircle(pole, 90.0, "", s.color))
+        return tuple(circles.values())
 
 
-def ellipse_of(measured: Measurement) -> AnyEllipse | None:
-    """The 95 % ellipse of a plane's pole or of a line, where its error is known; of a straight
-    trace the band of poles that it allows."""
-    if measured.line is not None:
-        return _line_ellipse(measured)
-    if (band := band_of_measured(measured)) is not None:
+def error_ellipse(measurement: Measurement) -> AnyEllipse | None:
+    """Return the 95 % ellipse of a pole or line; None if its error is unknown.
+
+    A straight trace has a band of possible poles instead.
+    """
+    if measurement.line is not None:
+        return _line_ellipse(measurement)
+    if (band := band_of_measured(measurement)) is not None:
         return NetBand(band.outline())
-    fit, total = measured.fit, measured.total95_deg
+    fit, total = measurement.fit, measurement.total95_deg
     if fit is None or total is None or fit.error_rake_deg is None:
         return None
     plane = Plane.from_normal(fit.normal)
-    own, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
-    return NetEllipse.enlarge_to_total(plane, own, smallest, fit.error_rake_deg, total)
+    largest, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
+    return NetEllipse.enlarge_to_total(plane, largest, smallest, fit.error_rake_deg, total)
 
 
-def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
-    total = measured.total
-    if measured.line is not None and total is not None and measured.registration_error_deg:
-        return NetLineEllipse(measured.line, total.largest_deg, total.smallest_deg, total.axis)
+def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
+    total = measurement.total
+    if measurement.line is not None and total is not None and measurement.registration_error_deg:
+        return NetLineEllipse(measurement.line, total.largest_deg, total.smallest_deg, total.axis)
     line, largest, smallest = (
-        measured.line,
-        measured.max_confidence95_deg,
-        measured.min_confidence95_deg,
+        measurement.line,
+        measurement.max_confidence95_deg,
+        measurement.min_confidence95_deg,
     )
     if line is None or largest is None or smallest is None:
         return None
-    # A cone has no larger axis: any direction across it will do.
-    axis = measured.confidence_axis
+    # A circular cone has no major axis, so any perpendicular direction is valid.
+    axis = measurement.confidence_axis
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
     return NetLineEllipse(line, largest, smallest, axis)
 
 
-def _turned_live(live: NetLive, turning: Turning) -> NetLive:
+def _rotate_live(live: NetLive, turning: Turning) -> NetLive:
     plane, line = live.plane, live.line
     if plane is not None:
         direction, dip, _ = normals_to_planes(turning.vectors(plane.normal()))
@@ -268,15 +286,15 @@ def _turned_live(live: NetLive, turning: Turning) -> NetLive:
     return replace(live, plane=plane, line=line, ellipse=ellipse)
 
 
-def _length(measured: Measurement) -> float | None:
-    """Of a plane along its longest direction, or of a line; None where it has none."""
-    if measured.line_fit is not None:
-        return measured.line_fit.length
-    return None if measured.fit is None else measured.fit.extent
+def _length(measurement: Measurement) -> float | None:
+    """Return the length of a line, or the longest extent of a plane; None if unknown."""
+    if measurement.line_fit is not None:
+        return measurement.line_fit.length
+    return None if measurement.fit is None else measurement.fit.extent
 
 
-def with_fold(net: NetContents, planes: FoldPlanes | None) -> NetContents:
-    """The net with the fold axis of these planes; in any thread, since thousands take long."""
+def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
+    """Return the net with the fold axis of planes. Runs in any thread."""
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net
     try:

@@ -1,4 +1,4 @@
-"""The stereonet dock: orientations of the project, linked with table, tree and 3-D view."""
+"""Stereonet panel, linked with the feature table, the tree and the 3-D view."""
 
 from __future__ import annotations
 
@@ -43,92 +43,93 @@ from vomstudio.ui.panels.net.canvas import (
     DrawnNet,
     DrawnRoses,
     NetCanvas,
-    Wanted,
+    NetRequest,
 )
-from vomstudio.ui.panels.net.command import net_words
+from vomstudio.ui.panels.net.command import net_command
 from vomstudio.ui.panels.net.contour_button import ContourButton
 from vomstudio.ui.panels.net.feature_sets import Groups
-from vomstudio.ui.panels.net.figure_export import style_of
+from vomstudio.ui.panels.net.figure_export import load_figure_style
 from vomstudio.ui.panels.net.menu_button import NetMenuButton
-from vomstudio.ui.panels.net.source import NetSource, with_fold
+from vomstudio.ui.panels.net.source import NetSource, add_fold_axis
 from vomstudio.ui.panels.net.view_box import NetViewBox
-from vomstudio.ui.panels.net.view_settings import NetWishes
+from vomstudio.ui.panels.net.view_settings import NetViewSettings
 from vomstudio.ui.widgets.axis_titles import axes_of, follow_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
 
-_IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
-# A press that moves further than this draws a lasso.
+_MENU_ACTIONS = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 _FONT_PX = 12.0
-# A redraw that takes long comes seldom: it must never hold up a row of picks.
-_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
-_CORNER = 0.4
-"""Of the width, for the name of what is selected."""
-_NET = "net"
-_PATIENCE_S = 5.0
+# Slow redraws are delayed more, so that they do not block consecutive picks.
+_REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
+_LABEL_WIDTH_SHARE = 0.4
+"""Width of the corner label as a share of the canvas."""
+_NET_KEY = "net"
+_STOP_TIMEOUT_S = 5.0
 _OVERLAY_OPACITY = "dd"
 """Of the paper over the outcrop, as two hexadecimal digits."""
-_MANY = 300
-"""Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
+_MAX_DIRECT_FEATURES = 300
+"""Larger nets are drawn in a worker thread; Matplotlib takes 0.1 s for 5,000 features."""
 
 
 class StereonetPanel(QWidget):
-    """The net with its buttons. A click or a lasso selects features."""
+    """Panel of the stereonet. A click or a lasso selects features."""
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
         explain(self, "numbers.md#the-net")
         self._studio = studio
-        self.wishes = NetWishes(studio)
-        self._source = NetSource(studio, self.wishes)
+        self.view_settings = NetViewSettings(studio)
+        self._source = NetSource(studio, self.view_settings)
         self._net: DrawnNet | None = None
         self._roses: DrawnRoses | None = None
         self.canvas = NetCanvas()
         self.canvas.setMinimumSize(220, 220)
-        self.canvas.pressed.connect(self._pressed)
-        self.canvas.moved.connect(self._moved)
-        self.canvas.released.connect(self._released)
-        self.canvas.left.connect(self._show_selected)
-        self.canvas.painted.connect(self._painted)
-        self.canvas.resized.connect(self._soon)
+        self.canvas.mouse_pressed.connect(self._start_path)
+        self.canvas.mouse_moved.connect(self._follow_mouse)
+        self.canvas.mouse_released.connect(self._finish_path)
+        self.canvas.mouse_left.connect(self._name_selection)
+        self.canvas.painted.connect(self._redraw_if_stale)
+        self.canvas.resized.connect(self._schedule_redraw)
         self._background = QtBackground(self, "net", threads=1)
-        self._stale = True
+        self._is_stale = True
         self._path: list[tuple[float, float]] = []
-        self.view = NetViewBox(studio, self.wishes)
-        self._circles = self._toggle(
+        self.view = NetViewBox(studio, self.view_settings)
+        self._circles = self._create_toggle(
             "circle-outline", tr("Great circles (hidden where there are many)"), True
         )
-        self._poles = self._toggle("circle-medium", tr("Poles"), True)
-        self._means = self._toggle("sigma", tr("Mean orientation of each type and set"), False)
-        self._beta = self._toggle(
+        self._poles = self._create_toggle("circle-medium", tr("Poles"), True)
+        self._means = self._create_toggle(
+            "sigma", tr("Mean orientation of each type and set"), False
+        )
+        self._beta = self._create_toggle(
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
         self.contours = ContourButton(studio)
         self.copy = QToolButton()
         self.copy.setDefaultAction(actions["copy_net"])
-        self.more = NetMenuButton(
-            studio,
-            self.wishes,
-            lambda: self._source.names,
-            actions["type_on_net"].trigger,
-            [actions[name] for name in _IN_MENU],
+        self.menu_button = NetMenuButton(
+            studio=studio,
+            view_settings=self.view_settings,
+            names=lambda: self._source.names,
+            edit_drawings=actions["type_on_net"].trigger,
+            final_actions=[actions[name] for name in _MENU_ACTIONS],
         )
         self.command = CopyCommandButton(
             self._copy_command, tr("keep what is shown as a table, and copy the command")
         )
-        # In the corner of the picture that neither net nor legend ever reaches.
-        self._under = ElidedLabel()
-        self._under.setParent(self.canvas)
-        self._under.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self.canvas.resized.connect(self._place_under)
+        # Neither the net nor the legend covers this corner.
+        self._corner_label = ElidedLabel()
+        self._corner_label.setParent(self.canvas)
+        self._corner_label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.canvas.resized.connect(self._place_corner_label)
         self.tools = QWidget()
         self.tools.setAutoFillBackground(True)
         row = QHBoxLayout(self.tools)
         row.setContentsMargins(4, 2, 4, 2)
         row.setSpacing(2)
         row.addWidget(self.view)
-        self._of_net = (self._circles, self._poles, self._means, self._beta, self.contours)
-        for button in (*self._of_net, self.more, self.copy, self.command):
+        self._net_buttons = (self._circles, self._poles, self._means, self._beta, self.contours)
+        for button in (*self._net_buttons, self.menu_button, self.copy, self.command):
             row.addWidget(button)
         row.addStretch(1)
         layout = QVBoxLayout(self)
@@ -139,109 +140,109 @@ class StereonetPanel(QWidget):
         self._paper_opacity = ""
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
-        self._timer.setInterval(_SOON_MS)
+        self._timer.setInterval(_REDRAW_DELAY_MS)
         self._timer.timeout.connect(self.redraw)
         self._emphasis = QTimer(self)
         self._emphasis.setSingleShot(True)
-        self._emphasis.setInterval(_SOON_MS)
+        self._emphasis.setInterval(_REDRAW_DELAY_MS)
         self._emphasis.timeout.connect(self._emphasise)
-        self._listen()
+        self._connect()
 
-    def _listen(self) -> None:
+    def _connect(self) -> None:
         studio = self._studio
-        studio.project_opened.connect(self._soon)
-        studio.edited.connect(self._edited)
-        studio.visibility_changed.connect(lambda _: self._soon())
-        studio.settings_changed.connect(self._soon)
-        studio.sets_proposed.connect(self._proposed)
-        studio.selection_changed.connect(lambda _: self._select())
+        studio.project_opened.connect(self._schedule_redraw)
+        studio.edited.connect(self._follow_edit)
+        studio.visibility_changed.connect(lambda _: self._schedule_redraw())
+        studio.settings_changed.connect(self._schedule_redraw)
+        studio.sets_proposed.connect(self._show_proposed_sets)
+        studio.selection_changed.connect(lambda _: self._follow_selection())
         studio.tool_changed_signal.connect(self._show_live)
-        self.wishes.changed.connect(self._soon)
-        studio.fold.changed.connect(self._soon)
-        # Of an empty net, too, which no edit of a feature changes.
-        follow_axes(studio, lambda _: self._soon())
+        self.view_settings.changed.connect(self._schedule_redraw)
+        studio.fold.changed.connect(self._schedule_redraw)
+        # An empty net shows the north note too, and no edit of a feature updates it.
+        follow_axes(studio, lambda _: self._schedule_redraw())
 
     def set_overlay(self, on: bool) -> None:
         """Draw on translucent paper over the outcrop, with tools only while they are needed."""
         self._paper_opacity = _OVERLAY_OPACITY if on else ""
         self.tools.setVisible(not on)
-        self._soon()
+        self._schedule_redraw()
 
-    def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
+    def _create_toggle(self, icon: str, tip: str, is_checked: bool) -> QToolButton:
         button = QToolButton()
         button.setIcon(theme.icon(icon))
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         button.setCheckable(True)
         theme.show_toggles(button)
-        button.setChecked(on)
+        button.setChecked(is_checked)
         button.toggled.connect(lambda _: self.redraw())
         return button
 
-    def _place_under(self) -> None:
-        wide = round(_CORNER * self.canvas.width())
-        self._under.setGeometry(6, 3, wide, self._under.sizeHint().height())
+    def _place_corner_label(self) -> None:
+        width = round(_LABEL_WIDTH_SHARE * self.canvas.width())
+        self._corner_label.setGeometry(6, 3, width, self._corner_label.sizeHint().height())
 
-    def _soon(self) -> None:
-        """Draw anew, once for all that happens meanwhile."""
+    def _schedule_redraw(self) -> None:
+        """Schedule a redraw; changes until then share it."""
         if not self._timer.isActive():
             self._timer.start()
 
-    def _proposed(self, groups: Groups | None) -> None:
-        """Show these planes by their proposed sets, and nothing else, until there are none."""
+    def _show_proposed_sets(self, groups: Groups | None) -> None:
+        """Show only the planes of proposed sets; None restores the sets of the project."""
         if groups != self._source.groups:
             self._source.groups = groups
-            self._soon()
+            self._schedule_redraw()
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         if self._studio.affected(edit):
-            self._soon()
+            self._schedule_redraw()
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802
         super().changeEvent(event)
-        # The net has the colours of the theme. Qt sends this before all is made, too.
+        # The net has the colours of the theme. Qt sends this event before __init__ ends, too.
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_timer"):
-            self._soon()
+            self._schedule_redraw()
 
     def close_thread(self) -> None:
-        """The program ends."""
+        """Stop the timers and the worker thread."""
         self._timer.stop()
         self._emphasis.stop()
-        self._background.stop(wait_s=_PATIENCE_S)
+        self._background.stop(wait_s=_STOP_TIMEOUT_S)
 
     @property
     def artists(self) -> NetArtists | None:
-        """The net that is shown; None before the first, and while roses are."""
+        """Return the artists of the net; None before the first one or while roses are shown."""
         return None if self._net is None else self._net.artists
 
     @property
     def roses(self) -> RoseArtists | None:
-        """The roses or histograms that are shown."""
+        """Return the artists of the roses or histograms; None while a net is shown."""
         return None if self._roses is None else self._roses.artists
 
     @property
-    def up_to_date(self) -> bool:
-        """Whether no other net is wanted or being drawn."""
-        timed = self._timer.isActive() or self._emphasis.isActive()
-        return not timed and not self._background.is_busy
+    def is_up_to_date(self) -> bool:
+        """Return whether no redraw is scheduled or running."""
+        is_scheduled = self._timer.isActive() or self._emphasis.isActive()
+        return not is_scheduled and not self._background.is_busy
 
-    def _painted(self) -> None:
-        if self._stale:
-            self._soon()
+    def _redraw_if_stale(self) -> None:
+        if self._is_stale:
+            self._schedule_redraw()
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
-        """What the net shows now."""
-        return with_fold(*self._without_fold())
+        """Return the contents of the net."""
+        return add_fold_axis(*self._contents_without_fold())
 
-    def _without_fold(self) -> tuple[NetContents, FoldPlanes | None]:
-        """What the net shows now, and the planes whose fold axis is to be shown too."""
-        source, wishes, studio = self._source, self.wishes, self._studio
-        sets = source.shown_sets()
+    def _contents_without_fold(self) -> tuple[NetContents, FoldPlanes | None]:
+        """Return the contents of the net, and the planes of its fold axis; None for no axis."""
+        source, view_settings, studio = self._source, self.view_settings, self._studio
+        sets = source.visible_sets()
         live = source.live()
-        north = self._north(sets) and (live is None or axes_of(studio).north)
-        asked = wishes.asked
-        circles, marks = wishes.typed()
+        has_north = self._has_north(sets) and (live is None or axes_of(studio).north)
+        overlays = view_settings.overlays
+        circles, marks = view_settings.rotated_drawings()
         net = NetContents(
             sets=tuple(sets),
             projection=self.view.projection,
@@ -249,37 +250,43 @@ class StereonetPanel(QWidget):
             poles=self._poles.isChecked(),
             means=compute_means(sets, studio.settings.notation) if self._means.isChecked() else (),
             contour=self.contours.method,
-            contouring=replace(self.contours.contouring, levels=wishes.levels),
+            contouring=replace(self.contours.contouring, levels=view_settings.levels),
             selected=frozenset(studio.selection.ids),
-            ellipses=source.of_current(),
+            ellipses=source.current_ellipses(),
             circles_typed=circles,
             marks=marks,
-            errors=source.errors(sets) if "errors" in asked else (),
+            errors=source.error_ellipses(sets) if "errors" in overlays else (),
             live=live,
             notation=studio.settings.notation,
-            notes=(*source.left_out(), *wishes.turning.notes, *(() if north else (_local(),))),
+            notes=(
+                *source.repeat_notes(),
+                *view_settings.turning.notes,
+                *(() if has_north else (_local_frame_note(),)),
+            ),
             compact=True,
-            north=north,
+            north=has_north,
         )
-        if "slip planes" in asked:
+        if "slip planes" in overlays:
             net = replace(net, circles_typed=(*net.circles_typed, *source.slip_planes(sets)))
-        net = add_statistics(net, asked)
+        net = add_statistics(net, overlays)
         planes = sum(len(s) for s in sets if s.kind == "plane")
-        if "intersections" in asked and 2 <= planes <= MAX_PLANES:
+        if "intersections" in overlays and 2 <= planes <= MAX_PLANES:
             net = add_intersections(net)
         return net, source.fold_planes(sets) if self._beta.isChecked() else None
 
     def rose_contents(self) -> RoseContents:
-        """What roses or histograms show now."""
-        sets = self._source.shown_sets()
-        found = self._source.roses(sets)
-        if self._north(sets):
-            return found
-        return replace(found, notes=(*found.notes, _local()), north=False)
+        """Return the contents of the roses or histograms."""
+        sets = self._source.visible_sets()
+        contents = self._source.roses(sets)
+        if self._has_north(sets):
+            return contents
+        return replace(contents, notes=(*contents.notes, _local_frame_note()), north=False)
 
-    def _north(self, sets: Sequence[NetSet]) -> bool:
-        """Nothing that is shown lies on a model without north; compass readings lie on none. An
-        empty net has the axes of the outcrop."""
+    def _has_north(self, sets: Sequence[NetSet]) -> bool:
+        """Return whether all shown features have north; an empty net has that of the outcrop.
+
+        Compass readings have no model and always have north.
+        """
         if axes_of(self._studio).north:
             return True
         records = self._studio.records
@@ -287,12 +294,12 @@ class StereonetPanel(QWidget):
         return bool(models) and all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
-        """Of the planes and lines that are shown, as the net shows them."""
+        """Write the shown features as a table and copy the command that draws them."""
         contours, notation = self.contours, self._studio.settings.notation
-        ids = [id_ for s in self._source.shown_sets() for id_ in s.ids]
-        style = style_of(self._studio)
+        ids = [id_ for s in self._source.visible_sets() for id_ in s.ids]
+        style = load_figure_style(self._studio)
         choice = self._studio.fold
-        # A command cannot choose the selected planes of a table.
+        # A command cannot select planes of a table.
         shown = self.contents().fold is not None and not choice.selected
         fold = choice.which if shown else None
         copy_with_table(
@@ -300,95 +307,106 @@ class StereonetPanel(QWidget):
             self._studio,
             "net.csv",
             ids,
-            lambda path: net_words(
-                path,
-                self.wishes,
-                self.view.projection,
-                contours.method,
-                contours.contouring,
-                notation,
-                style,
-                self._source.colors_of(ids, style),
-                fold,
+            lambda path: net_command(
+                table=path,
+                view_settings=self.view_settings,
+                projection=self.view.projection,
+                method=contours.method,
+                contouring=contours.contouring,
+                notation=notation,
+                style=style,
+                colors=self._source.type_colors(ids, style),
+                fold=fold,
             ),
         )
 
-    def for_print(self) -> NetContents | RoseContents:
-        """The contents for a printed figure: with a title, and without selection."""
+    def print_contents(self) -> NetContents | RoseContents:
+        """Return the contents for a printed figure: with a title and without selection."""
         project, frame = self._studio.project, self._studio.frame_name()
         title = "" if project.untitled else project.name
         notes = (frame,) if frame else ()
-        if self.wishes.view != "net":
+        if self.view_settings.view != "net":
             roses = self.rose_contents()
             return replace(
-                roses, title=title, notes=(*roses.notes, *self.wishes.turning.notes, *notes)
+                roses, title=title, notes=(*roses.notes, *self.view_settings.turning.notes, *notes)
             )
         net = self.contents().replace_selection(())
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
     def redraw(self) -> None:
-        """Draw the net anew, unless it is hidden; it is then drawn when it is painted next."""
-        # Behind another tab nobody sees it (Qt calls it visible): it is drawn when it is painted.
-        self._stale = self.canvas.visibleRegion().isEmpty()
-        if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
+        """Redraw the net if it is visible, otherwise when it is next painted."""
+        # Qt reports a panel behind another tab as visible.
+        self._is_stale = self.canvas.visibleRegion().isEmpty()
+        if self._is_stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
         start = perf_counter()
-        self._allow_buttons()
-        dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
-        net, beds = self._without_fold() if self.wishes.view == "net" else (NetContents(), None)
-        many = _many(net)
-        style = NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX)
+        self._enable_buttons()
+        is_dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
+        net, fold_planes = (
+            self._contents_without_fold()
+            if self.view_settings.view == "net"
+            else (NetContents(), None)
+        )
+        is_large = _is_large(net)
+        style = NetStyle.dock(dark=is_dark, dpi=DPI, font_px=_FONT_PX)
         style = replace(style, paper=style.paper + self._paper_opacity)
         size = (self.canvas.width(), self.canvas.height())
-        wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), beds)
-        if self.wishes.view != "net":
-            self._background.cancel(_NET)
-            self._draw_roses(wanted)
-        elif many:
-            draw = partial(DrawnNet.of, wanted)
-            self._background.run(draw, partial(self._drawn, wanted), key=_NET)
+        request = NetRequest(
+            contents=net,
+            style=style,
+            size=size,
+            ratio=self.canvas.devicePixelRatioF(),
+            fold_planes=fold_planes,
+        )
+        if self.view_settings.view != "net":
+            self._background.cancel(_NET_KEY)
+            self._draw_roses(request)
+        elif is_large:
+            draw = partial(DrawnNet.draw, request)
+            self._background.run(draw, partial(self._show_drawn_net, request), key=_NET_KEY)
         else:
-            self._background.cancel(_NET)
-            self._show(DrawnNet.of(wanted))
-        took = 1000.0 * (perf_counter() - start)
-        # With many features a change of one is on the outcrop before it is on the net.
-        slow = took > _QUICK_MS or many
-        self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
+            self._background.cancel(_NET_KEY)
+            self._show(DrawnNet.draw(request))
+        elapsed_ms = 1000.0 * (perf_counter() - start)
+        # The outcrop shows a changed feature before a large net does.
+        is_slow = elapsed_ms > _MAX_DIRECT_REDRAW_MS or is_large
+        self._timer.setInterval(
+            min(_MAX_REDRAW_DELAY_MS, int(5 * elapsed_ms)) if is_slow else _REDRAW_DELAY_MS
+        )
 
-    def _allow_buttons(self) -> None:
-        """What belongs to a net can be chosen while one is shown, and says so else."""
-        of_net = self.wishes.view == "net"
-        for button in self._of_net:
-            what = button.accessibleName()
-            button.setEnabled(of_net)
-            button.setToolTip(what if of_net else Finding("net.only", what=what).message)
-        self._under.setVisible(of_net)
+    def _enable_buttons(self) -> None:
+        """Enable the buttons of the net only while a net is shown, and explain it in their tips."""
+        is_net = self.view_settings.view == "net"
+        for button in self._net_buttons:
+            title = button.accessibleName()
+            button.setEnabled(is_net)
+            button.setToolTip(title if is_net else Finding("net.only", what=title).message)
+        self._corner_label.setVisible(is_net)
 
-    def _drawn(self, wanted: Wanted, net: DrawnNet) -> None:
-        """The thread has drawn a net."""
-        if wanted.contents.selected != frozenset(self._studio.selection.ids):
-            self._emphasise_in(net)
+    def _show_drawn_net(self, request: NetRequest, net: DrawnNet) -> None:
+        if request.contents.selected != frozenset(self._studio.selection.ids):
+            self._emphasise_selection(net)
         net.artists.show_live(self._source.live())
         self._show(net)
 
-    def _emphasise_in(self, net: DrawnNet) -> None:
-        net.artists.select(self._studio.selection.ids, self._source.of_current())
+    def _emphasise_selection(self, net: DrawnNet) -> None:
+        net.artists.select(self._studio.selection.ids, self._source.current_ellipses())
 
-    def _draw_roses(self, wanted: Wanted) -> None:
+    def _draw_roses(self, request: NetRequest) -> None:
         contents = self.rose_contents()
         self._net = self._roses = None
         if contents.roses:
-            self._roses = DrawnRoses.of(contents, wanted)
+            self._roses = DrawnRoses.draw(contents, request)
             self.canvas.show_net(self._roses)
         elif contents.of in LINE_ANGLES:
-            self.canvas.say(tr("No visible lines with such an angle."))
+            self.canvas.show_message(tr("No visible lines with such an angle."))
         else:
-            self.canvas.say(tr("No visible planes with such an angle."))
-        self._show_selected()
+            self.canvas.show_message(tr("No visible planes with such an angle."))
+        self._name_selection()
 
     def _show_live(self) -> None:
-        """The feature that is being picked has changed."""
-        if self._net is None or not self.up_to_date or self._stale:
+        """Update the open feature of the current tool on the net."""
+        if self._net is None or not self.is_up_to_date or self._is_stale:
             return
         live = self._source.live()
         if live is not None or self._net.artists.contents.live is not None:
@@ -398,29 +416,29 @@ class StereonetPanel(QWidget):
     def _show(self, net: DrawnNet) -> None:
         self._net, self._roses = net, None
         self.canvas.show_net(net)
-        self._show_selected()
+        self._name_selection()
 
-    def _select(self) -> None:
+    def _follow_selection(self) -> None:
         if self._studio.fold.selected:
-            self._soon()
-        if self._net is not None and _many(self._net.artists.contents):
-            # The table and the outcrop come first.
+            self._schedule_redraw()
+        if self._net is not None and _is_large(self._net.artists.contents):
+            # The table and the outcrop are updated first.
             self._emphasis.start()
         else:
             self._emphasise()
 
     def _emphasise(self) -> None:
-        if self._net is not None and self.up_to_date:
-            self._emphasise_in(self._net)
+        if self._net is not None and self.is_up_to_date:
+            self._emphasise_selection(self._net)
             self.canvas.show_net(self._net)
-        self._show_selected()
+        self._name_selection()
 
-    # --- pointing ----------------------------------------------------------------------------
-    def _pressed(self, event: QMouseEvent, x: float, y: float) -> None:
+    # --- mouse -------------------------------------------------------------------------------
+    def _start_path(self, event: QMouseEvent, x: float, y: float) -> None:
         self._path = [(x, y)]
         self.canvas.lasso = [event.position()]
 
-    def _moved(self, x: float, y: float) -> None:
+    def _follow_mouse(self, x: float, y: float) -> None:
         if self._path:
             self._path.append((x, y))
             if self._is_lasso():
@@ -428,68 +446,68 @@ class StereonetPanel(QWidget):
             return
         line = self.artists.line_at(x, y) if self.artists else None
         if line is None:
-            self._show_selected()
+            self._name_selection()
         else:
-            self._under.setText(format_line(line, 0))
-            self._place_under()
+            self._corner_label.setText(format_line(line, 0))
+            self._place_corner_label()
 
     def _is_lasso(self) -> bool:
         (x0, y0), scale = self._path[0], self.canvas.devicePixelRatioF()
         return not all(is_click((x - x0) / scale, (y - y0) / scale) for x, y in self._path)
 
-    def _released(self, event: QMouseEvent, x: float, y: float) -> None:
+    def _finish_path(self, event: QMouseEvent, x: float, y: float) -> None:
         if not self._path:
             return
         path, is_lasso = self._path, self._is_lasso()
         self._path, self.canvas.lasso = [], []
         self.canvas.update()
-        adding = bool(
+        is_adding = bool(
             event.modifiers()
             & (Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
         )
         selection = self._studio.selection
         if self.roses is not None and not is_lasso:
-            here = self.roses.features_at(x, y)
-            selection.set([*selection.ids, *here] if adding else here)
+            bin_ids = self.roses.features_at(x, y)
+            selection.set([*selection.ids, *bin_ids] if is_adding else bin_ids)
             return
         if self.artists is None:
             return
         if is_lasso:
-            inside = self.artists.features_within(path)
-            # In the order of the records, so that the current one does not hang on chance.
-            found = [f.id for f in self._studio.session.features() if f.id in inside]
-            selection.set([*selection.ids, *found] if adding else found)
+            inside_ids = self.artists.features_within(path)
+            # In record order, so that the current feature does not depend on hashing.
+            lasso_ids = [f.id for f in self._studio.session.features() if f.id in inside_ids]
+            selection.set([*selection.ids, *lasso_ids] if is_adding else lasso_ids)
             return
-        at = self.artists.feature_at(x, y, 8.0 * self.canvas.devicePixelRatioF())
-        if at is not None and adding:
-            selection.toggle(at)
-        elif not adding:
-            selection.set([] if at is None else [at])
+        feature_id = self.artists.feature_at(x, y, 8.0 * self.canvas.devicePixelRatioF())
+        if feature_id is not None and is_adding:
+            selection.toggle(feature_id)
+        elif not is_adding:
+            selection.set([] if feature_id is None else [feature_id])
 
-    def _show_selected(self) -> None:
-        """Name what is selected, in the corner where the direction under the cursor is shown."""
+    def _name_selection(self) -> None:
+        """Show the selected feature or the number of selected features in the corner label."""
         ids = self._studio.selection.ids
-        shown = self.artists.contents if self.artists else None
-        known = {i for s in shown.sets for i in s.ids} if shown and ids else set()
+        contents = self.artists.contents if self.artists else None
+        shown_ids = {i for s in contents.sets for i in s.ids} if contents and ids else set()
         if self.roses is not None:
-            known = {i for c in self.roses.contents.counted.values() for i in c.ids}
-        here = [i for i in ids if i in known]
-        record = self._studio.records.get(here[-1]) if here else None
-        if len(here) > 1:
-            text = tr("{count:,} selected", count=len(here))
+            shown_ids = {i for c in self.roses.contents.counted.values() for i in c.ids}
+        selected_ids = [i for i in ids if i in shown_ids]
+        record = self._studio.records.get(selected_ids[-1]) if selected_ids else None
+        if len(selected_ids) > 1:
+            text = tr("{count:,} selected", count=len(selected_ids))
         elif isinstance(record, Typed):
-            measured = self._studio.measured([record.id])[record.id]
-            said = orientation_text(measured, self._studio.settings.notation)
-            text = f"{record.name}\n{said}"
+            measurement = self._studio.measured([record.id])[record.id]
+            attitude = orientation_text(measurement, self._studio.settings.notation)
+            text = f"{record.name}\n{attitude}"
         else:
             text = ""
-        self._under.setText(text)
-        self._place_under()
+        self._corner_label.setText(text)
+        self._place_corner_label()
 
 
-def _many(net: NetContents) -> bool:
-    return sum(map(len, net.sets)) > _MANY
+def _is_large(net: NetContents) -> bool:
+    return sum(map(len, net.sets)) > _MAX_DIRECT_FEATURES
 
 
-def _local() -> str:
+def _local_frame_note() -> str:
     return tr("Local frame: azimuths are from the model's y axis, not from north")

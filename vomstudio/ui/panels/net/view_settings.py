@@ -1,4 +1,4 @@
-"""What the user wants to see on the net beside the sets themselves."""
+"""Overlays, typed drawings, rotation and bins of the net panel."""
 
 from __future__ import annotations
 
@@ -12,34 +12,46 @@ from vomstudio.products.net.figure_options import MAX_LEVELS
 from vomstudio.products.net.net_options import Turning
 from vomstudio.ui.base.studio import Studio
 
-ASKED = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
-"""What can be switched on; kept in the settings."""
+OVERLAYS = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
+"""Names of the overlays, as stored in the settings."""
 BINS = (5.0, 10.0, 15.0, 30.0)
-"""Offered for roses and histograms, in degrees."""
+"""Bin widths of roses and histograms in degrees."""
 
 
-class NetWishes(QObject):
-    """circles, marks : as they were typed, turning : what is done to all orientations, hidden : the
-    names of sets that are not shown; these last until another project is opened.
-    texts : what was typed, by the names of the fields"""
+class NetViewSettings(QObject):
+    """View settings of the net panel.
+
+    Attributes
+    ----------
+    texts : dict
+        Typed text by field name.
+    circles, marks
+        Typed circles and marks, before rotation.
+    turning : Turning
+        Rotation of all orientations.
+    hidden_sets : frozenset of str
+        Names of hidden sets.
+
+    All are reset when another project is opened.
+    """
 
     changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self._forget()
-        studio.project_opened.connect(self._forget)
+        self._reset()
+        studio.project_opened.connect(self._reset)
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self.texts: dict[str, str] = {}
         self.circles: tuple[NetCircle, ...] = ()
         self.marks: tuple[NetMark, ...] = ()
         self.turning = Turning()
-        self.hidden: frozenset[str] = frozenset()
+        self.hidden_sets: frozenset[str] = frozenset()
 
-    def typed(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
-        """The circles and marks as they are drawn: turned with all else."""
+    def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
+        """Return the typed circles and marks after the rotation of all orientations."""
         turning = self.turning
         if not turning.turns:
             return self.circles, self.marks
@@ -47,44 +59,44 @@ class NetWishes(QObject):
         circles = tuple(turning.rotate_circle(circle, notation) for circle in self.circles)
         return circles, tuple(map(turning.rotate_mark, self.marks))
 
-    # --- what is typed -----------------------------------------------------------------------
-    def draw(
+    # --- typed drawings ----------------------------------------------------------------------
+    def set_drawings(
         self,
         texts: dict[str, str],
         circles: tuple[NetCircle, ...],
         marks: tuple[NetMark, ...],
         turning: Turning,
     ) -> None:
-        """This is typed from now on."""
+        """Store the typed circles, marks and rotation."""
         self.texts, self.circles, self.marks, self.turning = texts, circles, marks, turning
         self.changed.emit()
 
-    def show_set(self, name: str, shown: bool) -> None:
-        self.hidden = self.hidden - {name} if shown else self.hidden | {name}
+    def show_set(self, name: str, is_visible: bool) -> None:
+        self.hidden_sets = self.hidden_sets - {name} if is_visible else self.hidden_sets | {name}
         self.changed.emit()
 
     def show_all(self) -> None:
-        self.hidden = frozenset()
+        self.hidden_sets = frozenset()
         self.changed.emit()
 
-    # --- what is kept ------------------------------------------------------------------------
+    # --- stored settings ---------------------------------------------------------------------
     @property
-    def asked(self) -> frozenset[str]:
-        return frozenset(self._studio.settings.net_asked) & frozenset(ASKED)
+    def overlays(self) -> frozenset[str]:
+        return frozenset(self._studio.settings.net_asked) & frozenset(OVERLAYS)
 
-    def ask(self, name: str, on: bool) -> None:
-        wanted = self.asked | {name} if on else self.asked - {name}
-        self._studio.settings.net_asked = [each for each in ASKED if each in wanted]
+    def show_overlay(self, overlay: str, is_visible: bool) -> None:
+        overlays = self.overlays | {overlay} if is_visible else self.overlays - {overlay}
+        self._studio.settings.net_asked = [name for name in OVERLAYS if name in overlays]
         self._studio.keep_settings()
 
     @property
     def view(self) -> str:
-        """ "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
+        """Return "net", or one of `roses.ROSE_OF` and `roses.HISTOGRAM_OF`."""
         view = self._studio.settings.net_view
         return view if view in (*ROSE_OF, *HISTOGRAM_OF) else "net"
 
     def show_view(self, view: str, projection: str) -> None:
-        """projection : of the net, empty for the one that is chosen"""
+        """Show a net, rose or histogram; an empty projection keeps the current one."""
         self._studio.settings.net_view = view
         if projection:
             self._studio.settings.projection = projection
@@ -92,32 +104,38 @@ class NetWishes(QObject):
 
     @property
     def bin_deg(self) -> float:
-        wanted = self._studio.settings.rose_bin
-        return wanted if wanted in BINS else 10.0
+        bin_deg = self._studio.settings.rose_bin
+        return bin_deg if bin_deg in BINS else 10.0
 
-    def count_by(
-        self, bin_deg: float, *, by_length: bool | None = None, by_area: bool | None = None
+    def set_bins(
+        self,
+        bin_deg: float,
+        *,
+        is_length_weighted: bool | None = None,
+        is_area_scaled: bool | None = None,
     ) -> None:
         settings = self._studio.settings
         settings.rose_bin = bin_deg
-        settings.rose_by_length = settings.rose_by_length if by_length is None else by_length
-        settings.rose_by_area = settings.rose_by_area if by_area is None else by_area
+        settings.rose_by_length = (
+            settings.rose_by_length if is_length_weighted is None else is_length_weighted
+        )
+        settings.rose_by_area = settings.rose_by_area if is_area_scaled is None else is_area_scaled
         self._studio.keep_settings()
 
     @property
-    def by_length(self) -> bool:
+    def is_length_weighted(self) -> bool:
         return self._studio.settings.rose_by_length
 
     @property
-    def by_area(self) -> bool:
+    def is_area_scaled(self) -> bool:
         return self._studio.settings.rose_by_area
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Of contours, ascending; empty for round ones."""
-        found = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
-        return tuple(sorted({float(v) for v in found if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
+        """Return the typed contour levels, ascending; empty for round levels."""
+        levels = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
+        return tuple(sorted({float(v) for v in levels if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 
-    def contour_at(self, levels: tuple[float, ...]) -> None:
+    def set_levels(self, levels: tuple[float, ...]) -> None:
         self._studio.settings.contour_levels = list(levels)
         self._studio.keep_settings()

@@ -1,4 +1,4 @@
-"""A photo on which masks are drawn and points are marked, with a magnifier at the cursor."""
+"""Photo canvas for drawing masks and marking points, with a magnifier at the cursor."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from vomstudio.ui.widgets.photo_canvas import HANDLE_PIXELS, PhotoCanvas
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
-"""Okabe and Ito's; with the role in words wherever they are listed."""
+"""Colours of Okabe and Ito; lists name the role as well."""
 
-_HIDDEN = (213, 60, 40, 110)
-_LOUPE = 84.0
-_LOUPE_TIMES = 5.0
-_LOUPE_LEAST, _LOUPE_MOST = 4.0, 40.0
-_FINE = 10.0
-"""With Shift held, a mark moves so many times slower than the mouse."""
-_NUDGE, _FAR_NUDGE = 0.1, 1.0
+_MASK_RGBA = (213, 60, 40, 110)
+_LOUPE_RADIUS_PX = 84.0
+_LOUPE_ZOOM = 5.0
+_MIN_LOUPE_SCALE, _MAX_LOUPE_SCALE = 4.0, 40.0
+_SLOW_FACTOR = 10.0
+"""Factor by which a mark moves more slowly than the mouse with Shift."""
+_NUDGE_PX, _LARGE_NUDGE_PX = 0.1, 1.0
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -49,49 +49,63 @@ _ARROWS = {
 
 @dataclass(frozen=True)
 class ShownMark:
-    """A mark as it is drawn. pixel : of the photo as stored; expected : not a mark, but where the
-    aligned cameras predict one. worst : it has the largest residual of its point."""
+    """Mark as drawn on the canvas.
+
+    Attributes
+    ----------
+    pixel : Pixel
+        In the photo as stored.
+    is_predicted : bool
+        Whether it is a predicted position instead of a mark.
+    is_worst : bool
+        Whether it has the largest residual of its point.
+    """
 
     label: str
     role: str
     pixel: Pixel
-    chosen: bool
-    expected: bool = False
+    is_selected: bool
+    is_predicted: bool = False
     residual_px: float | None = None
-    worst: bool = False
+    is_worst: bool = False
 
 
 class MarkCanvas(PhotoCanvas):
-    """A photo with its mask in colour, its marks, and a magnifier at the cursor.
+    """Photo canvas with a coloured mask, marks, and a magnifier at the cursor.
 
-    nudged: (x, y) in pixels of the stored photo by which the chosen mark is to move.
-    radius_asked: the factor by which the brush is to grow. hides: what is drawn is masked, else
-    unmasked.
+    Attributes
+    ----------
+    nudged : Signal
+        Emitted with the shift (x, y) of the selected mark, pixels of the stored photo.
+    brush_scaled : Signal
+        Emitted with the factor by which the brush radius is to change.
+    is_masking : bool
+        Whether drawing masks pixels; otherwise it unmasks them.
     """
 
     nudged = Signal(float, float)
-    radius_asked = Signal(float)
+    brush_scaled = Signal(float)
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("mark_canvas")
         self.tool = LOOK
         self.radius = 20.0
-        """Of the brush, in pixels of the photo."""
-        self.hides = True
+        """Radius of the brush, pixels of the photo."""
+        self.is_masking = True
         self._mask: BoolArray | None = None
         self._tint: QImage | None = None
-        self._tint_of: tuple[object, ...] = ()
+        self._tint_key: tuple[object, ...] = ()
         self._version = 0
         self._marks: Sequence[ShownMark] = ()
         self._corners: list[Pixel] = []
         self._epipolar_line = np.zeros((0, 2))
-        self._grabbed: tuple[QPointF, Pixel] | None = None
-        self._slow = False
+        self._grab: tuple[QPointF, Pixel] | None = None
+        self._is_slow = False
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def set_tool(self, tool: str) -> None:
-        """LOOK, MARK, POLYGON or BRUSH."""
+        """Set the tool to LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
         self.left_paints = tool == BRUSH
         shape = Qt.CursorShape.ArrowCursor if tool == LOOK else Qt.CursorShape.CrossCursor
@@ -99,12 +113,12 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     def set_used(self, used: BoolArray | None) -> None:
-        """(h, w) True where the photo is used; it may change afterwards, see `mask_changed`."""
+        """Set the (h, w) array that is True at used pixels; call `update_mask` after changes."""
         self._mask = used
-        self.mask_changed()
+        self.update_mask()
 
-    def mask_changed(self) -> None:
-        """Draw the mask anew: its values have changed in place."""
+    def update_mask(self) -> None:
+        """Redraw the mask after a change of its values."""
         self._version += 1
         self.update()
 
@@ -121,22 +135,22 @@ class MarkCanvas(PhotoCanvas):
         return self._marks
 
     def set_epipolar_line(self, pixels: FloatArray) -> None:
-        """(k, 2) pixels of the stored photo along which the chosen point must lie."""
+        """Set the epipolar line of the selected point, (k, 2) pixels of the stored photo."""
         self._epipolar_line = pixels
         self.update()
 
     def set_corners(self, corners: Sequence[Pixel]) -> None:
-        """Of the polygon that is being drawn."""
+        """Set the vertices of the unfinished polygon."""
         self._corners = list(corners)
         self.update()
 
     def look_closely(self, pixel: Pixel) -> None:
-        """Bring a place into the middle, at one to one or closer."""
+        """Centre the view on a pixel, at a scale of one to one or more."""
         self.fit()
-        wanted = max(1.0, 2.5 * self._scale)
-        there = self._turn.map(QPointF(*pixel))
-        self._fitted, self._scale = False, wanted
-        self._centre(there)
+        scale = max(1.0, 2.5 * self._scale)
+        centre = self._turn.map(QPointF(*pixel))
+        self._fitted, self._scale = False, scale
+        self._centre(centre)
 
     def one_to_one(self) -> None:
         """Zoom until a pixel of the photo is a pixel of the screen."""
@@ -145,67 +159,69 @@ class MarkCanvas(PhotoCanvas):
     # --- handles -----------------------------------------------------------------------------
     def _handle_at(self, at: QPointF) -> int | None:
         if self.tool == MARK:
-            places = [m.pixel if not m.expected else (np.nan, np.nan) for m in self._marks]
+            pixels = [m.pixel if not m.is_predicted else (np.nan, np.nan) for m in self._marks]
         elif self.tool == POLYGON:
-            places = list(self._corners)
+            pixels = list(self._corners)
         else:
             return None
-        if not places:
+        if not pixels:
             return None
-        off = np.hypot(*(self.screen_of(places) - [at.x(), at.y()]).T)
-        off = np.where(np.isfinite(off), off, np.inf)
-        return int(off.argmin()) if off.min() <= HANDLE_PIXELS else None
+        distances = np.hypot(*(self.screen_of(pixels) - [at.x(), at.y()]).T)
+        distances = np.where(np.isfinite(distances), distances, np.inf)
+        return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
 
     def pixel_of_drag(self, at: Pixel) -> Pixel:
-        """Where a dragged mark is while the cursor is at this pixel: it keeps its distance from the
-        cursor, and with Shift held goes slower."""
-        if self._grabbed is None:
+        """Return the pixel of a dragged mark for a pixel of the cursor.
+
+        The mark keeps its distance from the cursor, and moves more slowly with Shift.
+        """
+        if self._grab is None:
             return at
-        start, mark = self._grabbed
-        share = 1.0 / _FINE if self._slow else 1.0
+        start, mark = self._grab
+        share = 1.0 / _SLOW_FACTOR if self._is_slow else 1.0
         return (mark[0] + (at[0] - start.x()) * share, mark[1] + (at[1] - start.y()) * share)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         super().mousePressEvent(event)
-        self._grabbed = None
-        self._slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        self._grab = None
+        self._is_slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         if self.tool == MARK and self._handle is not None:
             mark = self._marks[self._handle].pixel
-            self._grabbed = (QPointF(*self.pixel_at(event.position())), mark)
+            self._grab = (QPointF(*self.pixel_at(event.position())), mark)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        if self._grabbed is not None and slow != self._slow and self._handle is not None:
+        is_slow = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if self._grab is not None and is_slow != self._is_slow and self._handle is not None:
             mark = self._marks[self._handle].pixel
-            self._grabbed = (QPointF(*self.pixel_at(event.position())), mark)
-        self._slow = slow
+            self._grab = (QPointF(*self.pixel_at(event.position())), mark)
+        self._is_slow = is_slow
         super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         super().mouseReleaseEvent(event)
-        self._grabbed = None
+        self._grab = None
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         if self.tool == BRUSH and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            self.radius_asked.emit(1.15 ** (event.angleDelta().y() / 120.0))
+            self.brush_scaled.emit(1.15 ** (event.angleDelta().y() / 120.0))
             event.accept()
             return
         super().wheelEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        way = _ARROWS.get(Qt.Key(event.key()))
-        if way is None or self.tool != MARK:
+        direction = _ARROWS.get(Qt.Key(event.key()))
+        if direction is None or self.tool != MARK:
             super().keyPressEvent(event)
             return
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        step = _FAR_NUDGE if shift else _NUDGE
-        # Up is up on the screen, however the photo is stored.
+        step = _LARGE_NUDGE_PX if shift else _NUDGE_PX
+        # The arrow keys follow the screen, whatever the orientation of the stored photo.
         t = self._turn
         back, _ = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0).inverted()
-        there = back.map(QPointF(*way))
-        length = math.hypot(there.x(), there.y())
-        self.nudged.emit(step * there.x() / length, step * there.y() / length)
+        vector = back.map(QPointF(*direction))
+        length = math.hypot(vector.x(), vector.y())
+        self.nudged.emit(step * vector.x() / length, step * vector.y() / length)
 
     # --- painting ----------------------------------------------------------------------------
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
@@ -220,7 +236,7 @@ class MarkCanvas(PhotoCanvas):
             for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
                 painter.drawPolyline(line)
-        for mark in sorted(self._marks, key=lambda m: (m.chosen, not m.expected)):
+        for mark in sorted(self._marks, key=lambda m: (m.is_selected, not m.is_predicted)):
             self._paint_mark(painter, mark)
         self._paint_polygon(painter)
         if self._cursor is not None and self.underMouse():
@@ -235,37 +251,41 @@ class MarkCanvas(PhotoCanvas):
         if mask is None or self._picture is None:
             return
         key = (self._version, self.size(), m.m11(), m.m12(), m.m21(), m.m22(), m.dx(), m.dy())
-        if key != self._tint_of:
-            self._tint_of = key
-            self._tint = _tinted(mask, self._size, m, self.width(), self.height())
+        if key != self._tint_key:
+            self._tint_key = key
+            self._tint = _tint_mask(
+                mask=mask, size=self._size, m=m, width=self.width(), height=self.height()
+            )
         if self._tint is not None:
             painter.drawImage(0, 0, self._tint)
 
     def _paint_mark(self, painter: QPainter, mark: ShownMark) -> None:
         x, y = (float(v) for v in self.screen_of(mark.pixel)[0])
         color = QColor(COLORS[mark.role])
-        if mark.expected:
+        if mark.is_predicted:
             for pen in (QPen(painting.DARK, 3.6), QPen(color, 1.6, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawEllipse(QPointF(x, y), 12.0, 12.0)
         else:
-            self._paint_cross(painter, np.array(mark.pixel), 13.0 if mark.chosen else 9.0, color)
-            if mark.chosen or mark.worst:
-                ring = QColor(painting.VERDICT_COLORS["poor"]) if mark.worst else QColor("white")
-                for tint, wide in ((painting.DARK, 3.2), (ring, 1.6)):
-                    painter.setPen(QPen(tint, wide))
+            self._paint_cross(
+                painter, np.array(mark.pixel), 13.0 if mark.is_selected else 9.0, color
+            )
+            if mark.is_selected or mark.is_worst:
+                ring = QColor(painting.VERDICT_COLORS["poor"]) if mark.is_worst else QColor("white")
+                for tint, width in ((painting.DARK, 3.2), (ring, 1.6)):
+                    painter.setPen(QPen(tint, width))
                     painter.setBrush(Qt.BrushStyle.NoBrush)
                     painter.drawEllipse(QPointF(x, y), 16.0, 16.0)
         text = mark.label
-        if mark.expected:
+        if mark.is_predicted:
             text += " ?"
-        elif mark.residual_px is not None and (mark.chosen or mark.worst):
+        elif mark.residual_px is not None and (mark.is_selected or mark.is_worst):
             text += f"  {mark.residual_px:.2f} px"
-        font = painting.system_font(bold=mark.chosen)
-        wide = QFontMetricsF(font).horizontalAdvance(text)
-        left = x + 18.0 if x + 18.0 + wide < self.width() - 4.0 else x - 18.0 - wide
-        painting.outlined_text(painter, left, y - 9.0, text, font)
+        font = painting.system_font(bold=mark.is_selected)
+        width = QFontMetricsF(font).horizontalAdvance(text)
+        text_x = x + 18.0 if x + 18.0 + width < self.width() - 4.0 else x - 18.0 - width
+        painting.outlined_text(painter, text_x, y - 9.0, text, font)
 
     def _paint_polygon(self, painter: QPainter) -> None:
         if not self._corners:
@@ -274,28 +294,28 @@ class MarkCanvas(PhotoCanvas):
         line = list(points)
         if self._cursor is not None and self.underMouse() and self._press is None:
             line.append(self._cursor)
-        fill = QColor(*_HIDDEN) if self.hides else QColor(0, 158, 115, 90)
+        fill = QColor(*_MASK_RGBA) if self.is_masking else QColor(0, 158, 115, 90)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(fill)
         if len(line) > 2:
             painter.drawPolygon(QPolygonF(line))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        for tint, wide in ((painting.DARK, 3.4), (QColor("white"), 1.6)):
-            painter.setPen(QPen(tint, wide))
+        for tint, width in ((painting.DARK, 3.4), (QColor("white"), 1.6)):
+            painter.setPen(QPen(tint, width))
             painter.drawPolyline(QPolygonF(line))
         painter.setPen(QPen(painting.DARK, 1.2))
         for number, at in enumerate(points):
-            # A click on the first one closes it.
+            # A click on the first vertex closes the polygon.
             first = number == 0 and len(points) > 2
             painter.setBrush(QColor(COLORS[CONTROL]) if first else QColor("white"))
             painter.drawEllipse(at, 5.5 if first else 4.0, 5.5 if first else 4.0)
 
     def _paint_brush(self, painter: QPainter, at: QPointF) -> None:
         radius = max(self.radius * self._scale, 1.5)
-        tint = QColor(213, 60, 40) if self.hides else QColor(0, 158, 115)
+        tint = QColor(213, 60, 40) if self.is_masking else QColor(0, 158, 115)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        for color, wide in ((QColor(255, 255, 255, 220), 3.0), (tint, 1.6)):
-            painter.setPen(QPen(color, wide))
+        for color, width in ((QColor(255, 255, 255, 220), 3.0), (tint, 1.6)):
+            painter.setPen(QPen(color, width))
             painter.drawEllipse(at, radius, radius)
 
     def _paint_loupe(self, painter: QPainter, cursor: QPointF) -> None:
@@ -303,87 +323,93 @@ class MarkCanvas(PhotoCanvas):
         if picture is None:
             return
         at = self.pixel_at(cursor)
-        if self._grabbed is not None and self._handle is not None:
+        if self._grab is not None and self._handle is not None:
             at = self.pixel_of_drag(at)
-        times = min(max(self._scale * _LOUPE_TIMES, _LOUPE_LEAST), _LOUPE_MOST)
-        gap = _LOUPE + 34.0
-        right = cursor.x() + gap + _LOUPE < self.width()
-        above = cursor.y() - gap - _LOUPE > 0
+        zoom = min(max(self._scale * _LOUPE_ZOOM, _MIN_LOUPE_SCALE), _MAX_LOUPE_SCALE)
+        gap = _LOUPE_RADIUS_PX + 34.0
+        fits_right = cursor.x() + gap + _LOUPE_RADIUS_PX < self.width()
+        fits_above = cursor.y() - gap - _LOUPE_RADIUS_PX > 0
         middle = QPointF(
-            cursor.x() + (gap if right else -gap), cursor.y() + (-gap if above else gap)
+            cursor.x() + (gap if fits_right else -gap), cursor.y() + (-gap if fits_above else gap)
         )
         t = self._turn
-        close = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0) * QTransform.fromScale(
-            times, times
+        to_loupe = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0) * QTransform.fromScale(
+            zoom, zoom
         )
-        here = close.map(QPointF(*at))
-        close = close * QTransform.fromTranslate(middle.x() - here.x(), middle.y() - here.y())
+        target = to_loupe.map(QPointF(*at))
+        to_loupe = to_loupe * QTransform.fromTranslate(
+            middle.x() - target.x(), middle.y() - target.y()
+        )
         circle = QPainterPath()
-        circle.addEllipse(middle, _LOUPE, _LOUPE)
+        circle.addEllipse(middle, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
         painter.save()
         painter.setClipPath(circle)
         painter.fillPath(circle, QColor(38, 40, 43))
-        painter.setTransform(close, True)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, times < 16.0)
-        # Only what it shows: scaling the whole photo would take a second.
-        reach = _LOUPE / times + 2.0
+        painter.setTransform(to_loupe, True)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, zoom < 16.0)
+        # Scaling the whole photo would take a second.
+        half_width = _LOUPE_RADIUS_PX / zoom + 2.0
         w, h = self._size
-        part = QRectF(at[0] - reach, at[1] - reach, 2 * reach, 2 * reach) & QRectF(0, 0, w, h)
+        part = QRectF(
+            at[0] - half_width, at[1] - half_width, 2 * half_width, 2 * half_width
+        ) & QRectF(0, 0, w, h)
         level = picture.levels[0]
         kx, ky = level.width() / w, level.height() / h
         source = QRectF(part.x() * kx, part.y() * ky, part.width() * kx, part.height() * ky)
         painter.drawImage(part, level, source)
         painter.setTransform(QTransform())
         for mark in self._marks:
-            if not mark.expected:
-                there = close.map(QPointF(*mark.pixel))
+            if not mark.is_predicted:
+                centre = to_loupe.map(QPointF(*mark.pixel))
                 painter.setPen(QPen(QColor(COLORS[mark.role]), 1.4))
-                for way in (QPointF(7, 0), QPointF(0, 7)):
-                    painter.drawLine(there - way, there + way)
+                for offset in (QPointF(7, 0), QPointF(0, 7)):
+                    painter.drawLine(centre - offset, centre + offset)
         painter.restore()
-        for tint, wide in ((QColor(0, 0, 0, 160), 2.6), (QColor(255, 255, 255, 230), 1.0)):
-            painter.setPen(QPen(tint, wide))
-            for way in (QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)):
-                painter.drawLine(middle + way * 4.0, middle + way * 20.0)
+        for tint, width in ((QColor(0, 0, 0, 160), 2.6), (QColor(255, 255, 255, 230), 1.0)):
+            painter.setPen(QPen(tint, width))
+            for offset in (QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)):
+                painter.drawLine(middle + offset * 4.0, middle + offset * 20.0)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        for tint, wide in ((painting.DARK, 5.0), (QColor(235, 235, 235), 2.4)):
-            painter.setPen(QPen(tint, wide))
-            painter.drawEllipse(middle, _LOUPE, _LOUPE)
+        for tint, width in ((painting.DARK, 5.0), (QColor(235, 235, 235), 2.4)):
+            painter.setPen(QPen(tint, width))
+            painter.drawEllipse(middle, _LOUPE_RADIUS_PX, _LOUPE_RADIUS_PX)
         font = painting.system_font()
         text = f"{at[0]:.1f}, {at[1]:.1f}"
-        wide = QFontMetricsF(font).horizontalAdvance(text)
+        width = QFontMetricsF(font).horizontalAdvance(text)
         painting.outlined_text(
-            painter, middle.x() - wide / 2, middle.y() + _LOUPE - 10.0, text, font
+            painter, middle.x() - width / 2, middle.y() + _LOUPE_RADIUS_PX - 10.0, text, font
         )
 
 
-def _tinted(
+def _tint_mask(
     mask: BoolArray, size: tuple[int, int], m: QTransform, width: int, height: int
 ) -> QImage | None:
-    """What the mask hides, in colour, as it is on a screen of this size. Only pixels of the screen
-    are looked up: a photo of 100 megapixels is tinted as soon as a small one."""
-    high, wide = mask.shape
-    across, down = np.arange(width) + 0.5, np.arange(height) + 0.5
-    kx, ky = wide / size[0], high / size[1]
-    upright = abs(m.m11()) > abs(m.m12())
-    if upright:
-        x, y = (across - m.dx()) / m.m11() * kx, (down - m.dy()) / m.m22() * ky
+    """Return the masked pixels as a coloured image of the screen, None if none is visible.
+
+    Only pixels of the screen are sampled, so that the size of the photo does not matter.
+    """
+    mask_height, mask_width = mask.shape
+    screen_x, screen_y = np.arange(width) + 0.5, np.arange(height) + 0.5
+    kx, ky = mask_width / size[0], mask_height / size[1]
+    is_upright = abs(m.m11()) > abs(m.m12())
+    if is_upright:
+        x, y = (screen_x - m.dx()) / m.m11() * kx, (screen_y - m.dy()) / m.m22() * ky
     else:
-        x, y = (down - m.dy()) / m.m12() * kx, (across - m.dx()) / m.m21() * ky
-    on_x, on_y = (x >= 0) & (x < wide), (y >= 0) & (y < high)
-    column = np.clip(x, 0, wide - 1).astype(np.intp)
-    row = np.clip(y, 0, high - 1).astype(np.intp)
-    if upright:
-        hidden = ~mask[row[:, None], column] & on_y[:, None] & on_x
+        x, y = (screen_y - m.dy()) / m.m12() * kx, (screen_x - m.dx()) / m.m21() * ky
+    inside_x, inside_y = (x >= 0) & (x < mask_width), (y >= 0) & (y < mask_height)
+    column = np.clip(x, 0, mask_width - 1).astype(np.intp)
+    row = np.clip(y, 0, mask_height - 1).astype(np.intp)
+    if is_upright:
+        hidden = ~mask[row[:, None], column] & inside_y[:, None] & inside_x
     else:
-        hidden = ~mask[row, column[:, None]] & on_x[:, None] & on_y
+        hidden = ~mask[row, column[:, None]] & inside_x[:, None] & inside_y
     if not hidden.any():
         return None
-    red, green, blue, alpha = _HIDDEN
+    red, green, blue, alpha = _MASK_RGBA
     value = np.uint32(
         alpha << 24 | red * alpha // 255 << 16 | green * alpha // 255 << 8 | blue * alpha // 255
     )
     pixels = np.where(hidden, value, np.uint32(0))
     image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
-    # The array goes at the end of this function.
+    # QImage does not own the array.
     return image.copy()

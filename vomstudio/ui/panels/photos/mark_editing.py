@@ -1,4 +1,4 @@
-"""Points and their marks as they are shown, placed, moved and removed in an opened photo."""
+"""Editing of points and marks in an open photo."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ from vomstudio.ui.panels.photos.points_box import PointsBox
 
 
 class MarkEditing(QObject):
-    """Edits the points and marks as the user clicks, drags and types.
+    """Edits points and marks by mouse and keyboard.
 
-    message : a sentence for the user, and its level
+    Attributes
+    ----------
+    message : Signal
+        Emitted with a message for the user and its level.
     """
 
     message = Signal(object, str)
@@ -38,78 +41,104 @@ class MarkEditing(QObject):
         super().__init__()
         self._marks, self._points, self._photo = marks, points, photo
         self._canvas, self._tools = canvas, tools
-        points.typed.connect(self._typed)
-        tools.marked.connect(self._place)
-        tools.moved.connect(self._moved)
-        tools.picked.connect(points.choose)
+        points.mark_edited.connect(self._place_typed_mark)
+        tools.mark_requested.connect(self._place)
+        tools.mark_moved.connect(self._move_mark)
+        tools.mark_picked.connect(points.select_point)
         canvas.nudged.connect(self._nudge)
-        photo.turned.connect(self._turned)
+        photo.orientation_changed.connect(self._refocus)
 
-    # --- showing -----------------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show(self) -> None:
-        """Draw the marks of this photo, the predicted positions of the other points, and the
-        epipolar line of the chosen one."""
-        marking, chosen, photo = self._marks.marking, self._points.label, self._photo.name
-        there = marking.within(photo)
-        shown = []
-        for label, pixel in there.items():
+        """Draw marks and predicted positions, and the epipolar line of the selected point."""
+        marking, selected_label, photo = self._marks.marking, self._points.label, self._photo.name
+        pixels = marking.within(photo)
+        symbols = []
+        for label, pixel in pixels.items():
             prediction = self._marks.prediction(label)
             residual, worst = prediction.residuals_px.get(photo), prediction.worst
-            bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
+            is_bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
             role = marking.role(label)
-            shown.append(ShownMark(label, role, pixel, label == chosen, False, residual, bad))
+            symbols.append(
+                ShownMark(
+                    label=label,
+                    role=role,
+                    pixel=pixel,
+                    is_selected=label == selected_label,
+                    is_predicted=False,
+                    residual_px=residual,
+                    is_worst=is_bad,
+                )
+            )
         for label in marking.labels:
-            if label not in there and (at := self._marks.prediction(label).expected.get(photo)):
+            if label not in pixels and (at := self._marks.prediction(label).expected.get(photo)):
                 role = marking.role(label)
-                shown.append(ShownMark(label, role, at, label == chosen, True))
-        self._canvas.set_marks(shown)
-        self._canvas.set_epipolar_line(self._marks.epipolar_line(chosen, photo))
+                symbols.append(
+                    ShownMark(
+                        label=label,
+                        role=role,
+                        pixel=at,
+                        is_selected=label == selected_label,
+                        is_predicted=True,
+                    )
+                )
+        self._canvas.set_marks(symbols)
+        self._canvas.set_epipolar_line(self._marks.epipolar_line(selected_label, photo))
 
-    def look_at_point(self, *, again: bool = False) -> None:
-        """While points are marked, the photo is opened where the point is, or should be."""
+    def look_at_point(self, *, is_forced: bool = False) -> None:
+        """Zoom to the position of the selected point while the mark tool is active."""
         label, photo = self._points.label, self._photo.name
         if self._canvas.tool != MARK or not label:
             return
-        if self._photo.looks_at(label) and not again:
+        if self._photo.is_viewing_point(label) and not is_forced:
             return
-        place = self._marks.marking.of(label).get(photo)
-        place = place or self._marks.prediction(label).expected.get(photo)
-        if place is not None:
-            self._photo.look_at(label, place)
+        pixel = self._marks.marking.of(label).get(photo)
+        pixel = pixel or self._marks.prediction(label).expected.get(photo)
+        if pixel is not None:
+            self._photo.zoom_to_point(label, pixel)
 
-    def _turned(self) -> None:
-        self.look_at_point(again=True)
+    def _refocus(self) -> None:
+        self.look_at_point(is_forced=True)
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> Finding | None:
-        """Return that no point is chosen; None if one is."""
+        """Return a finding if no point is selected, else None."""
         return None if self._points.label else Finding("action.no-point")
 
     def why_no_mark(self) -> Finding | None:
-        """Return that the chosen point is not marked in this photo; None if it is."""
+        """Return a finding if the selected point is not marked in this photo, else None."""
         if (reason := self.why_no_point()) is not None:
             return reason
-        there = self._photo.name in self._marks.marking.of(self._points.label)
-        return None if there else Finding("action.no-mark")
+        is_marked = self._photo.name in self._marks.marking.of(self._points.label)
+        return None if is_marked else Finding("action.no-mark")
 
     def new_point(self) -> None:
-        """Add a point with a free label, choose it and take up the mark tool."""
+        """Add a tie point with a free label, select it and activate the mark tool."""
         label = self._marks.marking.free_label()
-        made = self._marks.marking.begun_with(label)
-        self._marks.change(tr("New point"), made)
-        self._points.choose(label)
-        self._tools.take_up(MARK)
+        new_marking = self._marks.marking.begun_with(label)
+        self._marks.change(tr("New point"), new_marking)
+        self._points.select_point(label)
+        self._tools.set_tool(MARK)
         self._canvas.setFocus()
 
     def remove_point(self) -> None:
-        """Remove the chosen point with all its marks."""
+        """Remove the selected point with all its marks."""
         label = self._points.label
-        made = self._marks.marking.removed(label)
-        self._marks.change(tr("Remove {label}", label=label), made)
-        self._points.choose("")
+        new_marking = self._marks.marking.removed(label)
+        self._marks.change(tr("Remove {label}", label=label), new_marking)
+        self._points.select_point("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
-        """Ask for a file, beginning in `folder`, and import its control points or its marks."""
+        """Import control points or marks from a file that the user selects.
+
+        Parameters
+        ----------
+        folder : Path
+            Folder where the file dialog begins.
+        parent : QWidget
+        marks : bool
+            Whether to import marks instead of control points.
+        """
         title = tr("Import image marks") if marks else tr("Import control points")
         name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), file_filters.control())
         if not name:
@@ -117,44 +146,47 @@ class MarkEditing(QObject):
         try:
             if marks:
                 count, warning = self._marks.import_marks(Path(name))
-                imported = Finding("marks.imported", count=count)
+                notice = Finding("marks.imported", count=count)
             else:
                 count, warning = self._marks.import_points(Path(name)), None
-                imported = Finding("points.imported", count=count)
+                notice = Finding("points.imported", count=count)
         except VomError as error:
             self.message.emit(error, "error")
             return
         labels = self._marks.marking.labels
         if not self._points.label and labels:
-            self._points.choose(labels[0])
-        self.message.emit(imported, "info")
+            self._points.select_point(labels[0])
+        self.message.emit(notice, "info")
         if warning is not None:
             self.message.emit(warning, "warning")
 
     # --- marks -------------------------------------------------------------------------------
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
-        made = self._marks.marking.unmarked(label, photo)
-        self._marks.change(tr("Remove mark of {label}", label=label), made)
+        new_marking = self._marks.marking.unmarked(label, photo)
+        self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
-        """Mark the chosen point here; without one, a new tie point."""
+        """Mark the selected point, or a new tie point if none is selected."""
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
         key = None if join is None else (join, label, photo)
-        made = marking.marked(label, photo, (x, y))
-        self._photo.stay_at(label)
-        self._marks.change(tr("Mark {label}", label=label), made, key)
-        self._points.choose(label)
+        new_marking = marking.marked(label, photo, (x, y))
+        self._photo.set_viewed_point(label)
+        self._marks.change(tr("Mark {label}", label=label), new_marking, key)
+        self._points.select_point(label)
 
-    def _typed(self, x: float, y: float) -> None:
+    def _place_typed_mark(self, x: float, y: float) -> None:
         self._place(x, y, "typed")
 
-    def _moved(self, label: str, x: float, y: float, goes_on: bool) -> None:
+    def _move_mark(self, label: str, x: float, y: float, is_ongoing: bool) -> None:
         photo = self._photo.name
-        made = self._marks.marking.marked(label, photo, (x, y))
+        new_marking = self._marks.marking.marked(label, photo, (x, y))
         self._marks.change(
-            tr("Move {label}", label=label), made, ("drag", label, photo), goes_on=goes_on
+            tr("Move {label}", label=label),
+            new_marking,
+            ("drag", label, photo),
+            is_ongoing=is_ongoing,
         )
 
     def _nudge(self, dx: float, dy: float) -> None:

@@ -1,4 +1,4 @@
-"""How masks are drawn: the tools' settings, and what is done to a whole mask."""
+"""Settings of the mask tools, and buttons for whole masks."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from vomstudio.ui.base.controls import Label, Slider
 from vomstudio.ui.panels.photos.mark_canvas import MarkCanvas
 
 _STEPS = 100
-_LEAST, _MOST = 2.0, 600.0
+_MIN_RADIUS_PX, _MAX_RADIUS_PX = 2.0, 600.0
 
 
 class MaskBox(QGroupBox):
-    """How much of the photo is masked, whether drawing masks or unmasks, and the brush's size."""
+    """Box with the masked share, the drawing mode and the brush radius."""
 
     def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(tr("Mask"))
         self._canvas = canvas
-        self.words = Label()
-        self.words.setObjectName("mask_words")
-        self.words.setWordWrap(True)
+        self.status_label = Label()
+        self.status_label.setObjectName("mask_words")
+        self.status_label.setWordWrap(True)
         self.hide_button, self.keep_button = QToolButton(), QToolButton()
         group = QButtonGroup(self)
         row = QHBoxLayout()
@@ -56,7 +56,7 @@ class MaskBox(QGroupBox):
             row.addWidget(button)
         row.addStretch(1)
         self.hide_button.setChecked(True)
-        self.hide_button.toggled.connect(self._hides_toggled)
+        self.hide_button.toggled.connect(self._set_masking)
         self.brush_size = Slider()
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
@@ -64,56 +64,56 @@ class MaskBox(QGroupBox):
             tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
         )
         self.brush_size.valueChanged.connect(self._size_changed)
-        self._size_words = Label()
-        self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
-        self._size_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._size_label = Label()
+        self._size_label.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
+        self._size_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         brush = QHBoxLayout()
         brush.addWidget(Label(tr("Brush")))
         brush.addWidget(self.brush_size, 1)
-        brush.addWidget(self._size_words)
-        more = QGridLayout()
-        more.setSpacing(4)
+        brush.addWidget(self._size_label)
+        grid = QGridLayout()
+        grid.setSpacing(4)
         self._buttons: dict[str, QToolButton] = {}
         for number, name in enumerate(("repeat_mask", "invert_mask", "clear_mask")):
             button = self._buttons[name] = QToolButton()
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            more.addWidget(
+            grid.addWidget(
                 button, 0 if number == 0 else 1, max(number - 1, 0), 1, 2 if number == 0 else 1
             )
-        more.setColumnStretch(2, 1)
+        grid.setColumnStretch(2, 1)
         layout = QVBoxLayout(self)
         layout.setSpacing(6)
-        layout.addWidget(self.words)
+        layout.addWidget(self.status_label)
         layout.addLayout(row)
         layout.addLayout(brush)
-        layout.addLayout(more)
-        canvas.radius_asked.connect(lambda factor: self.set_radius(canvas.radius * factor))
+        layout.addLayout(grid)
+        canvas.brush_scaled.connect(lambda factor: self.set_radius(canvas.radius * factor))
         self.set_radius(canvas.radius)
 
-    def offer(self, actions: Mapping[str, QAction]) -> None:
-        """The actions of the buttons, by their names."""
+    def set_actions(self, actions: Mapping[str, QAction]) -> None:
+        """Assign actions by name to the buttons."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
     def set_radius(self, radius: float) -> None:
-        """Of the brush, in pixels of the photo."""
-        self._canvas.radius = min(max(radius, _LEAST), _MOST)
+        """Set the brush radius, pixels of the photo."""
+        self._canvas.radius = min(max(radius, _MIN_RADIUS_PX), _MAX_RADIUS_PX)
         with QSignalBlocker(self.brush_size):
-            # Each step is by the same factor.
-            share = log(self._canvas.radius / _LEAST) / log(_MOST / _LEAST)
+            # The scale of the slider is logarithmic.
+            share = log(self._canvas.radius / _MIN_RADIUS_PX) / log(_MAX_RADIUS_PX / _MIN_RADIUS_PX)
             self.brush_size.setValue(round(_STEPS * share))
-        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
+        self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 
     def _size_changed(self, step: int) -> None:
-        self._canvas.radius = _LEAST * (_MOST / _LEAST) ** (step / _STEPS)
-        self._size_words.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
+        self._canvas.radius = _MIN_RADIUS_PX * (_MAX_RADIUS_PX / _MIN_RADIUS_PX) ** (step / _STEPS)
+        self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 
-    def turn_over(self) -> None:
+    def toggle_masking(self) -> None:
         """Switch between masking and unmasking."""
-        (self.keep_button if self._canvas.hides else self.hide_button).setChecked(True)
+        (self.keep_button if self._canvas.is_masking else self.hide_button).setChecked(True)
 
-    def _hides_toggled(self, hides: bool) -> None:
-        self._canvas.hides = hides
+    def _set_masking(self, is_masking: bool) -> None:
+        self._canvas.is_masking = is_masking
         self._canvas.update()

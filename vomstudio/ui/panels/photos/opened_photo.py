@@ -1,4 +1,4 @@
-"""The photo that is open: its picture, and where it is looked at."""
+"""Picture and view of the open photo."""
 
 from __future__ import annotations
 
@@ -15,66 +15,71 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 
 class OpenedPhoto(QObject):
-    """Shows one photo at a time in a canvas. turned : the orientation of the photo that was opened
-    last has only now been read."""
+    """Shows one photo at a time on a canvas.
 
-    turned = Signal()
+    Attributes
+    ----------
+    orientation_changed : Signal
+        Emitted when the orientation of the photo has been read after it was opened.
+    """
+
+    orientation_changed = Signal()
 
     def __init__(self, rows: Mapping[str, PhotoRow], canvas: MarkCanvas) -> None:
         super().__init__()
         self.rows, self._canvas = rows, canvas
         self._images = PhotoImages()
         self.name = ""
-        self._pictured_once = False
-        self._looked_at = ""
-        self._images.pictured.connect(self._pictured)
+        self._has_picture = False
+        self._viewed_label = ""
+        self._images.pictured.connect(self._show_picture)
 
     @property
     def row(self) -> PhotoRow | None:
         return self.rows.get(self.name)
 
     def show(self, name: str) -> None:
-        """Open the photo of this name, and read it if it is not at hand."""
+        """Open the photo of this name, and read it if it is not cached."""
         row = self.rows[name]
-        self.name, self._looked_at = name, ""
+        self.name, self._viewed_label = name, ""
         self._canvas.set_used(None)
         self._canvas.set_photo(row.width, row.height)
         picture = self._images.picture(Path(row.path))
-        self._pictured_once = picture is not None
+        self._has_picture = picture is not None
         self._canvas.message = "" if picture else tr("Reading {photo}…", photo=name)
         if picture is not None:
             self._canvas.set_picture(picture)
 
-    def _pictured(self, key: str, picture: Picture | str) -> None:
+    def _show_picture(self, key: str, picture: Picture | str) -> None:
         row = self.row
         if row is None or row.path != key:
             return
         if isinstance(picture, Picture):
             self._canvas.message = ""
             self._canvas.set_picture(picture)
-            if not self._pictured_once:
-                # The whole picture, which comes later, leaves the view to the user.
-                self._pictured_once = True
-                self.turned.emit()
+            if not self._has_picture:
+                # The full picture follows later and must not change the view.
+                self._has_picture = True
+                self.orientation_changed.emit()
         else:
             self._canvas.message = tr(
                 "{photo} cannot be shown: {reason}", photo=row.name, reason=picture
             )
             self._canvas.update()
 
-    # --- where it is looked at ---------------------------------------------------------------
-    def looks_at(self, label: str) -> bool:
-        """Whether the view went to this point last."""
-        return self._looked_at == label
+    # --- view --------------------------------------------------------------------------------
+    def is_viewing_point(self, label: str) -> bool:
+        """Return whether the view was last moved to this point."""
+        return self._viewed_label == label
 
-    def look_at(self, label: str, place: Pixel) -> None:
-        """Go close to a pixel at which a point is marked or predicted."""
-        self._looked_at = label
-        self._canvas.look_closely(place)
+    def zoom_to_point(self, label: str, pixel: Pixel) -> None:
+        """Zoom to the pixel where a point is marked or predicted."""
+        self._viewed_label = label
+        self._canvas.look_closely(pixel)
 
-    def stay_at(self, label: str) -> None:
-        """The user looks at the point already."""
-        self._looked_at = label
+    def set_viewed_point(self, label: str) -> None:
+        """Note that the point is already in view."""
+        self._viewed_label = label
 
     def close(self) -> None:
         self._images.close()

@@ -1,4 +1,4 @@
-"""Opening a photo, of whichever set of photos in the project."""
+"""Commands that open a photo of any photo set of the project."""
 
 from __future__ import annotations
 
@@ -19,13 +19,20 @@ if TYPE_CHECKING:
     from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
 
-def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
-    """chosen : the name of the photo that is selected in the list"""
+def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) -> list[Command]:
+    """Return the commands that open and re-import photos.
+
+    Parameters
+    ----------
+    opening : PhotoOpening
+    selected_photo : callable
+        Returns the name of the photo selected in the list.
+    """
     return [
         Command(
             "open_photo",
             tr("&Open photo"),
-            lambda: opening.open(chosen()),
+            lambda: opening.open(selected_photo()),
             "image-edit-outline",
             (),
             tr("In the middle of the window, to draw its mask and to mark points."),
@@ -34,7 +41,7 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
         Command(
             "take_in_photos",
             tr("Re-&import points and masks"),
-            opening.take_in,
+            opening.import_sidecars,
             "tray-arrow-down",
             (),
             tr(
@@ -47,59 +54,61 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
 
 
 class PhotoOpening(QObject):
-    """One photo is open at a time: the next one takes its page.
+    """Opens one photo at a time in a common page.
 
-    shown : PhotoPage, which is to be looked at now
+    Attributes
+    ----------
+    page_shown : Signal
+        Emitted with the PhotoPage to be shown.
     """
 
-    shown = Signal(object)
+    page_shown = Signal(object)
 
     def __init__(self, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__()
         self._studio, self._survey = studio, survey
         self._page: PhotoPage | None = None
-        self._waiting: tuple[Path, str | None] | None = None
+        self._pending_request: tuple[Path, str | None] | None = None
         survey.changed.connect(self._survey_changed)
 
     def why_not(self) -> Finding | None:
         """Return why no photo can be opened; None if one can."""
         if self._survey.folder is None or not self._survey.rows:
             return Finding("action.no-photos")
-        if not self._survey.document.taken_in:
+        if not self._survey.document.is_imported:
             return Finding("photos.pending")
         return None
 
-    def take_in(self) -> None:
-        """Import again what lies beside the photos."""
-        self._survey.take_in_beside()
+    def import_sidecars(self) -> None:
+        """Import the files beside the photos again."""
+        self._survey.import_sidecars()
 
     @property
-    def opened(self) -> PhotoPage | None:
-        """The page of the photo that is open."""
+    def page(self) -> PhotoPage | None:
+        """Page of the open photo, None if no photo is open."""
         return self._page
 
     def open(self, name: str | None = None) -> None:
-        """The photo of this name, or the first, of the photos in the panel."""
+        """Open the photo of this name, or the first photo of the panel."""
         from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
-        self._waiting = None
+        self._pending_request = None
         if self.why_not() is not None:
             return
         names = [row.name for row in self._survey.rows]
-        wanted = name if name is not None and name in names else names[0]
+        photo = name if name is not None and name in names else names[0]
         if self._page is None:
             self._page = PhotoPage(self._survey)
             self._page.closed.connect(self._closed)
         page = self._page
-        self.shown.emit(page)
-        page.show_photo(wanted)
+        self.page_shown.emit(page)
+        page.show_photo(photo)
         page.canvas.setFocus()
 
     def open_set(self, photo_set: PhotoSet) -> bool:
-        """Show a set of photos in the panel; False, with the reason said, where its folder is not
-        to be found."""
+        """Show a photo set in the panel; return False, with a warning, if its folder is missing."""
         document = self._survey.document
-        if (shown := document.photo_set) is not None and shown.id == photo_set.id:
+        if (current_set := document.photo_set) is not None and current_set.id == photo_set.id:
             return True
         folder = document.folder_of(photo_set)
         if folder is None:
@@ -110,22 +119,22 @@ class PhotoOpening(QObject):
         self._survey.open(folder)
         return True
 
-    def open_in(self, photo_set: PhotoSet, name: str | None = None) -> None:
-        """A photo of a set, which is first shown in the panel where another one is."""
+    def open_set_photo(self, photo_set: PhotoSet, name: str | None = None) -> None:
+        """Open a photo of a set, after showing the set in the panel."""
         if not self.open_set(photo_set):
             return
         if self.why_not() is None:
             self.open(name)
         elif self._survey.folder is not None:
-            # Opened once its photos are read.
-            self._waiting = self._survey.folder, name
+            # The photo is opened once the list has been read.
+            self._pending_request = self._survey.folder, name
 
     def _survey_changed(self) -> None:
-        if self._waiting is None:
+        if self._pending_request is None:
             return
-        folder, name = self._waiting
+        folder, name = self._pending_request
         if folder != self._survey.folder or self._survey.problem:
-            self._waiting = None
+            self._pending_request = None
         elif self.why_not() is None:
             self.open(name)
 
@@ -133,12 +142,12 @@ class PhotoOpening(QObject):
         self._page = None
 
     def may_close(self) -> bool:
-        """Whether the program may end over what was drawn in photos."""
+        """Return whether the open photo can be closed, and close it."""
         page = self._page
         if page is None:
             return True
         if not page.may_close():
             return False
-        # First: what fails in an event of Qt's does not come back to whoever caused it.
+        # Before `close`: exceptions in Qt event handlers do not reach the caller.
         page.end()
         return page.close()

@@ -1,7 +1,7 @@
-"""The photos that are looked at, as the document holds them: points, marks and masks are records.
+"""Records of a photo set: points, marks and masks.
 
-Whatever changes them is an edit of the one history of the program; tables and masks beside the
-photos are exports (`photo_exports`).
+Each change is an edit of the project's history. Tables and masks beside the photos are exports
+(`photo_exports`).
 """
 
 from __future__ import annotations
@@ -32,15 +32,20 @@ from vomstudio.project.records import Asset, ImageMark, MarkedPoint, Mask, Photo
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
-_TOGETHER_S = 1.5
-_OWN = (PhotoSet, MarkedPoint, ImageMark, Mask)
+_JOIN_DELAY_S = 1.5
+_RECORD_TYPES = (PhotoSet, MarkedPoint, ImageMark, Mask)
 
 
 class PhotoDocument(QObject):
-    """The records of one folder of photos.
+    """Records of a folder of photos.
 
-    points_changed : points or marks of these photos; masks_changed : a frozenset of the names of
-    photos whose mask has changed, an empty one where only the project has moved
+    Attributes
+    ----------
+    points_changed : Signal
+        Emitted when points or marks of these photos have changed.
+    masks_changed : Signal
+        Emitted with a frozenset of names of photos whose mask has changed; it is empty if only the
+        folder of the project has changed.
     """
 
     points_changed = Signal()
@@ -52,60 +57,60 @@ class PhotoDocument(QObject):
         self.folder: Path | None = None
         self._last: tuple[object, int, float] | None = None
         self._masks: dict[str, Asset] = {}
-        self._home: Path | None = None
+        self._project_folder: Path | None = None
         studio.edited.connect(self._edited)
         studio.history_changed.connect(self._follow_project)
 
-    def look_at(self, folder: Path | None) -> None:
-        """From now on show the records of this folder; None for none."""
+    def set_folder(self, folder: Path | None) -> None:
+        """Show the records of a folder, or none."""
         self.folder = folder
         self._last = None
         self._masks = self.masks()
         self.points_changed.emit()
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     @property
     def photo_set(self) -> PhotoSet | None:
-        """The record of the folder; None as long as it was not taken in."""
+        """Record of the folder, None before its import."""
         if self.folder is None:
             return None
-        stored = stored_path(self._studio.project.folder, self.folder)
-        return next((s for s in photo_sets(self._studio.records) if s.path == stored), None)
+        path = stored_path(self._studio.project.folder, self.folder)
+        return next((s for s in photo_sets(self._studio.records) if s.path == path), None)
 
     def last_folder(self) -> Path | None:
-        """The photos that were added last, where they are to be found."""
+        """Return the existing folder of photos that was added last."""
         sets = reversed(list(photo_sets(self._studio.records)))
         return next((f for each in sets if (f := self.folder_of(each)) is not None), None)
 
     def folder_of(self, photo_set: PhotoSet) -> Path | None:
-        """Where a set of photos is to be found; None where it is gone."""
-        home = self._studio.project.folder
-        # A project may have been moved together with its photos.
-        places = (home / photo_set.path, home.parent / photo_set.name)
-        return next((place for place in places if is_folder(place)), None)
+        """Return the folder of a photo set, None if it is missing."""
+        project_folder = self._studio.project.folder
+        # The project may have been moved together with its photos.
+        paths = (project_folder / photo_set.path, project_folder.parent / photo_set.name)
+        return next((path for path in paths if is_folder(path)), None)
 
-    def moved_from(self) -> PhotoSet | None:
-        """The record of a folder of this name that is not where it was: it is this one, moved."""
+    def find_moved_set(self) -> PhotoSet | None:
+        """Return the photo set of the same name whose folder is missing, None without one."""
         if self.folder is None or self.photo_set is not None:
             return None
-        home = self._studio.project.folder
+        project_folder = self._studio.project.folder
         sets = [s for s in photo_sets(self._studio.records) if s.name == self.folder.name]
-        gone = [s for s in sets if not is_folder(home / s.path)]
-        return gone[0] if len(gone) == 1 else None
+        missing_sets = [s for s in sets if not is_folder(project_folder / s.path)]
+        return missing_sets[0] if len(missing_sets) == 1 else None
 
     @property
-    def taken_in(self) -> bool:
+    def is_imported(self) -> bool:
         return self.photo_set is not None
 
     def marking(self) -> Marking:
-        """Points and marks as the records say."""
-        found = self.photo_set
-        if found is None:
+        """Return the points and marks of the records."""
+        photo_set = self.photo_set
+        if photo_set is None:
             return Marking()
         records = self._studio.records
-        points = points_of(records, found.id)
-        marks = marks_of(records, found.id)
-        marked = {point.id for point, _ in marks}
+        points = points_of(records, photo_set.id)
+        marks = marks_of(records, photo_set.id)
+        marked_ids = {point.id for point, _ in marks}
         return Marking(
             tuple(
                 ControlPoint(p.label, p.position, p.sigma_m, p.check)
@@ -113,23 +118,23 @@ class PhotoDocument(QObject):
                 if p.position is not None
             ),
             tuple(Mark(point.label, mark.photo, mark.x, mark.y) for point, mark in marks),
-            tuple(p.label for p in points if p.position is None and p.id not in marked),
+            tuple(p.label for p in points if p.position is None and p.id not in marked_ids),
         )
 
     def masks(self) -> dict[str, Asset]:
-        """The file of each photo's mask, by the name of the photo."""
-        found = self.photo_set
-        if found is None:
+        """Return the mask file of each photo by its name."""
+        photo_set = self.photo_set
+        if photo_set is None:
             return {}
-        return {name: m.file for name, m in masks_of(self._studio.records, found.id).items()}
+        return {name: m.file for name, m in masks_of(self._studio.records, photo_set.id).items()}
 
     def mask_path(self, photo: str) -> Path | None:
-        """Where a photo's mask is. Raises InputError where it is gone."""
+        """Return the path of a photo's mask. Raises InputError if it is missing."""
         file = self._masks.get(photo)
         return None if file is None else self._studio.project.assets.path(file)
 
     def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-        """Points and marks as edits take them."""
+        """Return points and marks in the form that edits take."""
         return _states(self.marking())
 
     @property
@@ -137,13 +142,13 @@ class PhotoDocument(QObject):
         return self._studio.project.folder
 
     def _follow_project(self) -> None:
-        """A project that is saved elsewhere takes its files along."""
-        if self._home != self._studio.project.folder:
-            self._home = self._studio.project.folder
+        """Emit `masks_changed` if the project has been saved in another folder."""
+        if self._project_folder != self._studio.project.folder:
+            self._project_folder = self._studio.project.folder
             self.masks_changed.emit(frozenset())
 
-    def give_masks(self, rows: Sequence[PhotoRow]) -> None:
-        """Enter into each row where its mask and thumbnail are."""
+    def fill_mask_paths(self, rows: Sequence[PhotoRow]) -> None:
+        """Set the paths of mask and thumbnail in each row."""
         thumbnails = self._studio.project.cache / "thumbnails"
         for row in rows:
             if row.thumbnail is not None:
@@ -152,46 +157,65 @@ class PhotoDocument(QObject):
                 path = self.mask_path(row.name)
                 row.mask = None if path is None else str(path)
 
-    def written(self) -> dict[str, str]:
-        """The SHA-256 of files beside the photos as they were last taken in or written."""
-        found = self.photo_set
-        kept = {} if found is None else self._studio.project.journal.view(f"exports {found.id}", {})
-        return dict(kept) if isinstance(kept, dict) else {}
+    def export_hashes(self) -> dict[str, str]:
+        """Return the SHA-256 of files beside the photos as last imported or written."""
+        photo_set = self.photo_set
+        hashes = (
+            {}
+            if photo_set is None
+            else self._studio.project.journal.view(f"exports {photo_set.id}", {})
+        )
+        return dict(hashes) if isinstance(hashes, dict) else {}
 
-    def set_written(self, sums: Mapping[str, str]) -> None:
-        if (found := self.photo_set) is not None:
-            self._studio.project.journal.set_view(f"exports {found.id}", dict(sums))
+    def set_export_hashes(self, hashes: Mapping[str, str]) -> None:
+        if (photo_set := self.photo_set) is not None:
+            self._studio.project.journal.set_view(f"exports {photo_set.id}", dict(hashes))
 
-    # --- changing ----------------------------------------------------------------------------
+    # --- edits -------------------------------------------------------------------------------
     def set_marking(
-        self, words: str, made: Marking, join: object = None, crs: str | None = None
+        self, title: str, marking: Marking, join: object = None, crs: str | None = None
     ) -> bool:
-        """Give the photos these points and marks, as one step of the history; steps that follow
-        each other at once under the same `join` are one."""
-        points, marks = _states(made)
+        """Set points and marks as one edit.
 
-        def make(records: Mapping[str, Record], set_id: str) -> Edit:
-            return set_points(records, set_id, points, marks, words, crs=crs)
+        Parameters
+        ----------
+        title : str
+            Title of the edit.
+        marking : Marking
+        join : object, optional
+            Consecutive edits with an equal `join` become one.
+        crs : str, optional
+            CRS of the control points.
 
-        return self._apply(make, join)
+        Returns
+        -------
+        bool
+            Whether the edit was applied.
+        """
+        points, marks = _states(marking)
+
+        def build_edit(records: Mapping[str, Record], set_id: str) -> Edit:
+            return set_points(records, set_id, points, marks, title, crs=crs)
+
+        return self._apply(build_edit, join)
 
     def store_mask(self, png: bytes) -> Asset:
-        """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
+        """Store a mask and return its file. Thread-safe. Raises TargetError."""
         return self._studio.project.assets.store(png, ".png")
 
-    def set_masks(self, words: str, masks: Mapping[str, Asset | None]) -> bool:
-        return self._apply(lambda records, set_id: set_masks(records, set_id, masks, words), None)
+    def set_masks(self, title: str, masks: Mapping[str, Asset | None]) -> bool:
+        return self._apply(lambda records, set_id: set_masks(records, set_id, masks, title), None)
 
-    def _apply(self, make: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
-        found = self.photo_set
-        if found is None:
+    def _apply(self, build_edit: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
+        photo_set = self.photo_set
+        if photo_set is None:
             return False
         last, now = self._last, time.monotonic()
         joins = None
         if last is not None and join is not None and last[0] == join:
-            joins = last[1] if now - last[2] < _TOGETHER_S else None
+            joins = last[1] if now - last[2] < _JOIN_DELAY_S else None
         try:
-            edit = make(self._studio.records, found.id)
+            edit = build_edit(self._studio.records, photo_set.id)
             if not edit.after:
                 return True
             number = self._studio.session.apply(edit, joins=joins)
@@ -201,8 +225,8 @@ class PhotoDocument(QObject):
         self._last = None if join is None else (join, number, now)
         return True
 
-    # --- one history -------------------------------------------------------------------------
-    # A trace that is unfinished on the outcrop is not seen here, and stays as it is.
+    # --- history -----------------------------------------------------------------------------
+    # Undo in a photo does not change an unfinished trace on the outcrop.
     @property
     def undo_label(self) -> str | None:
         return self._studio.session.undo_label
@@ -218,28 +242,28 @@ class PhotoDocument(QObject):
         self._studio.redo_edit()
 
     def _edited(self, edit: Edit) -> None:
-        changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
-        if not any(isinstance(r, _OWN) for r in changed):
+        records = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
+        if not any(isinstance(r, _RECORD_TYPES) for r in records):
             return
         masks = self.masks()
-        other = {n for n in {*masks, *self._masks} if masks.get(n) != self._masks.get(n)}
+        changed_photos = {n for n in {*masks, *self._masks} if masks.get(n) != self._masks.get(n)}
         self._masks = masks
-        if any(isinstance(r, PhotoSet | MarkedPoint | ImageMark) for r in changed):
+        if any(isinstance(r, PhotoSet | MarkedPoint | ImageMark) for r in records):
             self.points_changed.emit()
-        if other:
-            self.masks_changed.emit(frozenset(other))
+        if changed_photos:
+            self.masks_changed.emit(frozenset(changed_photos))
 
 
 def _states(
-    made: Marking,
+    marking: Marking,
 ) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
-    points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in made.control]
-    points += [PointState(label) for label in made.labels if made.point(label) is None]
-    return points, {(m.label, m.photo): (m.x, m.y) for m in made.marks}
+    points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in marking.control]
+    points += [PointState(label) for label in marking.labels if marking.point(label) is None]
+    return points, {(m.label, m.photo): (m.x, m.y) for m in marking.marks}
 
 
-def photo_of(edit: Edit) -> str:
-    """The photo in which an edit of marks or masks is to be seen; "" where it is in none."""
+def edited_photo(edit: Edit) -> str:
+    """Return the photo in which an edit of marks or masks is visible, "" for other edits."""
     for id_ in edit.ids:
         record = edit.after[id_] or edit.before[id_]
         if isinstance(record, ImageMark | Mask):

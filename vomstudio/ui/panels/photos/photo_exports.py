@@ -1,5 +1,7 @@
-"""Tables of points and marks, and masks, written beside the photos for the command line and other
-programs. The records of the project are the truth; these files follow them."""
+"""Export of points, marks and masks to files beside the photos.
+
+The files serve the command line and other programs. They follow the records of the project.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,24 @@ from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
-_SOON_MS = 300
+_WRITE_DELAY_MS = 300
 
 
 class PhotoExports(QObject):
-    """Keeps the files beside the photos as the records are.
+    """Keeps the files beside the photos consistent with the records.
 
-    message : a sentence for the user, and its level. tables_written : control.csv or marks.csv has
-    been written; mask_written : the name of a photo, and the file of its mask or None
+    Attributes
+    ----------
+    message : Signal
+        Emitted with a message for the user and its level.
+    tables_written : Signal
+        Emitted when control.csv or marks.csv has been written.
+    mask_written : Signal
+        Emitted with the name of a photo, and the file of its mask or None.
+    problem : Finding or None
+        Reason why the files are not up to date.
+    foreign_files : list of str
+        Names of files beside the photos that other programs have changed.
     """
 
     message = Signal(object, str)
@@ -44,101 +56,107 @@ class PhotoExports(QObject):
         super().__init__()
         self._document = document
         self._background = QtBackground(self)
-        self._on_disk = Marking()
-        self._given: Marking | None = None
-        self._known: dict[str, str] = {}
-        """The SHA-256 of the files as they were last taken in or written, by their names: others
-        are somebody else's, and put aside before they are replaced."""
-        self.foreign: list[str] = []
-        self._places: dict[str, Path] = {}
+        self._disk_marking = Marking()
+        self._external_marking: Marking | None = None
+        self._hashes: dict[str, str] = {}
+        """SHA-256 of files by name, as last imported or written. Files with another hash are
+        backed up before they are replaced."""
+        self.foreign_files: list[str] = []
+        self._mask_paths: dict[str, Path] = {}
         self._rows: dict[str, PhotoRow] = {}
-        self._found: dict[str, Path] = {}
-        self._waiting: dict[str, None] = {}
-        self._writing: _OnceDone | None = None
-        self._one_at_a_time = Lock()
+        self._sidecar_masks: dict[str, Path] = {}
+        self._pending: dict[str, None] = {}
+        self._task: _OneTimeTask | None = None
+        self._write_lock = Lock()
         self.problem: Finding | None = None
-        """Why the files beside the photos are not up to date; None if they are."""
         document.points_changed.connect(self._points_changed)
         document.masks_changed.connect(self._masks_changed)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_SOON_MS)
-        self._soon.timeout.connect(self._next_mask)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_WRITE_DELAY_MS)
+        self._timer.timeout.connect(self._write_next_mask)
 
     def begin(
-        self, rows: Sequence[PhotoRow], *, given: bool, just_read: SidecarData | None = None
+        self, rows: Sequence[PhotoRow], *, is_external: bool, sidecars: SidecarData | None = None
     ) -> None:
-        """The photos are taken in: from now on their files follow the records. given: the points
-        came from files elsewhere, which are never written; with the first change all are written.
-        just_read: what lies beside the photos, where it has been taken in now"""
+        """Begin to export the records of the imported photos.
+
+        Parameters
+        ----------
+        rows : sequence of PhotoRow
+        is_external : bool
+            Whether the points were imported from files elsewhere. These are never written, so the
+            first change writes all tables.
+        sidecars : SidecarData, optional
+            Data of the files beside the photos, if they have just been imported.
+        """
         self._rows = {row.name: row for row in rows}
         paths = [Path(row.path) for row in rows]
-        self._places = {row.name: mask_path(Path(row.path), paths) for row in rows}
-        self._found = {row.name: Path(row.found_mask) for row in rows if row.found_mask}
-        self._waiting.clear()
+        self._mask_paths = {row.name: mask_path(Path(row.path), paths) for row in rows}
+        self._sidecar_masks = {row.name: Path(row.sidecar_mask) for row in rows if row.sidecar_mask}
+        self._pending.clear()
         self.problem = None
-        now = self._document.marking()
-        self._given = now if given else None
-        self._on_disk = Marking() if given else now
-        self._known = self._document.written()
-        if just_read is None:
-            self.foreign = self._foreign()
+        marking = self._document.marking()
+        self._external_marking = marking if is_external else None
+        self._disk_marking = Marking() if is_external else marking
+        self._hashes = self._document.export_hashes()
+        if sidecars is None:
+            self.foreign_files = self._find_foreign_files()
         else:
-            self._seen(just_read.unread)
+            self._store_sidecar_hashes(sidecars.unread)
 
-    def _foreign(self) -> list[str]:
-        """Names of files beside the photos that are neither what was taken in nor what was written
-        here: another program, or a person, has changed them since."""
+    def _find_foreign_files(self) -> list[str]:
+        """Return the names of files that were changed since they were imported or written."""
         files = self._document.masks()
-        names = self._foreign_tables()
+        names = self._find_foreign_tables()
         for row in self._rows.values():
             file = files.get(row.name)
-            own = {
-                self._known.get(_key(row.found_mask)),
+            known_hashes = {
+                self._hashes.get(_hash_key(row.sidecar_mask)),
                 "" if file is None else Path(file.path).stem,
             }
-            if row.found_mask and row.found_sha256 not in own:
-                names.append(Path(row.found_mask).name)
+            if row.sidecar_mask and row.found_sha256 not in known_hashes:
+                names.append(Path(row.sidecar_mask).name)
         return names
 
-    def _foreign_tables(self) -> list[str]:
-        """Names of tables whose content differs from the records, whoever wrote them."""
+    def _find_foreign_tables(self) -> list[str]:
+        """Return the names of tables whose content differs from the records."""
         tables = {name: self.table(name) for name in (CONTROL, MARKS)}
-        others = [
+        names = [
             name
             for name, path in tables.items()
-            if path is not None and _sum(path) != self._known.get(name)
+            if path is not None and _hash_file(path) != self._hashes.get(name)
         ]
-        if not others:
+        if not names:
             return []
-        home, photos = self._document.project_folder, list(self._rows)
-        there = read_sidecars(home, tables[CONTROL], tables[MARKS], {}, photos)
+        project_folder, photos = self._document.project_folder, list(self._rows)
+        sidecars = read_sidecars(project_folder, tables[CONTROL], tables[MARKS], {}, photos)
         points, marks = self._document.states()
-        own = self._document.photo_set
-        same = {
-            CONTROL: set(there.points) == {p for p in points if p.position is not None}
-            and there.crs == ("" if own is None else own.crs),
-            MARKS: there.pixels == marks,
+        photo_set = self._document.photo_set
+        matches = {
+            CONTROL: set(sidecars.points) == {p for p in points if p.position is not None}
+            and sidecars.crs == ("" if photo_set is None else photo_set.crs),
+            MARKS: sidecars.pixels == marks,
         }
-        for name in [each for each in others if same[each] and each not in there.unread]:
-            self._known[name] = _sum(tables[name])
-            others.remove(name)
-        return others
+        for name in [each for each in names if matches[each] and each not in sidecars.unread]:
+            self._hashes[name] = _hash_file(tables[name])
+            names.remove(name)
+        return names
 
-    def _seen(self, unread: Sequence[str]) -> None:
-        """What lies beside the photos now was taken in, but for tables that cannot be read."""
+    def _store_sidecar_hashes(self, unread: Sequence[str]) -> None:
+        """Store the hashes of imported files, except for tables that cannot be read."""
         for name in {CONTROL, MARKS} - set(unread):
-            self._known[name] = _sum(self.table(name))
+            self._hashes[name] = _hash_file(self.table(name))
         for row in self._rows.values():
-            if row.found_mask:
-                self._known[_key(row.found_mask)] = row.found_sha256
-        self._document.set_written(self._known)
-        self.foreign = []
+            if row.sidecar_mask:
+                self._hashes[_hash_key(row.sidecar_mask)] = row.found_sha256
+        self._document.set_export_hashes(self._hashes)
+        self.foreign_files = []
 
     def end(self) -> None:
-        """Other photos are looked at: what waits is written first."""
+        """Write pending files before other photos are opened."""
         self.finish()
-        self._rows, self._places, self._found = {}, {}, {}
+        self._rows, self._mask_paths, self._sidecar_masks = {}, {}, {}
 
     # --- tables ------------------------------------------------------------------------------
     @property
@@ -149,176 +167,179 @@ class PhotoExports(QObject):
         return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
-        """Where a table is: beside the photos, or in the project where that cannot be written."""
-        places = (folder / name for folder in self._folders)
-        return next((path for path in places if is_regular(path)), None)
+        """Return the path of a table beside the photos, or else in the project."""
+        paths = (folder / name for folder in self._folders)
+        return next((path for path in paths if is_regular(path)), None)
 
     def _points_changed(self) -> None:
-        if not self._rows or not self._document.taken_in:
+        if not self._rows or not self._document.is_imported:
             return
-        now = self._document.marking()
-        if now == self._given or _same(now, self._on_disk):
+        marking = self._document.marking()
+        if marking == self._external_marking or _is_same(marking, self._disk_marking):
             return
-        self._given = None
+        self._external_marking = None
         try:
-            if now.control != self._on_disk.control:
-                self._write_one(CONTROL, now)
-            if now.marks != self._on_disk.marks:
-                self._write_one(MARKS, now)
-            self._on_disk, self.problem = now, None
+            if marking.control != self._disk_marking.control:
+                self._write_table(CONTROL, marking)
+            if marking.marks != self._disk_marking.marks:
+                self._write_table(MARKS, marking)
+            self._disk_marking, self.problem = marking, None
         except TargetError as error:
             self.problem = Finding("points.tables-outdated", reason=error, reason_code=error.code)
             self.message.emit(self.problem, "warning")
         self.tables_written.emit()
 
-    def _write_one(self, name: str, now: Marking) -> None:
-        """Raises TargetError."""
-        beside, spare = self._folders
-        place = self.table(name) or beside / name
+    def _write_table(self, name: str, marking: Marking) -> None:
+        """Write a table beside the photos, or else in the project. Raises TargetError."""
+        folder, fallback = self._folders
+        target = self.table(name) or folder / name
         try:
-            self._write_to(place, now)
+            self._write_file(target, marking)
         except TargetError as error:
-            if place.parent == spare:
+            if target.parent == fallback:
                 raise
             try:
-                make_folder(spare)
-                self._write_to(spare / name, now)
+                make_folder(fallback)
+                self._write_file(fallback / name, marking)
             except (OSError, TargetError):
                 raise error from None
             self.message.emit(
-                Finding("points.table-in-project", table=name, folder=str(spare)), "warning"
+                Finding("points.table-in-project", table=name, folder=str(fallback)), "warning"
             )
 
-    def _write_to(self, path: Path, now: Marking) -> None:
+    def _write_file(self, path: Path, marking: Marking) -> None:
         from vomstudio.io.control.writing import write_control, write_marks
 
-        kept = None
+        backup = None
         try:
-            if path.exists() and _sum(path) != self._known.get(path.name):
-                # Somebody else has changed it since it was read here.
-                kept = back_up(path)
+            if path.exists() and _hash_file(path) != self._hashes.get(path.name):
+                # Another program has changed the file since it was read.
+                backup = back_up(path)
                 path.unlink()
-            found = self._document.photo_set
+            photo_set = self._document.photo_set
             if path.name == CONTROL:
-                crs = None if found is None else found.crs or None
-                kept = write_control(path, now.control, crs) or kept
+                crs = None if photo_set is None else photo_set.crs or None
+                backup = write_control(path, marking.control, crs) or backup
             else:
-                kept = write_marks(path, now.marks) or kept
+                backup = write_marks(path, marking.marks) or backup
         except OSError as error:
             raise write_error(path, error) from error
-        self._known[path.name] = _sum(path)
-        self._document.set_written(self._known)
-        if kept is not None:
+        self._hashes[path.name] = _hash_file(path)
+        self._document.set_export_hashes(self._hashes)
+        if backup is not None:
             self.message.emit(
-                Finding("points.former-table", table=path.name, copy=kept.name), "info"
+                Finding("points.former-table", table=path.name, copy=backup.name), "info"
             )
 
     # --- masks -------------------------------------------------------------------------------
     def _masks_changed(self, photos: frozenset[str]) -> None:
-        self._waiting |= dict.fromkeys(sorted(photos & self._rows.keys()))
-        self._soon.start()
+        self._pending |= dict.fromkeys(sorted(photos & self._rows.keys()))
+        self._timer.start()
 
     @property
-    def busy(self) -> bool:
-        """Masks wait to be written."""
-        return self._writing is not None or bool(self._waiting)
+    def is_busy(self) -> bool:
+        """Whether masks are waiting to be written."""
+        return self._task is not None or bool(self._pending)
 
-    def _next_mask(self) -> None:
-        if self._writing is not None or not self._waiting:
+    def _write_next_mask(self) -> None:
+        if self._task is not None or not self._pending:
             return
-        name = next(iter(self._waiting))
-        del self._waiting[name]
-        task = _OnceDone(name, self._work(name))
-        self._writing = task
+        name = next(iter(self._pending))
+        del self._pending[name]
+        task = _OneTimeTask(name, self._mask_job(name))
+        self._task = task
 
-        def arrived(made: object) -> None:
-            if self._writing is task:
-                self._writing = None
-                self._written(name, made)
-            self._next_mask()
+        def finish(result: object) -> None:
+            if self._task is task:
+                self._task = None
+                self._finish_mask(name, result)
+            self._write_next_mask()
 
-        self._background.run(task.result, arrived)
+        self._background.run(task.result, finish)
 
-    def _work(self, name: str) -> Callable[[], object]:
-        row, place, found = self._rows[name], self._places[name], self._found.get(name)
-        path = self._document.mask_path
+    def _mask_job(self, name: str) -> Callable[[], object]:
+        row, target, sidecar = (
+            self._rows[name],
+            self._mask_paths[name],
+            self._sidecar_masks.get(name),
+        )
+        find_mask = self._document.mask_path
 
-        def work() -> object:
-            # Whoever comes last writes what is newest then.
-            with self._one_at_a_time:
+        def write() -> object:
+            # The last task writes the newest mask.
+            with self._write_lock:
                 try:
-                    mask = path(name)
+                    mask = find_mask(name)
                     used = (
                         np.ones((row.height, row.width), np.bool_)
                         if mask is None
                         else load_mask(mask, row.width, row.height)
                     )
-                    return store_mask(place, used, found)
+                    return store_mask(target, used, sidecar)
                 except VomError as error:
                     return error
 
-        return work
+        return write
 
-    def _written(self, name: str, made: Any) -> None:
-        if isinstance(made, VomError):
-            outdated = Finding("mask.files-outdated", reason=made)
-            if outdated != self.problem:
-                self.message.emit(outdated, "warning")
-            self.problem = outdated
+    def _finish_mask(self, name: str, result: Any) -> None:
+        if isinstance(result, VomError):
+            problem = Finding("mask.files-outdated", reason=result)
+            if problem != self.problem:
+                self.message.emit(problem, "warning")
+            self.problem = problem
             return
-        path, kept = made
+        path, backup = result
         self.problem = None
-        self._known[_key(str(self._places[name]))] = _sum(path)
-        self._document.set_written(self._known)
-        if kept is not None:
-            self.message.emit(Finding("mask.former-file", copy=kept.name), "info")
+        self._hashes[_hash_key(str(self._mask_paths[name]))] = _hash_file(path)
+        self._document.set_export_hashes(self._hashes)
+        if backup is not None:
+            self.message.emit(Finding("mask.former-file", copy=backup.name), "info")
         self.mask_written.emit(name, path)
 
     def finish(self) -> None:
-        """Write what waits, at once."""
-        self._soon.stop()
-        if (task := self._writing) is not None:
-            # Its result must be noted in this project: the next one may have other photos.
-            self._writing = None
-            self._written(task.name, task.result())
-        for name in list(self._waiting):
-            del self._waiting[name]
-            self._written(name, self._work(name)())
+        """Write all pending masks immediately."""
+        self._timer.stop()
+        if (task := self._task) is not None:
+            # Its hash belongs to this project; the next project may have other photos.
+            self._task = None
+            self._finish_mask(task.name, task.result())
+        for name in list(self._pending):
+            del self._pending[name]
+            self._finish_mask(name, self._mask_job(name)())
 
     def close(self) -> None:
         self.finish()
         self._background.stop()
 
 
-class _OnceDone:
-    """Work that is done once, by a thread or by a caller that cannot wait for the thread."""
+class _OneTimeTask:
+    """Task that runs once, in a worker thread or in a caller that cannot wait for it."""
 
     def __init__(self, name: str, work: Callable[[], object]) -> None:
         self.name = name
         self._work: Callable[[], object] | None = work
-        self._made: object = None
+        self._result: object = None
         self._lock = Lock()
 
     def result(self) -> object:
-        """Do the work, or return what it gave."""
+        """Run the task if it has not run, and return its result."""
         with self._lock:
             if self._work is not None:
-                self._made, self._work = self._work(), None
-            return self._made
+                self._result, self._work = self._work(), None
+            return self._result
 
 
-def _key(path: str | None) -> str:
-    """Under which the sum of a mask is kept: names differ within a folder of photos, and in its
-    folders too as a rule."""
+def _hash_key(path: str | None) -> str:
+    """Return the key of a mask's hash: its file name, which is usually unique in a folder."""
     return "" if path is None else Path(path).name
 
 
-def _same(one: Marking, other: Marking) -> bool:
-    return (one.control, one.marks) == (other.control, other.marks)
+def _is_same(first: Marking, second: Marking) -> bool:
+    return (first.control, first.marks) == (second.control, second.marks)
 
 
-def _sum(path: Path | None) -> str:
-    """Of a file; "" for none."""
+def _hash_file(path: Path | None) -> str:
+    """Return the SHA-256 of a file, "" without a file."""
     try:
         if path is None:
             return ""

@@ -1,4 +1,4 @@
-"""What the Photos panel says of control points and of a finished reconstruction."""
+"""Findings on control points and on a finished reconstruction."""
 
 from __future__ import annotations
 
@@ -16,8 +16,14 @@ if TYPE_CHECKING:
 
 
 def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:
-    """Return the findings about the control points. note : why control points beside the photos
-    are not used, None if they are; it is reported if there are no facts."""
+    """Return the findings about the control points.
+
+    Parameters
+    ----------
+    facts : ControlFacts or None
+    note : Finding or None
+        Reason why control points beside the photos are not used; reported without facts.
+    """
     if facts is None:
         return [] if note is None else [note]
     if facts.problem is not None:
@@ -31,9 +37,13 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
 
 
 def placement_text(model: Model, resolution: float | None) -> str:
-    """Return scale, north and resolution of a model of the photos that was placed.
+    """Return scale, north and resolution of a placed model of the photos.
 
-    resolution : in units of its file, None if it is not known
+    Parameters
+    ----------
+    model : Model
+    resolution : float or None
+        In units of the file, None if unknown.
     """
     from vomstudio.registration.summary import placement_facts
 
@@ -46,8 +56,14 @@ def placement_text(model: Model, resolution: float | None) -> str:
 
 
 def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
-    """Return the notice of a finished reconstruction of the photos of this name, with how well it
-    fits what registered it."""
+    """Return the notice of a finished reconstruction, with the RMS of its registration.
+
+    Parameters
+    ----------
+    name : str
+        Name of the folder of photos.
+    result : Reconstruction
+    """
     fit = _registration_rms(result.registration)
     return Finding(
         "reconstruction.finished",
@@ -61,7 +77,7 @@ def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
 
 
 def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
-    """Root mean squares of the residuals, control and check points apart; None without any."""
+    """Return the RMS of the residuals of control and check points, None without any."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
         return Finding("registration.check-rms", control_m=control, check_m=check)

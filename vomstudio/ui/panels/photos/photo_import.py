@@ -1,4 +1,4 @@
-"""Import of the control points, marks and masks that lie beside photos: they become records."""
+"""Import of control points, marks and masks beside photos as records of the project."""
 
 from __future__ import annotations
 
@@ -32,96 +32,115 @@ _TITLE = to_translate("Importing points and masks")
 
 
 class PhotoImport:
-    """Imports what lies beside a folder of photos.
+    """Importer of the control points, marks and masks beside a folder of photos.
 
-    given_from : the control points that the settings named, from which those of the project were
-    begun; such a file is never written
+    Attributes
+    ----------
+    named_control : Path or None
+        Control points named in the settings, from which those of the project were imported.
+        This file is never written.
     """
 
     def __init__(self, studio: Studio, document: PhotoDocument, exports: PhotoExports) -> None:
         self._studio, self._document, self._exports = studio, document, exports
-        self.given_from: Path | None = None
+        self.named_control: Path | None = None
 
     def begin(
         self,
         rows: Sequence[PhotoRow],
-        given: tuple[Path | None, Path | None],
-        then: Callable[[Failed | None], None],
+        named_tables: tuple[Path | None, Path | None],
+        callback: Callable[[Failed | None], None],
         *,
-        again: bool = False,
+        is_repeat: bool = False,
     ) -> RunningJob | None:
-        """Import what lies beside the photos, if that was not done before or `again` is True, then
-        call `then` with None or with the failure. given : files of control points and of marks,
-        for photos that have none beside them. The job, or None where there was nothing to do."""
+        """Import the files beside the photos, if they are new or `is_repeat` is True.
+
+        Parameters
+        ----------
+        rows : sequence of PhotoRow
+        named_tables : (Path or None, Path or None)
+            Files of control points and of marks, for photos without such files beside them.
+        callback : callable
+            Called with None, or with the failure.
+        is_repeat : bool, default False
+            Whether to repeat an earlier import.
+
+        Returns
+        -------
+        RunningJob or None
+            None if there is nothing to import.
+        """
         folder, project = self._document.folder, self._studio.project
-        if folder is not None and (moved := self._document.moved_from()) is not None:
+        if folder is not None and (moved_set := self._document.find_moved_set()) is not None:
             path = stored_path(project.folder, folder)
-            self._studio.attempt(locate_photos, moved.id, path)
-        if folder is None or (self._document.taken_in and not again):
-            self._taken_in(rows)
-            then(None)
+            self._studio.attempt(locate_photos, moved_set.id, path)
+        if folder is None or (self._document.is_imported and not is_repeat):
+            self._show_records(rows)
+            callback(None)
             return None
         control, marks = sidecar_tables(project.folder, folder)
-        named = None
+        control_source = None
         if control is None and marks is None:
-            control, marks = _with_marks(given)
-            named = control
+            control, marks = _add_default_marks(named_tables)
+            control_source = control
         from vomstudio.studio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 
-        order = SidecarImport(
-            project.folder,
-            control,
-            marks,
-            {row.name: Path(row.found_mask) for row in rows if row.found_mask},
-            tuple(row.name for row in rows),
+        request = SidecarImport(
+            project=project.folder,
+            control=control,
+            marks=marks,
+            masks={row.name: Path(row.sidecar_mask) for row in rows if row.sidecar_mask},
+            names=tuple(row.name for row in rows),
         )
 
-        def done(beside: SidecarData) -> None:
+        def done(sidecars: SidecarData) -> None:
             if self._studio.project is project and self._document.folder == folder:
-                self._keep(folder, beside, rows, has_tables=(control, marks) != (None, None))
-                self.given_from = named
-                self._taken_in(rows, just_read=beside)
-                then(None)
+                self._store(folder, sidecars, rows, has_tables=(control, marks) != (None, None))
+                self.named_control = control_source
+                self._show_records(rows, sidecars=sidecars)
+                callback(None)
 
         return self._studio.jobs.submit(
-            IMPORT_SIDECARS, order, title=tr(_TITLE), on_done=done, on_failed=then
+            IMPORT_SIDECARS, request, title=tr(_TITLE), on_done=done, on_failed=callback
         )
 
-    def _keep(
-        self, folder: Path, beside: SidecarData, rows: Sequence[PhotoRow], *, has_tables: bool
+    def _store(
+        self, folder: Path, sidecars: SidecarData, rows: Sequence[PhotoRow], *, has_tables: bool
     ) -> None:
-        """As one edit."""
-        for problem in beside.problems:
+        """Store the data of the files in one edit."""
+        for problem in sidecars.problems:
             self._studio.warn(Finding("file.unchanged", reason=as_sentence(problem)))
-        strangers = {photo for _, photo, _, _ in beside.marks} - {row.name for row in rows}
-        if strangers:
-            self._studio.warn(unknown_photos(sorted(strangers)))
-        known, marks = self._document.photo_set, beside.pixels
-        points: Sequence[PointState] = beside.points
-        if known is None:
+        unknown = {photo for _, photo, _, _ in sidecars.marks} - {row.name for row in rows}
+        if unknown:
+            self._studio.warn(unknown_photos(sorted(unknown)))
+        stored_set, marks = self._document.photo_set, sidecars.pixels
+        points: Sequence[PointState] = sidecars.points
+        if stored_set is None:
             path = stored_path(self._studio.project.folder, folder)
-            made = PhotoSet(new_id("photos"), folder.name, path, beside.crs)
-            self._studio.attempt(add_photo_set, made, points, marks, beside.masks)
+            new_set = PhotoSet(new_id("photos"), folder.name, path, sidecars.crs)
+            self._studio.attempt(add_photo_set, new_set, points, marks, sidecars.masks)
             return
         if not has_tables:
             points, marks = self._document.states()
         self._studio.attempt(
-            import_sidecar_data, known.id, points, marks, beside.masks, beside.crs or None
+            import_sidecar_data, stored_set.id, points, marks, sidecars.masks, sidecars.crs or None
         )
 
-    def _taken_in(self, rows: Sequence[PhotoRow], *, just_read: SidecarData | None = None) -> None:
-        """The records are what is shown."""
-        self._document.look_at(self._document.folder)
-        self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
-        names = self._exports.foreign
-        if self._document.taken_in and names:
+    def _show_records(
+        self, rows: Sequence[PhotoRow], *, sidecars: SidecarData | None = None
+    ) -> None:
+        """Show the records of the folder and begin to export them."""
+        self._document.set_folder(self._document.folder)
+        self._exports.begin(rows, is_external=self.named_control is not None, sidecars=sidecars)
+        names = self._exports.foreign_files
+        if self._document.is_imported and names:
             finding = Finding("photo.files-changed", files=names_in_short(names))
             self._studio.notice.emit(Notice(finding, "warning", "take_in_photos"))
 
 
-def _with_marks(given: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
-    """Control points with the marks that lie beside them where none are named."""
-    control, marks = given
+def _add_default_marks(tables: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:
+    """Complete control points by the marks beside their file, if none are named."""
+    control, marks = tables
     if control is not None and marks is None:
         with contextlib.suppress(VomError):
             marks = marks_beside(control)

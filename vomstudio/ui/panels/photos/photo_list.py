@@ -1,4 +1,4 @@
-"""The list of photos beside an open one, with those first that can show the chosen point."""
+"""List of photos beside an open photo, sorted by their use for the selected point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 
 class PhotoList(QListWidget):
-    """Each photo with its thumbnail and state. opened : the name of the photo that was chosen."""
+    """List of photos with thumbnails and states.
+
+    Attributes
+    ----------
+    opened : Signal
+        Emitted with the name of the photo that the user selected.
+    """
 
     opened = Signal(str)
 
@@ -42,36 +48,38 @@ class PhotoList(QListWidget):
             item.setData(Qt.ItemDataRole.UserRole, name)
             self._items[name] = item
             self.addItem(item)
-        self.currentItemChanged.connect(self._current)
+        self.currentItemChanged.connect(self._emit_opened)
         marks.changed.connect(self.refresh)
         self.refresh()
 
     @property
     def names(self) -> list[str]:
-        """In the order of the list."""
+        """Names of the photos in the order of the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def set_label(self, label: str) -> None:
-        """Choose the point for which the photos are sorted; "" for none."""
+        """Sort the photos for the point of this label; "" for no point."""
         self._label = label
         self.refresh()
 
     def refresh(self) -> None:
-        """Sort the photos and renew what is said of each."""
+        """Sort the photos and update their texts."""
         marking, label = self._marks.marking, self._label
         prediction = self._marks.prediction(label) if label else None
-        own = marking.of(label) if label else {}
-        first = [name for name in self._rows if name in own]
-        by_use = (
+        marked_pixels = marking.of(label) if label else {}
+        marked_photos = [name for name in self._rows if name in marked_pixels]
+        ranked_photos = (
             [] if prediction is None else [n for n in prediction.unmarked_photos if n in self._rows]
         )
         cameras = self._marks.cameras
-        rest = [name for name in self._rows if name not in own and name not in by_use]
-        if cameras is not None and own:
-            # A second mark of the same part tells where the point is in all of it.
-            parts = {cameras.part_of(name) for name in own}
-            rest.sort(key=lambda name: cameras.part_of(name) not in parts)
-        names = [*first, *by_use, *rest]
+        other_photos = [
+            name for name in self._rows if name not in marked_pixels and name not in ranked_photos
+        ]
+        if cameras is not None and marked_pixels:
+            # A second mark in the same component predicts the point in all its photos.
+            parts = {cameras.part_of(name) for name in marked_pixels}
+            other_photos.sort(key=lambda name: cameras.part_of(name) not in parts)
+        names = [*marked_photos, *ranked_photos, *other_photos]
         with QSignalBlocker(self):
             if names != self.names:
                 current = self.currentItem()
@@ -86,47 +94,47 @@ class PhotoList(QListWidget):
             counts[mark.photo] = counts.get(mark.photo, 0) + 1
         for name in names:
             item = self._items[name]
-            words, bad = self._words(name, counts.get(name, 0))
-            item.setText(f"{name.rpartition('/')[2]}\n{words}")
-            item.setToolTip(as_words(f"{name}\n{words}"))
-            color = QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text().color()
+            text, is_bad = self._state_text(name, counts.get(name, 0))
+            item.setText(f"{name.rpartition('/')[2]}\n{text}")
+            item.setToolTip(as_words(f"{name}\n{text}"))
+            color = QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text().color()
             item.setForeground(color)
 
-    def _words(self, name: str, count: int) -> tuple[str, bool]:
-        label, bad = self._label, False
-        said = []
+    def _state_text(self, name: str, count: int) -> tuple[str, bool]:
+        label, is_bad = self._label, False
+        parts = []
         if label:
             prediction = self._marks.prediction(label)
             residual = prediction.residuals_px.get(name)
             if name in self._marks.marking.of(label):
-                said.append(tr("{label} marked", label=label))
+                parts.append(tr("{label} marked", label=label))
                 if residual is not None:
-                    said.append(f"{residual:.2f} px")
+                    parts.append(f"{residual:.2f} px")
                 worst = prediction.worst
-                bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
+                is_bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
             elif name in prediction.expected:
-                said.append(tr("{label} predicted", label=label))
+                parts.append(tr("{label} predicted", label=label))
         elif count:
-            said.append(tr_n("{count} mark", "{count} marks", count))
+            parts.append(tr_n("{count} mark", "{count} marks", count))
         if self._rows[name].mask is not None:
-            said.append(tr("mask"))
+            parts.append(tr("mask"))
         cameras = self._marks.cameras
         if cameras is not None:
             part = cameras.part_of(name)
             if part is None:
-                said.append(tr("not aligned"))
+                parts.append(tr("not aligned"))
             elif part:
-                said.append(tr("component {number}", number=part + 1))
-        return " · ".join(said), bad
+                parts.append(tr("component {number}", number=part + 1))
+        return " · ".join(parts), is_bad
 
     def open(self, name: str) -> None:
         self.setCurrentItem(self._items[name])
 
-    def step(self, by: int) -> None:
-        """Open the photo so many rows further, from the last to the first."""
+    def step(self, offset: int) -> None:
+        """Open the photo `offset` rows further, cyclically."""
         if count := self.count():
-            self.setCurrentRow((max(self.currentRow(), 0) + by) % count)
+            self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 
-    def _current(self, item: QListWidgetItem | None) -> None:
+    def _emit_opened(self, item: QListWidgetItem | None) -> None:
         if item is not None:
             self.opened.emit(item.data(Qt.ItemDataRole.UserRole))

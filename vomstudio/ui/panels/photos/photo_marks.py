@@ -1,4 +1,4 @@
-"""The points that are marked in a set of photos, as the window works with them."""
+"""Points marked in a photo set, with their predicted positions."""
 
 from __future__ import annotations
 
@@ -25,9 +25,14 @@ from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 
 
 class PhotoMarks(QObject):
-    """Points, marks, and where aligned cameras predict them.
+    """Points, marks and predicted positions of marks.
 
-    changed : points, marks, or cameras. message : a sentence for the user, and its level
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when points, marks or cameras have changed.
+    message : Signal
+        Emitted with a message for the user and its level.
     """
 
     changed = Signal()
@@ -39,96 +44,109 @@ class PhotoMarks(QObject):
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
         self._predictions: dict[str, tuple[object, MarkPrediction]] = {}
-        self._missing: list[Finding] | None = None
-        document.points_changed.connect(self._read)
+        self._missing_items: list[Finding] | None = None
+        document.points_changed.connect(self._reload)
 
     def close(self) -> None:
-        self._document.points_changed.disconnect(self._read)
+        self._document.points_changed.disconnect(self._reload)
 
-    def _read(self) -> None:
+    def _reload(self) -> None:
         self.marking = self._document.marking()
-        self._renew()
+        self._notify()
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
         self._cameras = cameras
         self._predictions.clear()
-        self._renew()
+        self._notify()
 
-    def _renew(self) -> None:
-        self._missing = None
+    def _notify(self) -> None:
+        self._missing_items = None
         self.changed.emit()
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     @property
     def cameras(self) -> PlacedPhotos | None:
         return self._cameras
 
     @property
     def crs(self) -> str | None:
-        """Of the control points, "EPSG:n", where their file stated it."""
-        found = self._document.photo_set
-        return found.crs or None if found is not None else None
+        """CRS of the control points, "EPSG:n", None if their file does not state one."""
+        photo_set = self._document.photo_set
+        return photo_set.crs or None if photo_set is not None else None
 
     def prediction(self, label: str) -> MarkPrediction:
-        """Predicted positions and residuals of a point; NO_PREDICTION before the alignment."""
+        """Return predicted positions and residuals of a point; NO_PREDICTION before alignment."""
         if self._cameras is None:
             return NO_PREDICTION
         marking = self.marking
-        own = tuple(marking.of(label).items())
-        # What is not marked twice is found by the other points.
-        rest = marking if marking.point(label) is not None else None
-        kept = self._predictions.get(label)
-        if kept is None or kept[0] != (own, rest):
-            kept = (own, rest), self._cameras.predict(marking, label)
-            self._predictions[label] = kept
-        return kept[1]
+        pixels = tuple(marking.of(label).items())
+        # A point with fewer than two marks is predicted from the other points.
+        other_points = marking if marking.point(label) is not None else None
+        entry = self._predictions.get(label)
+        if entry is None or entry[0] != (pixels, other_points):
+            entry = (pixels, other_points), self._cameras.predict(marking, label)
+            self._predictions[label] = entry
+        return entry[1]
 
     def epipolar_line(self, label: str, photo: str) -> FloatArray:
-        """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
-        (0, 2) where it is marked in none or in several."""
+        """Return the epipolar line, (k, 2) pixels, of a point marked in exactly one other photo.
+
+        The array is empty if the point is marked in no or in several other photos.
+        """
         if self._cameras is None or not label:
             return np.zeros((0, 2))
         return self._cameras.epipolar_line(self.marking, label, photo)
 
-    def missing(self) -> list[Finding]:
-        """Return what is still needed before the points can place the model."""
-        if self._missing is None:
-            self._missing = missing(self.marking, self._cameras)
-        return self._missing
+    def missing_items(self) -> list[Finding]:
+        """Return findings on the points and marks still needed to place the model."""
+        if self._missing_items is None:
+            self._missing_items = missing(self.marking, self._cameras)
+        return self._missing_items
 
-    # --- changing ----------------------------------------------------------------------------
+    # --- edits -------------------------------------------------------------------------------
     def change(
-        self, words: str, made: Marking, join: object = None, *, goes_on: bool = False
+        self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
     ) -> None:
-        """Take another state of the points, as a step of the history, unless a drag goes on."""
-        if goes_on:
-            self.marking = made
-            self._renew()
-        elif not self._document.set_marking(words, made, join):
-            # It could not be written: what is shown is what is kept.
-            self._read()
+        """Apply a new state of the points as one edit, or only show it while `is_ongoing`."""
+        if is_ongoing:
+            self.marking = marking
+            self._notify()
+        elif not self._document.set_marking(title, marking, join):
+            # Writing failed, so the records are shown again.
+            self._reload()
 
     def import_points(self, path: Path) -> int:
-        """Take the points of a table, in place of those with the same label. Raises InputError."""
+        """Import a table of points, replacing points of the same label. Raises InputError."""
         points, crs = read_control(path), crs_of(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
                 Finding("control.other-crs", crs=crs, project_crs=self.crs),
                 file=path,
             )
-        made = self.marking
+        marking = self.marking
         for point in points:
-            made = made.placed(point)
-        self._document.set_marking(tr("Import {file}", file=path.name), made, crs=crs)
+            marking = marking.placed(point)
+        self._document.set_marking(tr("Import {file}", file=path.name), marking, crs=crs)
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, Finding | None]:
-        """Take the marks of a table, in place of those of the same point and photo. Their number,
-        and a warning or None. Raises InputError."""
+        """Import a table of marks, replacing marks of the same point and photo.
+
+        Returns
+        -------
+        count : int
+            Number of marks.
+        warning : Finding or None
+            Marks in photos which the folder does not contain.
+
+        Raises
+        ------
+        InputError
+        """
         marks = read_marks(path)
-        made, strangers = self.marking.add_marks(marks, self.photos)
-        self.change(tr("Import {file}", file=path.name), made)
-        return len(marks), unknown_photos(strangers) if strangers else None
+        marking, unknown = self.marking.add_marks(marks, self.photos)
+        self.change(tr("Import {file}", file=path.name), marking)
+        return len(marks), unknown_photos(unknown) if unknown else None
 
 
 def unknown_photos(photos: Sequence[str]) -> Finding:

@@ -1,4 +1,4 @@
-"""The masks of a folder of photos while they are drawn; each shape is a step of the history."""
+"""Masks of a folder of photos while they are drawn; each shape is one edit."""
 
 from __future__ import annotations
 
@@ -19,51 +19,59 @@ from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
-_KEPT = 3
-_STATES = 32
+_MAX_MASKS = 3
+_MAX_STATES = 32
 
 
-class _States:
-    """What masks were lately, by their files: taking a step back waits for no disk."""
+class _MaskCache:
+    """Cache of recent masks by their files, so that undo needs no disk access."""
 
     def __init__(self) -> None:
         self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
 
-    def keep(self, file: Asset, used: BoolArray) -> None:
-        """Remember the values (height, width) of a mask file."""
+    def store(self, file: Asset, used: BoolArray) -> None:
+        """Store the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
         self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
-        for path in list(self._packed)[:-_STATES]:
+        for path in list(self._packed)[:-_MAX_STATES]:
             del self._packed[path]
 
     def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
-        """(height, width) of its own; None where it must be read."""
+        """Return a copy (height, width) of a mask, None if it must be read from its file."""
         if file is None:
             return np.ones(size, np.bool_)
         if file.path not in self._packed:
             return None
-        packed, own = self._packed[file.path]
-        flags = np.unpackbits(packed, count=own[0] * own[1]).view(np.bool_).reshape(own)
-        return flags if own == size else None
+        packed, shape = self._packed[file.path]
+        flags = np.unpackbits(packed, count=shape[0] * shape[1]).view(np.bool_).reshape(shape)
+        return flags if shape == size else None
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What was drawn last, and whether it hides."""
+    """Shape drawn last, and whether it masks."""
 
     areas: tuple[Area, ...]
-    hides: bool
+    is_masking: bool
     photo: str
 
 
 class PhotoMasks(QObject):
-    """Masks as arrays while they are edited. True in an array means that the pixel is used.
+    """Masks as arrays while they are edited; True at used pixels.
 
-    drawn : the name of a photo whose mask has been read or has changed. message : a message
-    for the user, and its level. busy_changed : drawing on many photos has begun, gone on or ended
+    Attributes
+    ----------
+    mask_changed : Signal
+        Emitted with the name of a photo whose mask has been read or has changed.
+    message : Signal
+        Emitted with a message for the user and its level.
+    busy_changed : Signal
+        Emitted when drawing in many photos has begun, continued or ended.
+    busy_reason : Finding or None
+        Reason why no further mask can be drawn.
     """
 
-    drawn = Signal(str)
+    mask_changed = Signal(str)
     message = Signal(object, str)
     busy_changed = Signal()
 
@@ -73,171 +81,171 @@ class PhotoMasks(QObject):
         self._document = document
         self._background = QtBackground(self)
         self._masks: dict[str, BoolArray] = {}
-        self._shown = ""
-        self._states = _States()
-        self._stroke = False
-        self._going_on = False
-        self._making: frozenset[str] = frozenset()
-        """Photos whose masks are already as the edit that is being made will have them."""
-        self.last: Shape | None = None
-        self.busy: Finding | None = None
-        document.masks_changed.connect(self._changed_elsewhere)
+        self._current_photo = ""
+        self._cache = _MaskCache()
+        self._has_changed = False
+        self._is_drawing = False
+        self._pending_names: frozenset[str] = frozenset()
+        """Photos whose masks in memory already include the edit in progress."""
+        self.last_shape: Shape | None = None
+        self.busy_reason: Finding | None = None
+        document.masks_changed.connect(self._reload)
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def used(self, name: str) -> BoolArray | None:
-        """(height, width), True where the photo is used; None before it has been read."""
+        """Return the mask (height, width), True at used pixels; None before it has been read."""
         return self._masks.get(name)
 
     def open(self, name: str) -> None:
-        """Have a photo's mask at hand; `drawn` tells when."""
-        self._shown = name
+        """Read the mask of a photo; emits `mask_changed`."""
+        self._current_photo = name
         if name in self._masks:
-            self.drawn.emit(name)
+            self.mask_changed.emit(name)
             return
         row = self.rows[name]
-        self._forget()
+        self._trim()
 
-        def arrived(mask: BoolArray) -> None:
+        def deliver(mask: BoolArray) -> None:
             self._masks.setdefault(name, mask)
-            self.drawn.emit(name)
+            self.mask_changed.emit(name)
 
         def failed(error: VomError) -> None:
             self.message.emit(error, "warning")
-            arrived(np.ones((row.height, row.width), np.bool_))
+            deliver(np.ones((row.height, row.width), np.bool_))
 
-        self._background.run(lambda: self._loaded(row), arrived, failed)
+        self._background.run(lambda: self._load(row), deliver, failed)
 
-    def _loaded(self, row: PhotoRow) -> BoolArray:
+    def _load(self, row: PhotoRow) -> BoolArray:
         mask = self._document.mask_path(row.name)
         if mask is None:
             return np.ones((row.height, row.width), np.bool_)
-        # Of its own: what is read may not be written.
+        # A copy, since the array that was read is read-only.
         return load_mask(mask, row.width, row.height).copy()
 
-    def _changed_elsewhere(self, names: frozenset[str]) -> None:
-        """A step was taken back or done again: the masks are read anew."""
+    def _reload(self, names: frozenset[str]) -> None:
+        """Reload masks after undo or redo."""
         files = self._document.masks()
-        for name in names - self._making:
+        for name in names - self._pending_names:
             if name not in self._masks:
                 continue
             row = self.rows[name]
-            found = self._states.find(files.get(name), (row.height, row.width))
-            if found is None:
+            mask = self._cache.find(files.get(name), (row.height, row.width))
+            if mask is None:
                 del self._masks[name]
-                if name == self._shown:
+                if name == self._current_photo:
                     self.open(name)
             else:
-                self._masks[name] = found
-                self.drawn.emit(name)
+                self._masks[name] = mask
+                self.mask_changed.emit(name)
 
     @property
-    def drawing(self) -> bool:
-        """A stroke goes on."""
-        return self._going_on
+    def is_drawing(self) -> bool:
+        """Whether a stroke is unfinished."""
+        return self._is_drawing
 
     # --- drawing -----------------------------------------------------------------------------
-    def begin(self, name: str, hides: bool) -> None:
-        """A shape of several areas begins."""
-        self._stroke, self._going_on = False, True
-        self.last = Shape((), hides, name)
+    def begin(self, name: str, is_masking: bool) -> None:
+        """Begin a shape of one or more areas."""
+        self._has_changed, self._is_drawing = False, True
+        self.last_shape = Shape((), is_masking, name)
 
     def draw(self, area: Area) -> None:
-        """Add an area to the shape that was begun."""
-        shape = self.last
+        """Add an area to the current shape."""
+        shape = self.last_shape
         assert shape is not None
         used = self._masks.get(shape.photo)
         if used is None:
             return
-        self.last = Shape((*shape.areas, area), shape.hides, shape.photo)
-        if changed_by(used, area, shape.hides) is not None:
-            self._stroke = True
-            self.drawn.emit(shape.photo)
+        self.last_shape = Shape((*shape.areas, area), shape.is_masking, shape.photo)
+        if changed_by(used, area, shape.is_masking) is not None:
+            self._has_changed = True
+            self.mask_changed.emit(shape.photo)
 
     def end(self) -> None:
-        """The shape is done; it can be taken back as a whole."""
-        changed, self._stroke = self._stroke, False
-        self._going_on = False
-        shape = self.last
-        if shape is not None and changed:
-            words = tr("Mask") if shape.hides else tr("Unmask")
-            self._keep(words, shape.photo)
+        """Finish the current shape as one edit."""
+        has_changed, self._has_changed = self._has_changed, False
+        self._is_drawing = False
+        shape = self.last_shape
+        if shape is not None and has_changed:
+            title = tr("Mask") if shape.is_masking else tr("Unmask")
+            self._store(title, shape.photo)
 
-    def draw_once(self, name: str, area: Area, hides: bool) -> None:
-        self.begin(name, hides)
+    def draw_once(self, name: str, area: Area, is_masking: bool) -> None:
+        self.begin(name, is_masking)
         self.draw(area)
         self.end()
 
     def invert(self, name: str) -> None:
-        """Swap what is masked and what is not in this photo."""
+        """Invert the mask of a photo."""
         used = self._masks.get(name)
         if used is not None:
             np.logical_not(used, out=used)
-            self._keep(tr("Invert mask"), name)
+            self._store(tr("Invert mask"), name)
 
-    def _keep(self, words: str, name: str) -> None:
-        """The mask as it is now becomes a record; where it cannot be written it is as before."""
+    def _store(self, title: str, name: str) -> None:
+        """Store the current mask as a record; restore the previous mask if this fails."""
         try:
-            made = self._kept(self._masks[name])
+            file = self._store_file(self._masks[name])
         except VomError as error:
             self.message.emit(error, "error")
         else:
-            if self._apply(words, {name: made}):
-                self.drawn.emit(name)
+            if self._apply(title, {name: file}):
+                self.mask_changed.emit(name)
                 return
         self._masks.pop(name, None)
         self.open(name)
 
-    def _kept(self, used: BoolArray) -> Asset | None:
+    def _store_file(self, used: BoolArray) -> Asset | None:
         if used.all():
             return None
         file = self._document.store_mask(mask_png(used))
-        self._states.keep(file, used)
+        self._cache.store(file, used)
         return file
 
-    def _apply(self, words: str, masks: dict[str, Asset | None]) -> bool:
-        self._making = frozenset(masks)
+    def _apply(self, title: str, masks: dict[str, Asset | None]) -> bool:
+        self._pending_names = frozenset(masks)
         try:
-            return self._document.set_masks(words, masks)
+            return self._document.set_masks(title, masks)
         finally:
-            self._making = frozenset()
+            self._pending_names = frozenset()
 
-    # --- the same in many photos -------------------------------------------------------------
+    # --- repetition --------------------------------------------------------------------------
     def why_not_repeat(self) -> Finding | None:
         """Return why the last shape cannot be drawn in other photos; None if it can."""
-        shape = self.last
+        shape = self.last_shape
         if shape is None or not shape.areas:
             return Finding("action.no-shape")
-        if self.busy is not None:
-            return self.busy
-        if not self._like(shape.photo):
+        if self.busy_reason is not None:
+            return self.busy_reason
+        if not self._same_size_photos(shape.photo):
             return Finding("action.no-similar-photo")
         return None
 
-    def _like(self, name: str) -> list[str]:
+    def _same_size_photos(self, name: str) -> list[str]:
         size = self.rows[name].width, self.rows[name].height
         return [
             r.name for r in self.rows.values() if (r.width, r.height) == size and r.name != name
         ]
 
     def repeat(self) -> None:
-        """Draw the last shape into all other photos of its size."""
-        shape = self.last
+        """Draw the last shape in all other photos of the same size."""
+        shape = self.last_shape
         if self.why_not_repeat() is not None or shape is None:
             return
 
-        others = self._like(shape.photo)
-        left = len(self.rows) - 1 - len(others)
-        made: dict[str, Asset | None] = {}
-        drawn_on: dict[str, Asset | None] = {}
-        waiting = list(others)
+        others = self._same_size_photos(shape.photo)
+        other_size_count = len(self.rows) - 1 - len(others)
+        new_masks: dict[str, Asset | None] = {}
+        previous_masks: dict[str, Asset | None] = {}
+        queue = list(others)
 
         def draw(name: str) -> dict[str, Asset | None]:
-            used = self._loaded(self.rows[name])
-            changes = [changed_by(used, area, shape.hides) for area in shape.areas]
-            return {name: self._kept(used)} if any(c is not None for c in changes) else {}
+            used = self._load(self.rows[name])
+            changes = [changed_by(used, area, shape.is_masking) for area in shape.areas]
+            return {name: self._store_file(used)} if any(c is not None for c in changes) else {}
 
-        def arrived(drawn: dict[str, Asset | None]) -> None:
-            made.update(drawn)
+        def collect(masks: dict[str, Asset | None]) -> None:
+            new_masks.update(masks)
             proceed()
 
         def failed(error: VomError) -> None:
@@ -245,44 +253,46 @@ class PhotoMasks(QObject):
             proceed()
 
         def proceed() -> None:
-            if not waiting:
+            if not queue:
                 done()
                 return
-            count = len(others) - len(waiting)
+            count = len(others) - len(queue)
             self._set_busy(Finding("mask.repeating", done=count, count=len(others)))
-            name = waiting.pop(0)
-            drawn_on[name] = self._document.masks().get(name)
-            self._background.run(lambda: draw(name), arrived, failed)
+            name = queue.pop(0)
+            previous_masks[name] = self._document.masks().get(name)
+            self._background.run(lambda: draw(name), collect, failed)
 
         def done() -> None:
-            now = self._document.masks()
-            if stale := [name for name in drawn_on if now.get(name) != drawn_on[name]]:
-                # Somebody has drawn on these photos meanwhile.
-                for name in stale:
-                    made.pop(name, None)
-                    drawn_on.pop(name)
-                waiting.extend(stale)
+            current_masks = self._document.masks()
+            if stale_photos := [
+                name for name in previous_masks if current_masks.get(name) != previous_masks[name]
+            ]:
+                # The user has drawn on these photos in the meantime.
+                for name in stale_photos:
+                    new_masks.pop(name, None)
+                    previous_masks.pop(name)
+                queue.extend(stale_photos)
                 proceed()
                 return
             self._set_busy(None)
-            if made and self._document.set_masks(tr("Mask all photos"), made):
-                self._forget()
-            self.message.emit(Finding("mask.repeated", count=len(made)), "info")
-            if left:
-                self.message.emit(Finding("mask.size-differs", count=left), "hint")
+            if new_masks and self._document.set_masks(tr("Mask all photos"), new_masks):
+                self._trim()
+            self.message.emit(Finding("mask.repeated", count=len(new_masks)), "info")
+            if other_size_count:
+                self.message.emit(Finding("mask.size-differs", count=other_size_count), "hint")
 
         proceed()
 
     def _set_busy(self, reason: Finding | None) -> None:
-        self.busy = reason
+        self.busy_reason = reason
         self.busy_changed.emit()
 
-    def _forget(self) -> None:
-        """Masks of a thousand photos do not fit into memory."""
-        for name in [n for n in self._masks if n != self._shown][:-_KEPT]:
+    def _trim(self) -> None:
+        """Remove masks from memory, which cannot contain those of a thousand photos."""
+        for name in [n for n in self._masks if n != self._current_photo][:-_MAX_MASKS]:
             del self._masks[name]
 
     def close(self) -> None:
         self.end()
-        self._document.masks_changed.disconnect(self._changed_elsewhere)
+        self._document.masks_changed.disconnect(self._reload)
         self._background.stop()

@@ -1,4 +1,4 @@
-"""An open photo, in which masks are drawn and points are marked."""
+"""Page of an open photo, for drawing masks and marking points."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from vomstudio.ui.panels.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanv
 from vomstudio.ui.panels.photos.mark_editing import MarkEditing
 from vomstudio.ui.panels.photos.mask_box import MaskBox
 from vomstudio.ui.panels.photos.opened_photo import OpenedPhoto
-from vomstudio.ui.panels.photos.photo_document import photo_of
+from vomstudio.ui.panels.photos.photo_document import edited_photo
 from vomstudio.ui.panels.photos.photo_list import PhotoList
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 from vomstudio.ui.panels.photos.photo_masks import PhotoMasks
 from vomstudio.ui.panels.photos.photo_page_commands import (
     TOOLS,
-    give_keys,
     look_commands,
     mask_commands,
     own_window_command,
     point_commands,
+    set_shortcuts,
     undo_commands,
 )
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
@@ -49,22 +49,33 @@ from vomstudio.ui.panels.photos.photo_tools import PhotoTools
 from vomstudio.ui.panels.photos.points_box import PointsBox
 from vomstudio.ui.widgets.messages_panel import MessageBar
 
-# Narrower, the photo has the room of the list.
-_LEAST_WITH_LIST = 1000
+# The list is hidden on narrower pages.
+_MIN_WIDTH_WITH_LIST_PX = 1000
 
 
 class PhotoPage(QWidget):
-    """It stands in the middle of the main window, or is a window beside that. Every mask and mark
-    is at once a step of the project's history, which both undo and redo.
+    """Page of an open photo, as a tab of the main window or as a separate window.
 
-    changed : another step would be undone or redone. hinted : its status line. wanted : it
-    has something to say. other_place_wanted : in a window of its own, or back. closed : for good
+    Each mask and mark is one edit of the project's history.
+
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when the next undo or redo step has changed.
+    hint_changed : Signal
+        Emitted with the text of the status line.
+    attention_requested : Signal
+        Emitted when the page has a message that the user must see.
+    window_toggle_requested : Signal
+        Emitted to move the page into its own window, or back.
+    closed : Signal
+        Emitted once when the page closes.
     """
 
     changed = Signal()
-    hinted = Signal(str)
-    wanted = Signal()
-    other_place_wanted = Signal()
+    hint_changed = Signal(str)
+    attention_requested = Signal()
+    window_toggle_requested = Signal()
     closed = Signal()
 
     def __init__(self, survey: PhotoSurvey) -> None:
@@ -74,7 +85,7 @@ class PhotoPage(QWidget):
         self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
-        self._stepping = False
+        self._is_stepping = False
         self._steps: list[Finding | str | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
@@ -82,14 +93,20 @@ class PhotoPage(QWidget):
         self.masks = PhotoMasks(survey.rows, self.document)
         self.marks = PhotoMarks(self.document, list(rows))
         self.canvas = MarkCanvas()
-        self.shown = OpenedPhoto(rows, self.canvas)
+        self.opened_photo = OpenedPhoto(rows, self.canvas)
         self.tools = PhotoTools(self.canvas, self.masks)
         self.list = PhotoList(survey.rows, self.marks)
         self.mask_box = MaskBox(self.canvas)
         self.points = PointsBox(self.marks)
-        self._editing = MarkEditing(self.marks, self.points, self.shown, self.canvas, self.tools)
+        self._editing = MarkEditing(
+            marks=self.marks,
+            points=self.points,
+            photo=self.opened_photo,
+            canvas=self.canvas,
+            tools=self.tools,
+        )
         self._make_actions()
-        self._words = ""
+        self._status_text = ""
         self._status = ElidedLabel()
         self._status.setObjectName("photo_status")
         self._arrange()
@@ -97,7 +114,7 @@ class PhotoPage(QWidget):
         self._background = QtBackground(self)
         self._connect()
         self._read_cameras()
-        self.tools.take_up(LOOK)
+        self.tools.set_tool(LOOK)
 
     # --- parts -------------------------------------------------------------------------------
     def _make_actions(self) -> None:
@@ -105,17 +122,17 @@ class PhotoPage(QWidget):
         for command in (
             *look_commands(self.list, self.canvas, self.tools),
             *undo_commands(self.masks, self.tools, self.document, self.undo),
-            *mask_commands(self.masks, self.mask_box, self.canvas, self.shown),
+            *mask_commands(self.masks, self.mask_box, self.canvas, self.opened_photo),
             *point_commands(self._editing, self.folder, self),
-            own_window_command(self, self.other_place_wanted.emit),
+            own_window_command(self, self.window_toggle_requested.emit),
         ):
             self.actions_table.add(command)
         self.actions_table.give_keys_to(self.canvas)
-        self.mask_box.offer(self.actions_table.all)
-        self.points.offer(self.actions_table.all)
+        self.mask_box.set_actions(self.actions_table.all)
+        self.points.set_actions(self.actions_table.all)
 
     def _arrange(self) -> None:
-        self.head = bar = QToolBar()
+        self.toolbar = bar = QToolBar()
         bar.setIconSize(QSize(18, 18))
         theme.show_toggles(bar)
         bar.setMovable(False)
@@ -142,7 +159,7 @@ class PhotoPage(QWidget):
             elif name == "*title":
                 self._title.setMinimumWidth(self.fontMetrics().horizontalAdvance("M" * 16))
                 self._title.setContentsMargins(6, 0, 6, 0)
-                self._title_place = bar.addWidget(self._title)
+                self._title_action = bar.addWidget(self._title)
             else:
                 bar.addAction(actions[name])
                 button = bar.widgetForAction(actions[name])
@@ -170,57 +187,59 @@ class PhotoPage(QWidget):
         layout.addWidget(bar)
         layout.addWidget(split, 1)
         layout.addWidget(self._status)
-        self.place_in_own_window(False)
+        self.set_own_window(False)
 
-    def place_in_own_window(self, own: bool) -> None:
-        """Follow a change of place: the main window has a tab that says the photo's name, a status
-        line, buttons that take a step back, and keys of its own."""
-        give_keys(self.actions_table, in_own_window=own)
+    def set_own_window(self, is_own_window: bool) -> None:
+        """Adapt the page to its own window or to the main window.
+
+        The main window has a tab with the photo's name, a status line, undo buttons and shortcuts.
+        """
+        set_shortcuts(self.actions_table, is_own_window=is_own_window)
         for name in ("undo", "redo"):
-            self.actions_table.all[name].setVisible(own)
-        self._title_place.setVisible(own)
-        self._status.setVisible(own)
+            self.actions_table.all[name].setVisible(is_own_window)
+        self._title_action.setVisible(is_own_window)
+        self._status.setVisible(is_own_window)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        self.list.setVisible(self.width() >= _LEAST_WITH_LIST)
+        self.list.setVisible(self.width() >= _MIN_WIDTH_WITH_LIST_PX)
 
     def _connect(self) -> None:
         self.list.opened.connect(self.show_photo)
-        self.masks.drawn.connect(self._mask_drawn)
+        self.masks.mask_changed.connect(self._update_mask)
         self.masks.busy_changed.connect(self._refresh)
-        # Another folder may have been opened meanwhile.
+        # Another folder may have been opened in the meantime.
         self.masks.busy_changed.connect(self._survey_changed, Qt.ConnectionType.QueuedConnection)
-        self.masks.message.connect(self.say)
-        self.marks.message.connect(self.say)
+        self.masks.message.connect(self.show_message)
+        self.marks.message.connect(self.show_message)
         self.marks.changed.connect(self._show_marks)
-        self.survey.exports.message.connect(self.say)
-        self.survey.exports.mask_written.connect(self._mask_stored)
-        self.points.message.connect(self.say)
-        self.points.chosen.connect(self._point_chosen)
-        self._editing.message.connect(self.say)
+        self.survey.exports.message.connect(self.show_message)
+        self.survey.exports.mask_written.connect(self._note_stored_mask)
+        self.points.message.connect(self.show_message)
+        self.points.point_selected.connect(self._select_point)
+        self._editing.message.connect(self.show_message)
         self.tools.corners_changed.connect(self._refresh)
         self.tools.tool_changed.connect(self._tool_changed)
-        self.canvas.pointed.connect(self._point_at)
+        self.canvas.pointed.connect(self._show_position)
         self.survey.history_changed.connect(self._refresh)
         self.survey.edited.connect(self._edited)
-        # Where a run has found new cameras, and where another folder is looked at.
+        # After a new alignment, or when another folder is opened.
         self.survey.changed.connect(self._survey_changed)
         self.survey.rows_changed.connect(self._survey_changed)
 
-    # --- the photo ---------------------------------------------------------------------------
+    # --- photo -------------------------------------------------------------------------------
     @property
     def photo(self) -> str:
-        """The name of the photo that is shown."""
-        return self.shown.name
+        """Name of the open photo."""
+        return self.opened_photo.name
 
     def show_photo(self, name: str) -> None:
         """Open the photo of this name."""
         if name == self.photo:
             self._editing.look_at_point()
             return
-        self.shown.show(name)
-        row = self.shown.rows[name]
+        self.opened_photo.show(name)
+        row = self.opened_photo.rows[name]
         self.tools.set_photo(name, row.width, row.height)
         self.masks.open(name)
         if self.list.currentItem() is None or self.list.names[self.list.currentRow()] != name:
@@ -233,17 +252,17 @@ class PhotoPage(QWidget):
         self._editing.look_at_point()
 
     # --- masks -------------------------------------------------------------------------------
-    def _mask_drawn(self, name: str) -> None:
+    def _update_mask(self, name: str) -> None:
         if name == self.photo:
             used = self.masks.used(name)
             if used is not self.canvas.used:
                 self.canvas.set_used(used)
             else:
-                self.canvas.mask_changed()
-            if not self.masks.drawing:
+                self.canvas.update_mask()
+            if not self.masks.is_drawing:
                 self._refresh()
 
-    def _mask_stored(self, name: str) -> None:
+    def _note_stored_mask(self, name: str) -> None:
         self._changed_masks.add(name)
         self.list.refresh()
         self._refresh()
@@ -253,18 +272,18 @@ class PhotoPage(QWidget):
         self._editing.show()
         self._refresh()
 
-    def _point_chosen(self, label: str) -> None:
+    def _select_point(self, label: str) -> None:
         self.list.set_label(label)
         if label and self.canvas.tool != MARK:
-            self.tools.take_up(MARK)
-        self._write(self._hint())
+            self.tools.set_tool(MARK)
+        self._set_status(self._hint())
         self._show_marks()
         self._editing.look_at_point()
 
     # --- cameras -----------------------------------------------------------------------------
     def _read_cameras(self) -> None:
-        out = self.survey.aligned_folder()
-        self._cameras_of = _stamp(out)
+        out = self.survey.alignment_folder()
+        self._camera_stamp = _stamp(out)
         if out is None:
             self.marks.set_cameras(None)
             return
@@ -272,75 +291,75 @@ class PhotoPage(QWidget):
         self._background.run(
             lambda: PlacedPhotos.read(out),
             self.marks.set_cameras,
-            lambda error: self.say(error, "warning"),
+            lambda error: self.show_message(error, "warning"),
         )
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if self.is_open and not self.masks.busy:
+            if self.is_open and not self.masks.busy_reason:
                 self.close()
-        elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
+        elif _stamp(self.survey.alignment_folder()) != self._camera_stamp:
             self._read_cameras()
 
     # --- tools and keys ----------------------------------------------------------------------
     def _tool_changed(self) -> None:
         self._refresh()
-        self._write(self._hint())
+        self._set_status(self._hint())
 
-    def undo(self, again: bool = False) -> None:
-        """Undo the last step, or the last vertex of a polygon; with `again` redo a step."""
-        if self.tools.corners and not again:
-            self.tools.take_back_corner()
+    def undo(self, is_redo: bool = False) -> None:
+        """Undo the last edit, or the last vertex of a polygon; redo if `is_redo`."""
+        if self.tools.corner_count and not is_redo:
+            self.tools.remove_last_corner()
             return
         self.tools.end_stroke()
-        words = self.document.redo_label if again else self.document.undo_label
-        if words is None:
+        label = self.document.redo_label if is_redo else self.document.undo_label
+        if label is None:
             return
-        self._stepping = True
+        self._is_stepping = True
         try:
-            (self.document.redo if again else self.document.undo)()
+            (self.document.redo if is_redo else self.document.undo)()
         finally:
-            self._stepping = False
-        step = step_title(words)
-        self.say(Finding("edit.redone" if again else "edit.undone", edit=step), "info")
+            self._is_stepping = False
+        step = step_title(label)
+        self.show_message(Finding("edit.redone" if is_redo else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:
-        """A step that was taken back in another photo is shown there."""
-        photo = photo_of(edit)
-        if self._stepping and photo in self.shown.rows and photo != self.photo:
+        """Show the photo of an edit that was undone or redone."""
+        photo = edited_photo(edit)
+        if self._is_stepping and photo in self.opened_photo.rows and photo != self.photo:
             self.show_photo(photo)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self.tools.corners:
-            self.tools.drop()
+        if event.key() == Qt.Key.Key_Escape and self.tools.corner_count:
+            self.tools.cancel()
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.canvas.tool == POLYGON:
             self.tools.close_polygon()
         else:
             super().keyPressEvent(event)
 
-    def say(self, message: Finding | VomError, level: str = "info") -> None:
-        """Information goes into the status line, the rest into the bar over the photo."""
+    def show_message(self, message: Finding | VomError, level: str = "info") -> None:
+        """Show information in the status line, and other levels in the message bar."""
         if level == "info":
-            self._write(str(message))
+            self._set_status(str(message))
         else:
             self.bar.say(Notice(message, level))
 
-    def _point_at(self, event: object) -> None:
+    def _show_position(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
-        self._say_status(f"x {x:.1f}  y {y:.1f}   {self._words}")
+        self._show_status(f"x {x:.1f}  y {y:.1f}   {self._status_text}")
 
-    def _write(self, words: str) -> None:
-        """A hint or a message: it stays until the next, whatever the cursor does."""
-        self._words = words
-        self._say_status(words)
+    def _set_status(self, text: str) -> None:
+        """Show a hint or message until the next one, beside the position of the cursor."""
+        self._status_text = text
+        self._show_status(text)
 
-    def _say_status(self, text: str) -> None:
+    def _show_status(self, text: str) -> None:
         self._status.setText(text)
-        self.hinted.emit(text)
+        self.hint_changed.emit(text)
 
     @property
     def hint(self) -> str:
-        """What its status line says."""
+        """Text of the status line."""
         return self._status.text()
 
     def _hint(self) -> str:
@@ -366,37 +385,37 @@ class PhotoPage(QWidget):
     def _refresh(self) -> None:
         self.actions_table.refresh()
         steps: list[Finding | str | None] = [
-            tell(name)
+            query(name)
             for name in ("undo", "redo")
-            for tell in (self.actions_table.why_not, self.actions_table.what)
+            for query in (self.actions_table.why_not, self.actions_table.what)
         ]
         if steps != self._steps:
-            # Not with every move of a mark: the main window has many commands.
+            # Refreshing the commands of the main window at each move of a mark would be slow.
             self._steps = steps
             self.changed.emit()
         used = self.masks.used(self.photo)
-        if self.masks.busy is not None:
-            words = self.masks.busy.message
+        if self.masks.busy_reason is not None:
+            text = self.masks.busy_reason.message
         elif self.survey.exports.problem is not None:
-            words = tr("Saved in the project, but not beside the photos.")
+            text = tr("Saved in the project, but not beside the photos.")
         elif used is None:
-            words = tr("Reading…") if self.photo else ""
+            text = tr("Reading…") if self.photo else ""
         else:
             share = 100.0 * (1.0 - float(used[::4, ::4].mean()))
-            words = (
+            text = (
                 tr("Nothing is masked.")
                 if used.all()
                 else tr("{share:.0f} % of this photo is masked.", share=max(share, 1.0))
             )
-        self.mask_box.words.setText(words)
+        self.mask_box.status_label.setText(text)
 
-    # --- end ---------------------------------------------------------------------------------
+    # --- closing -----------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Whether all drawing is finished; if not, the user is told."""
-        self.tools.drop()
-        if self.masks.busy is not None:
-            self.wanted.emit()
-            self.say(Finding("photo.busy", reason=self.masks.busy), "warning")
+        """Return whether no masks are being written; otherwise warn the user."""
+        self.tools.cancel()
+        if self.masks.busy_reason is not None:
+            self.attention_requested.emit()
+            self.show_message(Finding("photo.busy", reason=self.masks.busy_reason), "warning")
             return False
         return True
 
@@ -408,14 +427,13 @@ class PhotoPage(QWidget):
         self.end()
 
     def end(self) -> None:
-        """Let everything go, whatever fails of it: a page that is half closed would hold its tab.
-        Calling it again does nothing."""
+        """Release all resources, even if some of them raise. Further calls have no effect."""
         if not self.is_open:
             return
         self.is_open = False
         with ExitStack() as steps:
             steps.callback(self.closed.emit)
-            steps.callback(self._check_again)
+            steps.callback(self._repeat_check)
             for signal, slot in (
                 (self.survey.history_changed, self._refresh),
                 (self.survey.edited, self._edited),
@@ -423,18 +441,22 @@ class PhotoPage(QWidget):
                 (self.survey.changed, self._survey_changed),
             ):
                 steps.callback(signal.disconnect, slot)
-            for close in (self._background.stop, self.shown.close, self.survey.exports.finish):
+            for close in (
+                self._background.stop,
+                self.opened_photo.close,
+                self.survey.exports.finish,
+            ):
                 steps.callback(close)
             for part in (self.marks, self.masks):
                 steps.callback(part.close)
 
-    def _check_again(self) -> None:
+    def _repeat_check(self) -> None:
         if self._changed_masks and self.survey.folder == self.folder:
-            self.survey.check_again()
+            self.survey.repeat_check()
 
 
 def _stamp(out: Path | None) -> object:
-    """Changes when cameras are found anew."""
+    """Return a value that changes with the aligned cameras."""
     try:
         return None if out is None else (out, (out / FILE_NAME).stat().st_mtime_ns)
     except OSError:

@@ -32,9 +32,9 @@ _WINDOW_KEYS = {
     "undo": ("Ctrl+Z",),
     "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
 }
-# The main window has the others, and gives them to the photo that is seen (`over_photo`).
-_MIDDLE_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
-_SAME = {
+# The main window has the other shortcuts, and passes them to the photo (`photo_command`).
+_TAB_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
+_PHOTO_COMMANDS = {
     "undo": "undo",
     "redo": "redo",
     "previous_photo": "previous",
@@ -43,20 +43,32 @@ _SAME = {
 }
 
 
-def give_keys(table: Actions, *, in_own_window: bool) -> None:
-    """Keys that act wherever in the page the focus is. in_own_window : the page is one, and no
-    other part of it has the same keys"""
-    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if in_own_window else _MIDDLE_KEYS
-    for name, own in keys.items():
+def set_shortcuts(table: Actions, *, is_own_window: bool) -> None:
+    """Set the shortcuts that act anywhere in the page.
+
+    Parameters
+    ----------
+    table : Actions
+    is_own_window : bool
+        Whether the page is a window, so that no other widget has these shortcuts.
+    """
+    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if is_own_window else _TAB_KEYS
+    for name, shortcuts in keys.items():
         action = table.all[name]
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        action.setShortcuts([QKeySequence(key) for key in own])
+        action.setShortcuts([QKeySequence(key) for key in shortcuts])
 
 
-def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command:
-    """A command of the main window that does in an open photo what it means there, where one is
-    seen. table : the commands of the photo that is seen, or None"""
-    name = _SAME.get(command.name)
+def photo_command(command: Command, table: Callable[[], Actions | None]) -> Command:
+    """Return a command of the main window that acts on the open photo while it is visible.
+
+    Parameters
+    ----------
+    command : Command
+    table : callable
+        Returns the commands of the visible photo, or None.
+    """
+    name = _PHOTO_COMMANDS.get(command.name)
     if name is None:
         return command
 
@@ -78,15 +90,19 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         step = photo.what(name)
         if step is None:
             return command.text
-        words = step_title(step).replace("&", "&&")
-        return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
+        step_text = step_title(step).replace("&", "&&")
+        return (
+            tr("&Undo {step}", step=step_text)
+            if name == "undo"
+            else tr("&Redo {step}", step=step_text)
+        )
 
-    named = command if command.text_now is None else replace(command, text_now=text)
-    return replace(named, run=run, why_not=why_not)
+    base = command if command.text_now is None else replace(command, text_now=text)
+    return replace(base, run=run, why_not=why_not)
 
 
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
-    """Takes the page out of the main window, or puts it back."""
+    """Return the command that moves the page into its own window, or back."""
     return Command(
         "own_window",
         tr("Own window"),
@@ -99,10 +115,10 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
 
 
 def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
-    """Commands that change the photo, the view or the tool."""
+    """Return the commands that change the photo, the view or the tool."""
 
-    def take_up(name: str) -> Callable[[], None]:
-        return lambda: tools.take_up(name)
+    def activate(name: str) -> Callable[[], None]:
+        return lambda: tools.set_tool(name)
 
     def is_tool(name: str) -> Callable[[], bool]:
         return lambda: canvas.tool == name
@@ -113,7 +129,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "look",
             tr("Navigate"),
-            take_up(LOOK),
+            activate(LOOK),
             "hand-back-right-outline",
             "V",
             tr("Pan and zoom."),
@@ -123,7 +139,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "mark",
             tr("Mark"),
-            take_up(MARK),
+            activate(MARK),
             "target",
             "M",
             tr("Mark control points, check points and tie points."),
@@ -133,7 +149,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "polygon",
             tr("Polygon"),
-            take_up(POLYGON),
+            activate(POLYGON),
             "vector-polygon",
             "P",
             tr("Mask or unmask a polygon."),
@@ -143,7 +159,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "brush",
             tr("Brush"),
-            take_up(BRUSH),
+            activate(BRUSH),
             "brush",
             "B",
             tr("Mask or unmask with a brush."),
@@ -166,7 +182,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
 def undo_commands(
     masks: PhotoMasks, tools: PhotoTools, document: PhotoDocument, undo: Callable[[bool], None]
 ) -> list[Command]:
-    """undo : undoes the last step, or with True redoes it"""
+    """Return the commands to undo and redo. `undo` is called with True to redo."""
     return [
         Command(
             "undo",
@@ -176,14 +192,14 @@ def undo_commands(
             (),
             "",
             lambda: (
-                masks.busy
+                masks.busy_reason
                 or (
                     None
-                    if tools.corners or document.undo_label
+                    if tools.corner_count or document.undo_label
                     else Finding("edit.nothing-to-undo")
                 )
             ),
-            what=lambda: tr("Last vertex") if tools.corners else document.undo_label,
+            what=lambda: tr("Last vertex") if tools.corner_count else document.undo_label,
         ),
         Command(
             "redo",
@@ -193,7 +209,8 @@ def undo_commands(
             (),
             "",
             lambda: (
-                masks.busy or (None if document.redo_label else Finding("edit.nothing-to-redo"))
+                masks.busy_reason
+                or (None if document.redo_label else Finding("edit.nothing-to-redo"))
             ),
             what=lambda: document.redo_label,
         ),
@@ -203,20 +220,20 @@ def undo_commands(
 def mask_commands(
     masks: PhotoMasks, box: MaskBox, canvas: MarkCanvas, photo: OpenedPhoto
 ) -> list[Command]:
-    """Commands that change the brush, and the mask as a whole."""
+    """Return the commands that change the brush or the whole mask."""
 
-    def no_mask() -> Finding | None:
-        if masks.busy or masks.used(photo.name) is not None:
-            return masks.busy
+    def why_no_mask() -> Finding | None:
+        if masks.busy_reason or masks.used(photo.name) is not None:
+            return masks.busy_reason
         return Finding("mask.pending")
 
     def clear() -> None:
         used = masks.used(photo.name)
         if used is not None:
-            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), hides=False)
+            masks.draw_once(photo.name, whole_area(used.shape[1], used.shape[0]), is_masking=False)
 
     return [
-        Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", in_viewport=True),
+        Command("turn_over", tr("Mask or unmask"), box.toggle_masking, None, "X", in_viewport=True),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
@@ -252,7 +269,7 @@ def mask_commands(
             "invert-colors",
             (),
             tr("Mask what is not masked, and unmask what is masked."),
-            no_mask,
+            why_no_mask,
         ),
         Command(
             "clear_mask",
@@ -261,13 +278,22 @@ def mask_commands(
             "image-outline",
             (),
             tr("Unmask the whole photo."),
-            no_mask,
+            why_no_mask,
         ),
     ]
 
 
 def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
-    """folder : in which the file dialogs begin. parent : of the dialogs"""
+    """Return the commands on points and marks.
+
+    Parameters
+    ----------
+    editing : MarkEditing
+    folder : Path
+        Folder where the file dialogs begin.
+    parent : QWidget
+        Parent of the dialogs.
+    """
 
     def import_table(marks: bool) -> Callable[[], None]:
         return lambda: editing.import_table(folder, parent, marks=marks)

@@ -1,4 +1,4 @@
-"""One photo as lists and plans show it."""
+"""Photo as shown in lists and plans."""
 
 from __future__ import annotations
 
@@ -10,11 +10,27 @@ from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 @dataclass
 class PhotoRow:
-    """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy) of
-    the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
-    the rock, gsd: units of a model without metres; blur: edge width in pixels; views: mean number
-    of photos that see the same rock. found_mask: the mask that lies beside the photo; mask: the one
-    that is used."""
+    """Row of a photo in lists and plans.
+
+    Attributes
+    ----------
+    width, height : int
+        Pixels as stored.
+    place : (float, float) or None
+        Position (x, y) in plan view, metres.
+    looks : (float, float) or None
+        Unit vector of the horizontal viewing direction, None if unknown or vertical.
+    gsd_m : float or None
+        Size of a pixel on the rock, metres.
+    gsd : float or None
+        Size of a pixel on the rock, units of a model without metres.
+    blur : float or None
+        Edge width, pixels.
+    views : float or None
+        Mean number of photos that show the same rock.
+    mask, sidecar_mask : str or None
+        Mask in use, and mask beside the photo.
+    """
 
     name: str
     path: str
@@ -32,23 +48,23 @@ class PhotoRow:
     blur: float | None = None
     views: float | None = None
     findings: list[str] = field(default_factory=list)
-    found_mask: str | None = None
+    sidecar_mask: str | None = None
     found_sha256: str = ""
     gsd: float | None = None
 
 
 def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
-    """Enter into each row what a survey check has found about its photo."""
-    by_name = {row.name: row for row in rows}
+    """Add the findings of a survey check to the rows of their photos."""
+    rows_by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []
     for facts in report.photos:
-        seen = by_name.get(facts.name)
-        if seen is not None:
-            seen.gsd_m, seen.gsd, seen.views = facts.gsd_m, facts.gsd, facts.views
+        match = rows_by_name.get(facts.name)
+        if match is not None:
+            match.gsd_m, match.gsd, match.views = facts.gsd_m, facts.gsd, facts.views
             if facts.blur is not None:
-                seen.blur = facts.blur
+                match.blur = facts.blur
     for finding in report.findings:
         for name in finding.values["photos"]:
-            if name in by_name:
-                by_name[name].findings.append(finding.message)
+            if name in rows_by_name:
+                rows_by_name[name].findings.append(finding.message)

@@ -1,4 +1,4 @@
-"""A folder of photos and its reconstruction: workers list, check and reconstruct the photos."""
+"""Photo set with its survey check and reconstruction, computed by workers."""
 
 from __future__ import annotations
 
@@ -41,27 +41,36 @@ if TYPE_CHECKING:
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
     from vomstudio.studio.jobs.survey_tasks import ControlFacts, Forecast
 
-# What does not listen is stopped the hard way before that.
-_STOPPING_S = 10.0
-# Marks come one soon after the other.
-_TABLES_MS = 1000
+# Longer than the time after which a worker is killed.
+_STOP_TIMEOUT_S = 10.0
+# Marks are often set in quick succession.
+_TABLES_DELAY_MS = 1000
 
-Asked = tuple[Job[Request, Result], Request]
+JobRequest = tuple[Job[Request, Result], Request]
 
 
 class PhotoSurvey(QObject):
-    """The folder of photos that the Photos panel shows.
+    """Folder of photos in the Photos panel.
 
-    changed: anything that is shown; rows_changed: the photos themselves
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when anything has changed that is shown.
+    rows_changed : Signal
+        Emitted when the photos have changed.
+    masks_changed : Signal
+        Emitted when masks of the photos have changed.
+    marks_changed : Signal
+        Emitted when tables of points or marks have been written.
+    edited : Signal
+        Emitted with each edit of the project.
     """
 
     changed = Signal()
     rows_changed = Signal()
-    drawn_changed = Signal()
-    """Masks of the photos."""
+    masks_changed = Signal()
     marks_changed = Signal()
     edited = Signal(object)
-    """Edit, of whatever in the project."""
     history_changed = Signal()
 
     def __init__(self, studio: Studio) -> None:
@@ -71,33 +80,33 @@ class PhotoSurvey(QObject):
         self.rows: list[PhotoRow] = []
         self.findings: tuple[Finding, ...] = ()
         self.verdict = ""
-        self.left_out: list[Finding] = []
+        self.exclusions: list[Finding] = []
         self.problem = ""
         self.has_north = True
         self.control_note: Finding | None = None
         self.result: Reconstruction | None = None
-        self._reading: RunningJob | None = None
-        self._making: RunningJob | None = None
-        self._goes_on = False
+        self._list_job: RunningJob | None = None
+        self._reconstruction_job: RunningJob | None = None
+        self._restart_pending = False
         self.settings = ReconstructionSettings()
         self.forecast: Forecast | None = None
-        self._forecasting: RunningJob | None = None
+        self._forecast_job: RunningJob | None = None
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
-        self.intake = PhotoImport(studio, self.document, self.exports)
+        self.sidecar_import = PhotoImport(studio, self.document, self.exports)
         self.exports.tables_written.connect(self.marks_changed)
         self.document.masks_changed.connect(self._show_masks)
         studio.edited.connect(self.edited)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(lambda *_: self.changed.emit())
         studio.history_changed.connect(self.history_changed)
-        self._tables_soon = QTimer(self)
-        self._tables_soon.setSingleShot(True)
-        self._tables_soon.setInterval(_TABLES_MS)
-        self._tables_soon.timeout.connect(self.control_written)
-        studio.jobs.closed.connect(self._tables_soon.stop)
-        self.marks_changed.connect(self._tables_soon.start)
-        # Once the next project is open, the masks of this one are not to be found any more.
+        self._tables_timer = QTimer(self)
+        self._tables_timer.setSingleShot(True)
+        self._tables_timer.setInterval(_TABLES_DELAY_MS)
+        self._tables_timer.timeout.connect(self.update_control)
+        studio.jobs.closed.connect(self._tables_timer.stop)
+        self.marks_changed.connect(self._tables_timer.start)
+        # The masks of this project cannot be found after the next project has been opened.
         studio.workspace.projects.leaving.connect(self.exports.finish)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
@@ -108,28 +117,28 @@ class PhotoSurvey(QObject):
         return self.settings.quality
 
     @property
-    def reading(self) -> bool:
-        return self._reading is not None
+    def is_reading(self) -> bool:
+        return self._list_job is not None
 
     @property
-    def making(self) -> RunningJob | None:
-        """The running reconstruction."""
-        return self._making
+    def reconstruction_job(self) -> RunningJob | None:
+        """Running reconstruction, None without one."""
+        return self._reconstruction_job
 
-    def why_not_make(self) -> Finding | None:
+    def why_not_reconstruct(self) -> Finding | None:
         """Return why no reconstruction can be started; None if one can."""
-        if self._making is not None:
+        if self._reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         if self.folder is None:
             return Finding("action.no-photos")
-        if self.reading:
+        if self.is_reading:
             return Finding("photos.pending")
         if len(self.rows) < 2:
             return Finding("action.too-few-photos")
-        if self._tables_soon.isActive():
+        if self._tables_timer.isActive():
             return Finding("control.pending")
         if self.settings.control is not None:
-            if self._forecasting is not None:
+            if self._forecast_job is not None:
                 return Finding("control.pending")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
@@ -138,166 +147,177 @@ class PhotoSurvey(QObject):
 
     @property
     def control_facts(self) -> ControlFacts | None:
-        """None where no control is chosen or it has not been looked at."""
+        """Facts on the control points, None without control points or before their check."""
         return None if self.forecast is None else self.forecast.control
 
-    def out(self) -> Path | None:
-        """Where the model of these photos in this quality is made, or was begun."""
+    def output_folder(self) -> Path | None:
+        """Return the folder of the reconstruction in the current quality."""
         if self.folder is None:
             return None
         project = self._studio.project.folder
-        return reconstruction_folders.folder_for(project, self.folder, self.quality)
+        return reconstruction_folders.reconstruction_folder(project, self.folder, self.quality)
 
-    def choose_quality(self, quality: str) -> None:
-        self.choose(replace(self.settings, quality=quality))
+    def set_quality(self, quality: str) -> None:
+        self.apply_settings(replace(self.settings, quality=quality))
 
-    def choose(self, settings: ReconstructionSettings) -> None:
-        """Make the next model like this."""
-        before, self.settings = self.settings, settings
-        if self.making is None and not self.reading and self.rows:
-            if before.quality != settings.quality:
+    def apply_settings(self, settings: ReconstructionSettings) -> None:
+        """Set the settings of the next reconstruction."""
+        previous, self.settings = self.settings, settings
+        if self.reconstruction_job is None and not self.is_reading and self.rows:
+            if previous.quality != settings.quality:
                 self._show_cameras()
                 self.rows_changed.emit()
             self.update_forecast()
         self.changed.emit()
 
     @property
-    def begun(self) -> bool:
-        """An earlier run has finished some stages and no more."""
-        out = self.out()
+    def is_begun(self) -> bool:
+        """Whether an earlier run has finished some stages only."""
+        out = self.output_folder()
         return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
-        """List the photos of a folder, then check them. settings: None for those of before, with
-        the control that lies beside these photos."""
-        from vomstudio.ui.panels.photos.survey_requests import listing
+        """List the photos of a folder, then check them.
+
+        Parameters
+        ----------
+        folder : Path
+        settings : ReconstructionSettings, optional
+            By default the previous settings with the control points beside these photos.
+        """
+        from vomstudio.ui.panels.photos.survey_requests import list_request
 
         self._stop_reading()
         self.exports.end()
-        self.folder, self.intake.given_from = folder, None
-        self.document.look_at(folder)
-        self.settings = settings or self._with_tables(self.settings.for_photos(folder))
+        self.folder, self.sidecar_import.named_control = folder, None
+        self.document.set_folder(folder)
+        self.settings = settings or self._add_tables(self.settings.adapt_to_photos(folder))
         self.forecast = None
-        self.rows, self.findings, self.left_out = [], (), []
+        self.rows, self.findings, self.exclusions = [], (), []
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        asked = listing(folder, self._studio.project.cache)
-        self._read(asked, tr("Reading photos"), self._listed)
+        request = list_request(folder, self._studio.project.cache)
+        self._read(request, tr("Reading photos"), self._show_photos)
 
     def _check(self) -> None:
-        from vomstudio.ui.panels.photos.survey_requests import check
+        from vomstudio.ui.panels.photos.survey_requests import check_request
 
         assert self.folder is not None
-        asked = check(self.folder, self._studio.project.cache, self._masks())
-        self._read(asked, tr("Checking the survey"), self._checked)
+        request = check_request(self.folder, self._studio.project.cache, self._masks())
+        self._read(request, tr("Checking the survey"), self._show_check)
 
     def _read(
-        self, asked: Asked[Request, Result], title: str, then: Callable[[Result], None]
+        self, request: JobRequest[Request, Result], title: str, callback: Callable[[Result], None]
     ) -> None:
         def done(result: Result) -> None:
-            self._reading = None
-            then(result)
+            self._list_job = None
+            callback(result)
             self.changed.emit()
 
         def failed(event: Failed) -> None:
-            self._reading = None
+            self._list_job = None
             if not event.cancelled:
                 self.problem = event.message
             self.changed.emit()
 
-        self._reading = self._studio.jobs.submit(
-            *asked, title=title, on_done=done, on_failed=failed
+        self._list_job = self._studio.jobs.submit(
+            *request, title=title, on_done=done, on_failed=failed
         )
         self.changed.emit()
 
     def _masks(self) -> dict[str, Path] | None:
-        """Those of the project, once the photos are taken in."""
-        if not self.document.taken_in:
+        """Return the masks of the project, None before the photos are imported."""
+        if not self.document.is_imported:
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
 
-    def _listed(self, listed: PhotoList) -> None:
-        self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
-        self.left_out = list(listed.left_out)
+    def _show_photos(self, photos: PhotoList) -> None:
+        self.rows = [PhotoRow(**vars(row), sidecar_mask=row.mask) for row in photos.rows]
+        self.exclusions = list(photos.left_out)
         self.rows_changed.emit()
         self.update_forecast()
-        self._take_in()
+        self._import_sidecars()
 
-    def _checked(self, report: SurveyReport) -> None:
-        self._take(report)
-        out = self.out()
-        if out is not None and (after := reconstruction_folders.earlier_survey(out)) is not None:
-            self._take(after)
+    def _show_check(self, report: SurveyReport) -> None:
+        self._apply_report(report)
+        out = self.output_folder()
+        if (
+            out is not None
+            and (later_report := reconstruction_folders.read_survey_report(out)) is not None
+        ):
+            self._apply_report(later_report)
         self._show_cameras()
         self.rows_changed.emit()
 
     @property
-    def forecasting(self) -> bool:
-        return self._forecasting is not None
+    def is_forecasting(self) -> bool:
+        return self._forecast_job is not None
 
     def update_forecast(self) -> None:
-        """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
-        from vomstudio.ui.panels.photos.survey_requests import forecast
+        """Compute the forecast of the settings for these photos; emits `changed`."""
+        from vomstudio.ui.panels.photos.survey_requests import forecast_request
 
         if self.folder is None:
             return
         settings = self.settings
 
-        def done(found: Forecast) -> None:
-            if self._forecasting is not job:
+        def done(result: Forecast) -> None:
+            if self._forecast_job is not job:
                 return
-            self._forecasting = None
-            facts = found.control
-            if settings.found and facts is not None and facts.problem:
-                # Nobody asked for these files: they are in the way of no model.
-                self.settings = settings.without_control()
+            self._forecast_job = None
+            facts = result.control
+            if settings.has_sidecar_control and facts is not None and facts.problem:
+                # The user did not name these files, so they must not prevent a reconstruction.
+                self.settings = settings.drop_control()
                 self.control_note = Finding(
                     "control.not-used",
                     table=Path(str(settings.control)).name,
                     reason=facts.problem,
                 )
-                found = replace(found, control=None)
-            self.forecast = found
+                result = replace(result, control=None)
+            self.forecast = result
             self.rows_changed.emit()
             self.changed.emit()
 
         def failed(event: Failed) -> None:
-            if self._forecasting is job:
-                self._forecasting = None
+            if self._forecast_job is job:
+                self._forecast_job = None
                 if not event.cancelled:
                     self._studio.warn(event.to_error())
                 self.changed.emit()
 
         self.control_note = None
         job = self._studio.jobs.submit(
-            *forecast(self.folder, self.rows, settings),
+            *forecast_request(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
             on_done=done,
             on_failed=failed,
             quiet=True,
         )
-        self._forecasting = job
+        self._forecast_job = job
 
-    def control_written(self) -> None:
-        """Control points or marks beside the photos are new: they are taken unless other files were
-        chosen that are not in them, and looked at again."""
-        self._tables_soon.stop()
+    def update_control(self) -> None:
+        """Use new control points or marks beside the photos, unless the user named other files."""
+        self._tables_timer.stop()
         if self.folder is None:
             return
-        if self.settings.found or self.settings.control in (None, self.intake.given_from):
-            self.settings = self._with_tables(self.settings)
+        if self.settings.has_sidecar_control or self.settings.control in (
+            None,
+            self.sidecar_import.named_control,
+        ):
+            self.settings = self._add_tables(self.settings)
         self.update_forecast()
         self.changed.emit()
 
     def control_findings(self) -> list[Finding]:
-        """Return what the control points allow."""
+        """Return the findings on the control points."""
         return control_findings(self.control_facts, self.control_note)
 
     def placed_models(self) -> list[Model]:
-        """Return the models made of these photos in this quality that have scale or north."""
-        out = self.out()
+        """Return the models of these photos in this quality that have scale or north."""
+        out = self.output_folder()
         if out is None:
             return []
         folder = (RECONSTRUCTIONS, out.name)
@@ -309,15 +329,15 @@ class PhotoSurvey(QObject):
         ]
 
     def placement_findings(self) -> list[str]:
-        """Return a sentence on the scale, north and resolution of each of these models."""
-        opened = self._studio.models
+        """Return a sentence on the scale, north and resolution of each placed model."""
+        models = self._studio.models
         return [
-            placement_text(model, opened[model.id].resolution if model.id in opened else None)
+            placement_text(model, models[model.id].resolution if model.id in models else None)
             for model in self.placed_models()
         ]
 
     def metres_per_unit(self) -> float | None:
-        """Return the scale by which a model of these photos was placed, None if it has none."""
+        """Return the scale by which a model of these photos was placed, None without one."""
         scales = [
             transform.scale_of(model.to_world)
             for model in self.placed_models()
@@ -330,35 +350,35 @@ class PhotoSurvey(QObject):
         if any(isinstance(each, Model | Registration) for each in records):
             self.changed.emit()
 
-    def _take(self, report: SurveyReport) -> None:
-        """The findings of a survey check, before or after the alignment."""
+    def _apply_report(self, report: SurveyReport) -> None:
+        """Show the findings of a survey check, before or after the alignment."""
         self.findings, self.verdict = report.findings, report.verdict
         add_findings(self.rows, report)
 
     def _stop_reading(self) -> None:
-        self._forecasting = None
-        if self._reading is not None:
-            self._studio.jobs.cancel(self._reading)
-            self._reading = None
+        self._forecast_job = None
+        if self._list_job is not None:
+            self._studio.jobs.cancel(self._list_job)
+            self._list_job = None
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """The control points, with their marks, and the tie points that nobody has to name."""
+        """Return the files of the control points, or None, and of the marks."""
         if self.folder is None:
             return None, None
-        if (found := find_control(self.folder)) is not None:
-            return found
+        if (sidecars := find_control(self.folder)) is not None:
+            return sidecars
         control, marks = self.exports.table(CONTROL), self.exports.table(MARKS)
         return (None if marks is None else control), marks
 
-    def take_in_beside(self) -> None:
-        """What lies beside the photos now, in place of what the project holds."""
-        if self.folder is not None and not self.reading and self.making is None:
-            self._take_in(again=True)
+    def import_sidecars(self) -> None:
+        """Replace the records by the files beside the photos."""
+        if self.folder is not None and not self.is_reading and self.reconstruction_job is None:
+            self._import_sidecars(is_repeat=True)
 
-    def _take_in(self, *, again: bool = False) -> None:
+    def _import_sidecars(self, *, is_repeat: bool = False) -> None:
         def done(failed: Failed | None) -> None:
-            self._reading = None
+            self._list_job = None
             if failed is not None and not failed.cancelled:
                 self.problem = failed.message
             elif failed is None:
@@ -367,84 +387,86 @@ class PhotoSurvey(QObject):
                 self._check()
             self.changed.emit()
 
-        given = self.settings.control, self.settings.marks
-        running = self.intake.begin(self.rows, given, done, again=again)
+        named_tables = self.settings.control, self.settings.marks
+        running = self.sidecar_import.begin(self.rows, named_tables, done, is_repeat=is_repeat)
         if running is not None:
-            self._reading = running
+            self._list_job = running
             self.changed.emit()
 
     def _show_masks(self, _: object = None) -> None:
-        self.document.give_masks(self.rows)
-        self.drawn_changed.emit()
+        self.document.fill_mask_paths(self.rows)
+        self.masks_changed.emit()
 
-    def _with_tables(self, settings: ReconstructionSettings) -> ReconstructionSettings:
+    def _add_tables(self, settings: ReconstructionSettings) -> ReconstructionSettings:
         control, marks = self.tables()
         if control is None:
-            return settings.without_control()
-        return replace(settings, control=control, marks=marks, found=True)
+            return settings.drop_control()
+        return replace(settings, control=control, marks=marks, has_sidecar_control=True)
 
-    def aligned_folder(self) -> Path | None:
-        """A reconstruction of these photos with cameras: in this quality, else the newest one."""
-        out = self.out()
+    def alignment_folder(self) -> Path | None:
+        """Return the reconstruction with cameras in this quality, or else the newest one."""
+        out = self.output_folder()
         if out is None or self.folder is None:
             return None
-        return reconstruction_folders.aligned(out, self.folder)
+        return reconstruction_folders.find_alignment(out, self.folder)
 
-    def check_again(self) -> None:
-        """Masks have changed what the photos are worth."""
-        if not self.reading and self.making is None and self.rows:
+    def repeat_check(self) -> None:
+        """Repeat the survey check after masks have changed."""
+        if not self.is_reading and self.reconstruction_job is None and self.rows:
             self._check()
 
-    # --- the model ---------------------------------------------------------------------------
-    def make(self) -> None:
-        """Reconstruct as the settings say, or continue an earlier run that was stopped."""
+    # --- reconstruction ----------------------------------------------------------------------
+    def reconstruct(self) -> None:
+        """Start a reconstruction, or continue a paused one."""
         from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
 
-        out, folder = self.out(), self.folder
-        if self.why_not_make() is not None or out is None or folder is None:
+        out, folder = self.output_folder(), self.folder
+        if self.why_not_reconstruct() is not None or out is None or folder is None:
             return
-        order = self.settings.order(folder, out)
+        request = self.settings.build_request(folder, out)
         if (facts := self.control_facts) is not None and facts.crs:
-            # Shown before; the reconstruction itself would take no CRS for a local one.
-            order = replace(order, crs=facts.crs)
+            # The reconstruction itself would treat a missing CRS as a local frame.
+            request = replace(request, crs=facts.crs)
         if self.settings.control is None:
-            # Tie points join photos whatever places the model.
-            order = replace(order, marks=self.tables()[1])
+            # Tie points join photos, whatever registers the model.
+            request = replace(request, marks=self.tables()[1])
         session, name = self._studio.session, folder.name
         self.result = None
-        reconstruction_folders.keep_failure(out, "")
+        reconstruction_folders.store_failure(out, "")
 
         def done(result: Reconstruction) -> None:
-            self._making, self._goes_on = None, False
+            self._reconstruction_job, self._restart_pending = None, False
             self._studio.info(finished_reconstruction(name, result))
             if self._studio.session is not session:
                 self._studio.info(Finding("reconstruction.other-project", file=result.mesh))
                 self.changed.emit()
                 return
             self.result = result
-            self._take(result.survey)
+            self._apply_report(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
             for warning in result.warnings[:2]:
                 self._studio.warn(warning, warning.severity)
-            # The project may have been saved under another name meanwhile.
-            place = self._studio.project.folder / RECONSTRUCTIONS / out.name
+            # The project may have been saved under another name in the meantime.
+            target = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
-                reconstruction_folders.record(self._studio, photo_set.id, place, name)
-            self._studio.open_model(place / Path(result.mesh).name, name)
+                reconstruction_folders.record_reconstruction(
+                    self._studio, photo_set.id, target, name
+                )
+            self._studio.open_model(target / Path(result.mesh).name, name)
 
         def failed(event: Failed) -> None:
-            self._making = None
-            if event.cancelled and self._goes_on:
-                self._goes_on = False
-                self.make()
+            self._reconstruction_job = None
+            if event.cancelled and self._restart_pending:
+                self._restart_pending = False
+                self.reconstruct()
             elif not event.cancelled:
-                reconstruction_folders.tell_failure(self._studio, out, event)
+                reconstruction_folders.report_failure(self._studio, out, event)
             self.changed.emit()
 
-        self._making = self._studio.jobs.submit(
+        self._reconstruction_job = self._studio.jobs.submit(
             RECONSTRUCT,
-            replace(order, masks=self._masks()),
+            replace(request, masks=self._masks()),
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,
@@ -453,22 +475,24 @@ class PhotoSurvey(QObject):
         self.changed.emit()
 
     def stop_to_move(self) -> None:
-        """The project's folder is about to be moved: stop the work, which then goes on there."""
-        if self._making is not None:
-            self._goes_on = True
+        """Stop the work before the project's folder moves; it then continues there."""
+        if self._reconstruction_job is not None:
+            self._restart_pending = True
             self.pause()
-            self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOPPING_S)
+            self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOP_TIMEOUT_S)
 
     def pause(self) -> None:
-        """Stop the work; finished stages are kept, and `make` continues after them."""
-        if self._making is not None:
-            self._studio.jobs.cancel(self._making)
+        """Pause the reconstruction; `reconstruct` continues after the finished stages."""
+        if self._reconstruction_job is not None:
+            self._studio.jobs.cancel(self._reconstruction_job)
 
     def _show_cameras(self) -> None:
-        out = self.out()
-        known = None if out is None else reconstruction_folders.enter_cameras(out, self.rows)
-        if known is not None:
-            self.has_north = known
+        out = self.output_folder()
+        has_north = (
+            None if out is None else reconstruction_folders.fill_camera_positions(out, self.rows)
+        )
+        if has_north is not None:
+            self.has_north = has_north
 
     def _project_opened(self) -> None:
         self._stop_reading()
@@ -476,11 +500,11 @@ class PhotoSurvey(QObject):
         self.folder, self.rows, self.findings, self.result = None, [], (), None
         self.verdict, self.problem, self.control_note = "", "", None
         self.forecast = None
-        self.document.look_at(None)
+        self.document.set_folder(None)
         self.rows_changed.emit()
-        # The newest is the one that the user was at.
+        # The user worked on the newest reconstruction last.
         project = self._studio.project.folder
-        if (made := reconstruction_folders.newest(project)) is not None:
-            self.open(*made)
+        if (newest := reconstruction_folders.find_newest(project)) is not None:
+            self.open(*newest)
         elif (photos := self.document.last_folder()) is not None:
             self.open(photos)

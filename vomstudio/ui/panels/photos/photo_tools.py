@@ -1,4 +1,4 @@
-"""Gestures in an opened photo become marks, polygon vertices or brush strokes."""
+"""Tools of an open photo: gestures become marks, polygon vertices or brush strokes."""
 
 from __future__ import annotations
 
@@ -15,15 +15,21 @@ from vomstudio.ui.widgets.photo_canvas import PhotoPointer
 
 
 class PhotoTools(QObject):
-    """The tools of an open photo.
+    """Tools of an open photo.
 
-    marked : (x, y) at which the chosen point is to be marked; moved : (label, x, y, whether the
-    drag goes on) of a mark; picked : the label of a mark that was clicked
+    Attributes
+    ----------
+    mark_requested : Signal
+        Emitted with the position (x, y) at which the selected point is to be marked.
+    mark_moved : Signal
+        Emitted with label, x, y of a mark, and whether the drag continues.
+    mark_picked : Signal
+        Emitted with the label of a mark that was clicked.
     """
 
-    marked = Signal(float, float)
-    moved = Signal(str, float, float, bool)
-    picked = Signal(str)
+    mark_requested = Signal(float, float)
+    mark_moved = Signal(str, float, float, bool)
+    mark_picked = Signal(str)
     corners_changed = Signal()
     tool_changed = Signal()
 
@@ -33,41 +39,41 @@ class PhotoTools(QObject):
         self.photo = ""
         self.size = (1, 1)
         self._corners: list[Pixel] = []
-        self._last: Pixel | None = None
-        self._held = ""
-        canvas.pointed.connect(self._pointed)
+        self._last_point: Pixel | None = None
+        self._dragged_label = ""
+        canvas.pointed.connect(self._handle_pointer)
 
     @property
-    def hides(self) -> bool:
-        return self._canvas.hides
+    def is_masking(self) -> bool:
+        return self._canvas.is_masking
 
     @property
-    def corners(self) -> int:
+    def corner_count(self) -> int:
         return len(self._corners)
 
     def set_photo(self, name: str, width: int, height: int) -> None:
-        self.drop()
+        self.cancel()
         self.photo, self.size = name, (width, height)
 
-    def take_up(self, tool: str) -> None:
-        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is dropped."""
-        self.drop()
+    def set_tool(self, tool: str) -> None:
+        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is discarded."""
+        self.cancel()
         self._canvas.set_tool(tool)
         self.tool_changed.emit()
 
-    def drop(self) -> None:
-        """Forget the polygon that is not closed, end the stroke that is not lifted."""
+    def cancel(self) -> None:
+        """Discard the unfinished polygon, and finish the stroke."""
         self.end_stroke()
-        self._held = ""
+        self._dragged_label = ""
         self._set_corners([])
 
     def end_stroke(self) -> None:
-        """What was painted so far is done, though the button is still down."""
-        if self._last is not None:
-            self._last = None
+        """Finish the stroke, even if the button is still pressed."""
+        if self._last_point is not None:
+            self._last_point = None
             self._masks.end()
 
-    def _pointed(self, event: PhotoPointer) -> None:
+    def _handle_pointer(self, event: PhotoPointer) -> None:
         tool = self._canvas.tool
         if tool == MARK:
             self._mark(event)
@@ -82,23 +88,23 @@ class PhotoTools(QObject):
             return
         marks, handle = self._canvas.marks, event.handle
         if event.kind is Pointer.CLICK:
-            if handle is not None and not marks[handle].chosen:
-                self.picked.emit(marks[handle].label)
-            elif handle is None and self._inside(event):
-                self.marked.emit(event.x, event.y)
+            if handle is not None and not marks[handle].is_selected:
+                self.mark_picked.emit(marks[handle].label)
+            elif handle is None and self._is_inside(event):
+                self.mark_requested.emit(event.x, event.y)
         elif event.kind is Pointer.DRAG_START and handle is not None:
-            self._held = marks[handle].label
-            self.picked.emit(self._held)
-        elif event.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END) and self._held:
+            self._dragged_label = marks[handle].label
+            self.mark_picked.emit(self._dragged_label)
+        elif event.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END) and self._dragged_label:
             x, y = self._canvas.pixel_of_drag((event.x, event.y))
             x, y = min(max(x, 0.0), self.size[0]), min(max(y, 0.0), self.size[1])
-            going_on = event.kind is Pointer.DRAG_MOVE
+            is_ongoing = event.kind is Pointer.DRAG_MOVE
             if not event.more:
-                self.moved.emit(self._held, x, y, going_on)
-            if not going_on:
-                self._held = ""
+                self.mark_moved.emit(self._dragged_label, x, y, is_ongoing)
+            if not is_ongoing:
+                self._dragged_label = ""
 
-    def _inside(self, event: PhotoPointer) -> bool:
+    def _is_inside(self, event: PhotoPointer) -> bool:
         return 0 <= event.x <= self.size[0] and 0 <= event.y <= self.size[1]
 
     # --- polygon -----------------------------------------------------------------------------
@@ -112,7 +118,7 @@ class PhotoTools(QObject):
             elif event.handle is None:
                 self._set_corners([*self._corners, at])
         elif event.kind is Pointer.DOUBLE_CLICK:
-            # Its first click was the last corner.
+            # The first click of the double click added the last vertex.
             self.close_polygon()
         elif event.kind is Pointer.DRAG_MOVE and event.handle is not None and not event.more:
             corners = list(self._corners)
@@ -120,13 +126,13 @@ class PhotoTools(QObject):
             self._set_corners(corners)
 
     def close_polygon(self) -> None:
-        """Mask or unmask what lies within the polygon, if it has three vertices."""
+        """Mask or unmask the area of the polygon, if it has three vertices."""
         if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
             area = polygon_area(self._corners, *self.size)
-            self._masks.draw_once(self.photo, area, self.hides)
+            self._masks.draw_once(self.photo, area, self.is_masking)
             self._set_corners([])
 
-    def take_back_corner(self) -> None:
+    def remove_last_corner(self) -> None:
         """Remove the last vertex of the polygon."""
         self._set_corners(self._corners[:-1])
 
@@ -142,20 +148,20 @@ class PhotoTools(QObject):
             return
         at = (event.x, event.y)
         if event.kind is Pointer.CLICK:
-            self._masks.begin(self.photo, self.hides)
+            self._masks.begin(self.photo, self.is_masking)
             self._stamp(at, at)
             self._masks.end()
         elif event.kind is Pointer.DRAG_START:
-            self._masks.begin(self.photo, self.hides)
+            self._masks.begin(self.photo, self.is_masking)
             self._stamp(at, at)
-            self._last = at
-        elif event.kind is Pointer.DRAG_MOVE and self._last is not None:
-            if not event.more or math.dist(at, self._last) > 0.3 * self._canvas.radius:
-                self._stamp(self._last, at)
-                self._last = at
-        elif event.kind is Pointer.DRAG_END and self._last is not None:
-            self._stamp(self._last, at)
-            self._last = None
+            self._last_point = at
+        elif event.kind is Pointer.DRAG_MOVE and self._last_point is not None:
+            if not event.more or math.dist(at, self._last_point) > 0.3 * self._canvas.radius:
+                self._stamp(self._last_point, at)
+                self._last_point = at
+        elif event.kind is Pointer.DRAG_END and self._last_point is not None:
+            self._stamp(self._last_point, at)
+            self._last_point = None
             self._masks.end()
 
     def _stamp(self, a: Pixel, b: Pixel) -> None:

@@ -1,4 +1,4 @@
-"""The Photos panel: the photos of a folder, the survey check, and the reconstruction."""
+"""Photos panel: photos of a folder, survey check and reconstruction."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ from vomstudio.ui.panels.photos.plan_view import PlanView
 from vomstudio.ui.panels.photos.reconstruction_settings import QUALITIES
 from vomstudio.ui.widgets.collapsing_texts import FittingTexts
 
-_LEAST_WIDTH = 360
-_THUMBNAIL = QSize(72, 48)
+_MIN_WIDTH_PX = 360
+_THUMBNAIL_SIZE = QSize(72, 48)
 _COLUMNS = (
     (to_translate("Photo"), ""),
     (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
@@ -54,10 +54,10 @@ _COLUMNS = (
     (to_translate("Size"), to_translate("Width × height in pixels.")),
     (to_translate("GPS"), to_translate("The photo states its position.")),
 )
-"""Title and tool tip."""
-_GSD, _MASK, _FINDING = 1, 3, 4
-# Results of the alignment.
-_AFTER = ("show_alignment", "show_tie_points", "open_report")
+"""Titles and tool tips."""
+_GSD_COLUMN, _MASK_COLUMN, _FINDING_COLUMN = 1, 3, 4
+# Commands that show results of the alignment.
+_RESULT_ACTIONS = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
     "info": "information-outline",
     "warning": "alert-outline",
@@ -66,12 +66,24 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """actions: the commands of `survey_commands` by their names. chosen: the names of the selected
-    photos, a set."""
+    """Panel with the photos of a folder, the survey findings and the reconstruction.
 
-    chosen = Signal(object)
+    Parameters
+    ----------
+    survey : PhotoSurvey
+    actions : dict
+        Commands of `survey_commands` by name.
+
+    Attributes
+    ----------
+    selection_changed : Signal
+        Emitted with the set of names of the selected photos.
+    opened : Signal
+        Emitted with the name of a photo to be opened.
+    """
+
+    selection_changed = Signal(object)
     opened = Signal(str)
-    """A photo that is to be looked at."""
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -84,7 +96,7 @@ class PhotosPanel(QWidget):
             self.quality.setItemData(self.quality.count() - 1, tr(tip), Qt.ItemDataRole.ToolTipRole)
         self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.currentIndexChanged.connect(
-            lambda _: survey.choose_quality(self.quality.currentData())
+            lambda _: survey.set_quality(self.quality.currentData())
         )
         self._verdict = ElidedLabel()
         self._verdict.setObjectName("survey_verdict")
@@ -97,7 +109,7 @@ class PhotosPanel(QWidget):
         self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.results)
         menu.setToolTipsVisible(True)
-        for name in _AFTER:
+        for name in _RESULT_ACTIONS:
             menu.addAction(actions[name])
         self.results.setMenu(menu)
         self._bar = QProgressBar()
@@ -106,13 +118,13 @@ class PhotosPanel(QWidget):
         self._stage = ElidedLabel()
         self.table = self._make_table()
         self._findings = QListWidget()
-        self._failed = ""
+        self._failure_text = ""
         self._placements: list[str] = []
         self._scale: float | None = None
         self._findings.setObjectName("findings")
         self._findings.setWordWrap(True)
-        self._findings.itemSelectionChanged.connect(self._finding_chosen)
-        self._plan = PlanView(self.choose)
+        self._findings.itemSelectionChanged.connect(self._select_photos_of_finding)
+        self._plan = PlanView(self.select_photo)
         middle = QSplitter(Qt.Orientation.Horizontal)
         for widget, stretch in ((self.table, 5), (self._findings, 4), (self._plan, 3)):
             middle.addWidget(widget)
@@ -123,27 +135,26 @@ class PhotosPanel(QWidget):
         layout.setSpacing(4)
         layout.addWidget(self._make_header())
         self._pages = QStackedWidget()
-        self._pages.addWidget(self._make_empty())
+        self._pages.addWidget(self._make_empty_page())
         self._pages.addWidget(middle)
         layout.addWidget(self._pages, 1)
         survey.rows_changed.connect(self._fill)
         survey.changed.connect(self._refresh)
-        survey.drawn_changed.connect(self._show_masks)
+        survey.masks_changed.connect(self._show_masks)
         self._fill()
 
-    def _make_empty(self) -> QWidget:
-        """The page that is shown while no folder is chosen."""
+    def _make_empty_page(self) -> QWidget:
         page = QWidget()
         column = QVBoxLayout(page)
-        words = Label(tr("Choose a folder of overlapping photos, or drop it here."))
-        words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        label = Label(tr("Choose a folder of overlapping photos, or drop it here."))
+        label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row = QHBoxLayout()
         row.addStretch(1)
         for name in ("choose_photos", "video_frames", "plan_survey"):
             row.addWidget(self._button(name))
         row.addStretch(1)
         column.addStretch(1)
-        column.addWidget(words)
+        column.addWidget(label)
         column.addLayout(row)
         column.addStretch(1)
         return page
@@ -156,16 +167,16 @@ class PhotosPanel(QWidget):
 
     def _make_header(self) -> QWidget:
         row = QWidget()
-        row.setMinimumWidth(_LEAST_WIDTH)
+        row.setMinimumWidth(_MIN_WIDTH_PX)
         header = QHBoxLayout(row)
         header.setContentsMargins(0, 0, 0, 0)
         buttons = {}
-        # Beside the list that it belongs to, one word says it.
+        # One word is enough beside the list of photos.
         self._actions["open_photo"].setIconText(tr("Open"))
         for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
             buttons[name] = button = self._button(name)
             if name == "make_settings":
-                # Its neighbours say what it belongs to.
+                # The buttons beside it state its purpose.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             header.addWidget(button)
             if name == "pause_model":
@@ -180,7 +191,7 @@ class PhotosPanel(QWidget):
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
         self._texts = FittingTexts(row, lambda: header.minimumSize().width())
-        # What is done most often keeps its words longest.
+        # The texts of the most frequent actions are dropped last.
         self._texts.drop([buttons["choose_photos"], self.results])
         self._texts.drop([buttons["open_photo"], self._pause])
         self._texts.drop([buttons["make_model"]])
@@ -189,13 +200,13 @@ class PhotosPanel(QWidget):
     def _make_table(self) -> QTableWidget:
         table = QTableWidget(0, len(_COLUMNS))
         table.setObjectName("photo_table")
-        table.setIconSize(_THUMBNAIL)
+        table.setIconSize(_THUMBNAIL_SIZE)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         table.verticalHeader().hide()
         table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         table.horizontalHeader().setStretchLastSection(True)
-        table.itemSelectionChanged.connect(self._chosen)
+        table.itemSelectionChanged.connect(self._show_selection)
         table.doubleClicked.connect(self._open)
         for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             key = QShortcut(QKeySequence(code), table)
@@ -203,12 +214,12 @@ class PhotosPanel(QWidget):
             key.activated.connect(self._open)
         for column, (title, tip) in enumerate(_COLUMNS):
             header = QTableWidgetItem(tr(title))
-            # No message is empty: the empty one is the catalogue's own head.
+            # `tr` of an empty text would return the header of the catalogue.
             header.setToolTip(tr(tip) if tip else "")
             table.setHorizontalHeaderItem(column, header)
         return table
 
-    # --- filling -----------------------------------------------------------------------------
+    # --- rows --------------------------------------------------------------------------------
     def _fill(self) -> None:
         survey, table = self._survey, self.table
         self._scale = survey.metres_per_unit()
@@ -217,7 +228,7 @@ class PhotosPanel(QWidget):
             for number, row in enumerate(survey.rows):
                 self._fill_row(number, row)
         self._findings.clear()
-        self._failed, self._placements = "", []
+        self._failure_text, self._placements = "", []
         if survey.verdict:
             self._add_finding("info", survey.verdict, [])
             verdict = self._findings.item(0)
@@ -227,18 +238,18 @@ class PhotosPanel(QWidget):
             verdict.setIcon(QIcon())
         for finding in survey.findings:
             self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
-        for finding in (*survey.control_findings(), *survey.left_out):
+        for finding in (*survey.control_findings(), *survey.exclusions):
             self._add_finding(finding.severity, finding.message, [])
-        self._chosen()
+        self._show_selection()
         self._refresh()
 
     def _fill_row(self, number: int, row: PhotoRow) -> None:
         cells = (
             row.name.rpartition("/")[2],
-            _gsd(row, self._scale),
+            _gsd_text(row, self._scale),
             "–" if row.blur is None else f"{row.blur:.1f} px",
             _mask_text(row),
-            _cut(row.findings[0]) if row.findings else "",
+            _truncate(row.findings[0]) if row.findings else "",
             row.camera,
             row.focal,
             f"{row.width} × {row.height}",
@@ -249,32 +260,32 @@ class PhotosPanel(QWidget):
             if column == 0:
                 item.setToolTip(as_words(row.path))
                 if row.thumbnail:
-                    item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
-            elif column == _FINDING:
+                    item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL_SIZE))
+            elif column == _FINDING_COLUMN:
                 item.setToolTip(as_words("\n".join(row.findings)))
             self.table.setItem(number, column, item)
-        self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
+        self.table.setRowHeight(number, _THUMBNAIL_SIZE.height() + 4)
 
     def _show_masks(self) -> None:
         for number, row in enumerate(self._survey.rows):
-            if (item := self.table.item(number, _MASK)) is not None:
+            if (item := self.table.item(number, _MASK_COLUMN)) is not None:
                 item.setText(_mask_text(row))
 
     def _add_finding(
-        self, severity: str, text: str, photos: list[str], place: int | None = None
+        self, severity: str, text: str, photos: list[str], row: int | None = None
     ) -> None:
         item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
         item.setData(Qt.ItemDataRole.UserRole, photos)
-        self._findings.insertItem(self._findings.count() if place is None else place, item)
+        self._findings.insertItem(self._findings.count() if row is None else row, item)
 
     def _refresh(self) -> None:
         survey = self._survey
-        job = survey.making
+        job = survey.reconstruction_job
         self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
-        self._bar.setVisible(job is not None or survey.reading)
+        self._bar.setVisible(job is not None or survey.is_reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
         self._texts.again()
@@ -287,49 +298,55 @@ class PhotosPanel(QWidget):
                 self._stage.setText(f"{job.stage} {job.done} / {job.total}")
             else:
                 self._stage.setText(job.stage)
-        elif survey.reading:
+        elif survey.is_reading:
             self._bar.setRange(0, 0)
-        self._verdict.setText(self._words())
+        self._verdict.setText(self._summary_text())
         self._show_failure()
         self._show_placements()
-        make = self._actions["make_model"]
-        make.setText(
-            tr("&Continue reconstruction") if survey.begun and job is None else tr("&Reconstruct")
+        action = self._actions["make_model"]
+        action.setText(
+            tr("&Continue reconstruction")
+            if survey.is_begun and job is None
+            else tr("&Reconstruct")
         )
 
-    def _words(self) -> str:
+    def _summary_text(self) -> str:
         survey = self._survey
         if survey.folder is None:
             return ""
         if survey.problem:
             return survey.problem
-        if survey.reading:
+        if survey.is_reading:
             return tr("Reading the photos…")
         warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
-        said = tr_n("{count} warning", "{count} warnings", warnings)
-        if self._failure():
-            return tr("Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=said)
-        if survey.begun and survey.making is None:
-            return tr("{photos}, {warnings}, reconstruction paused", photos=photos, warnings=said)
-        return tr("{photos}, {warnings}", photos=photos, warnings=said)
+        warning_text = tr_n("{count} warning", "{count} warnings", warnings)
+        if self._read_failure():
+            return tr(
+                "Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=warning_text
+            )
+        if survey.is_begun and survey.reconstruction_job is None:
+            return tr(
+                "{photos}, {warnings}, reconstruction paused", photos=photos, warnings=warning_text
+            )
+        return tr("{photos}, {warnings}", photos=photos, warnings=warning_text)
 
-    def _failure(self) -> str:
-        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
-        out = self._survey.out() if self._survey.making is None else None
-        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
+    def _read_failure(self) -> str:
+        """Return the reason why the previous run failed, "" if it did not fail or was paused."""
+        out = self._survey.output_folder() if self._survey.reconstruction_job is None else None
+        return "" if out is None else as_sentence(reconstruction_folders.read_failure(out))
 
     def _show_failure(self) -> None:
-        """Above the findings."""
-        reason = self._failure()
-        if reason == self._failed:
+        """Show the failure of the previous run above the findings."""
+        reason = self._read_failure()
+        if reason == self._failure_text:
             return
-        if self._failed:
+        if self._failure_text:
             self._findings.takeItem(0)
-        self._failed = reason
+        self._failure_text = reason
         if reason:
             text = tr("The reconstruction failed: {reason}", reason=reason)
-            self._add_finding("error", text, [], place=0)
+            self._add_finding("error", text, [], row=0)
 
     def _show_placements(self) -> None:
         """Show how the models of these photos are placed, as the last findings."""
@@ -343,17 +360,17 @@ class PhotosPanel(QWidget):
         if (scale := self._survey.metres_per_unit()) != self._scale:
             self._scale = scale
             for number, row in enumerate(self._survey.rows):
-                if (item := self.table.item(number, _GSD)) is not None:
-                    item.setText(_gsd(row, scale))
+                if (item := self.table.item(number, _GSD_COLUMN)) is not None:
+                    item.setText(_gsd_text(row, scale))
 
-    # --- choosing ----------------------------------------------------------------------------
-    def _chosen_names(self) -> set[str]:
+    # --- selection ---------------------------------------------------------------------------
+    def _selected_names(self) -> set[str]:
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
         return {self._survey.rows[row].name for row in rows if row < len(self._survey.rows)}
 
-    def chosen_photo(self) -> str | None:
-        """The first of the photos that are selected."""
-        names = self._chosen_names()
+    def selected_photo(self) -> str | None:
+        """Return the first of the selected photos, None if none is selected."""
+        names = self._selected_names()
         return next((row.name for row in self._survey.rows if row.name in names), None)
 
     def _open(self) -> None:
@@ -361,21 +378,21 @@ class PhotosPanel(QWidget):
         if 0 <= row < len(self._survey.rows):
             self.opened.emit(self._survey.rows[row].name)
 
-    def _chosen(self) -> None:
+    def _show_selection(self) -> None:
         survey = self._survey
-        names = self._chosen_names()
+        names = self._selected_names()
         self._plan.show_rows(survey.rows, names, survey.has_north)
-        self.chosen.emit(names)
+        self.selection_changed.emit(names)
 
-    def choose(self, name: str) -> None:
+    def select_photo(self, name: str) -> None:
         """Select the photo of this name and scroll to it."""
         for number, row in enumerate(self._survey.rows):
             if row.name == name:
                 self.table.selectRow(number)
                 self.table.scrollTo(self.table.model().index(number, 0))
 
-    def _finding_chosen(self) -> None:
-        """Select the photos that the finding is about."""
+    def _select_photos_of_finding(self) -> None:
+        """Select the photos of the selected findings."""
         names: set[str] = set()
         for item in self._findings.selectedItems():
             names.update(item.data(Qt.ItemDataRole.UserRole) or ())
@@ -392,12 +409,12 @@ def _mask_text(row: PhotoRow) -> str:
     return "–" if row.mask is None else tr("yes")
 
 
-def _cut(text: str) -> str:
-    """The beginning of a finding, for a column; the whole is in the tooltip and the list."""
+def _truncate(text: str) -> str:
+    """Return the beginning of a finding; the list and the tool tip contain all of it."""
     return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 
-def _gsd(row: PhotoRow, metres_per_unit: float | None) -> str:
+def _gsd_text(row: PhotoRow, metres_per_unit: float | None) -> str:
     gsd_m = row.gsd_m
     if gsd_m is None and row.gsd is not None and metres_per_unit is not None:
         gsd_m = row.gsd * metres_per_unit

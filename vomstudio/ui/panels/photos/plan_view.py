@@ -1,4 +1,4 @@
-"""A plan of the camera positions."""
+"""Plan view of the camera positions."""
 
 from __future__ import annotations
 
@@ -14,42 +14,47 @@ from vomstudio.ui.base.controls import as_words
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
-_GOOD, _FLAGGED, _CHOSEN = "#0072b2", "#e69f00", "#d55e00"
+_GOOD, _FLAGGED, _SELECTED = "#0072b2", "#e69f00", "#d55e00"
 
 
 class PlanView(QWidget):
-    """Each photo at its position with a line along its heading; those with findings in another
-    colour and shape. clicked : called with a photo's name."""
+    """Plan of the photos with viewing directions; photos with findings are highlighted.
 
-    def __init__(self, clicked: object = None) -> None:
+    Parameters
+    ----------
+    click_callback : callable, optional
+        Called with the name of a photo.
+    """
+
+    def __init__(self, click_callback: object = None) -> None:
         super().__init__()
         self._rows: list[PhotoRow] = []
-        self._chosen: set[str] = set()
+        self._selection: set[str] = set()
         self._has_north = True
-        self._clicked = clicked
+        self._click_callback = click_callback
         self.setMinimumSize(180, 120)
         self.setMouseTracking(True)
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return QSize(260, 220)
 
-    def show_rows(self, rows: Sequence[PhotoRow], chosen: set[str], has_north: bool) -> None:
-        """has_north: places are metres, with north upwards; else of a local frame without scale."""
+    def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], has_north: bool) -> None:
+        """Show photos. `has_north` states whether positions are metres with north upwards."""
         self._has_north = has_north
         self._rows = [row for row in rows if row.place is not None]
-        self._chosen = chosen
+        self._selection = selection
         self.update()
 
     def _scale(self) -> tuple[float, float, float]:
-        """Pixels per metre, and the middle in metres."""
+        """Return pixels per metre, and the centre in metres."""
         xs = [row.place[0] for row in self._rows if row.place]
         ys = [row.place[1] for row in self._rows if row.place]
-        wide, high = max(xs) - min(xs), max(ys) - min(ys)
-        room_x, room_y = self.width() - 2 * _MARGIN, self.height() - 2 * _MARGIN
-        span = max(wide / max(room_x, 1.0), high / max(room_y, 1.0), 1e-3)
+        width, height = max(xs) - min(xs), max(ys) - min(ys)
+        plot_width, plot_height = self.width() - 2 * _MARGIN, self.height() - 2 * _MARGIN
+        span = max(width / max(plot_width, 1.0), height / max(plot_height, 1.0), 1e-3)
         return 1 / span, (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
 
-    def _at(self, row: PhotoRow, scale: float, cx: float, cy: float) -> QPointF:
+    def _screen_point(self, row: PhotoRow, scale: float, cx: float, cy: float) -> QPointF:
         assert row.place is not None
         return QPointF(
             self.width() / 2 + (row.place[0] - cx) * scale,
@@ -71,11 +76,11 @@ class PlanView(QWidget):
             return
         scale, cx, cy = self._scale()
         for row in self._rows:
-            self._draw(painter, row, self._at(row, scale, cx, cy))
+            self._draw(painter, row, self._screen_point(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
         if not self._has_north:
-            words = tr("Local frame: scale and north unknown.")
-            painter.drawText(QPointF(8, self.height() - 6), words)
+            text_line = tr("Local frame: scale and north unknown.")
+            painter.drawText(QPointF(8, self.height() - 6), text_line)
             return
         length = round_length(70 / scale)
         y = self.height() - 9.0
@@ -86,8 +91,8 @@ class PlanView(QWidget):
 
     def _draw(self, painter: QPainter, row: PhotoRow, at: QPointF) -> None:
         color = QColor(_FLAGGED if row.findings else _GOOD)
-        if row.name in self._chosen:
-            color = QColor(_CHOSEN)
+        if row.name in self._selection:
+            color = QColor(_SELECTED)
         painter.setPen(QPen(color, 2.0))
         painter.setBrush(color)
         if row.looks is not None:
@@ -103,22 +108,23 @@ class PlanView(QWidget):
     def _nearest(self, position: QPointF) -> PhotoRow | None:
         if not self._rows:
             return None
-        where = self._scale()
+        scale = self._scale()
         nearest = min(
-            self._rows, key=lambda row: (self._at(row, *where) - position).manhattanLength()
+            self._rows,
+            key=lambda row: (self._screen_point(row, *scale) - position).manhattanLength(),
         )
-        near = (self._at(nearest, *where) - position).manhattanLength() < 14
-        return nearest if near else None
+        is_near = (self._screen_point(nearest, *scale) - position).manhattanLength() < 14
+        return nearest if is_near else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         row = self._nearest(event.position())
-        if row is not None and callable(self._clicked):
-            self._clicked(row.name)
+        if row is not None and callable(self._click_callback):
+            self._click_callback(row.name)
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):
             row = self._nearest(QPointF(event.pos()))
-            words = "" if row is None else "\n".join([row.name, *row.findings])
-            QToolTip.showText(event.globalPos(), as_words(words), self)
+            text = "" if row is None else "\n".join([row.name, *row.findings])
+            QToolTip.showText(event.globalPos(), as_words(text), self)
             return True
         return super().event(event)

@@ -1,4 +1,4 @@
-"""The list of points, the coordinates and mark of the chosen one, and what is still missing."""
+"""List of points, form of the selected point, and findings on missing points."""
 
 from __future__ import annotations
 
@@ -39,13 +39,21 @@ from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 
 
 class PointsBox(QGroupBox):
-    """chosen : the label of the chosen point; "" for none. message : a sentence for the user, and
-    its level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
+    """Box with the points, and the coordinates and mark of the selected point.
+
+    Attributes
+    ----------
+    point_selected : Signal
+        Emitted with the label of the selected point, "" without one.
+    message : Signal
+        Emitted with a message for the user and its level.
+    mark_edited : Signal
+        Emitted with the position (x, y) of the point's mark in the open photo, pixels as stored.
     """
 
-    chosen = Signal(str)
+    point_selected = Signal(str)
     message = Signal(object, str)
-    typed = Signal(float, float)
+    mark_edited = Signal(float, float)
 
     def __init__(self, marks: PhotoMarks) -> None:
         super().__init__(tr("Points"))
@@ -55,9 +63,9 @@ class PointsBox(QGroupBox):
         self._labels: tuple[str, ...] = ()
         self._buttons: dict[str, QToolButton] = {}
         self.table = self._make_table()
-        self.missing = Label()
-        self.missing.setObjectName("missing")
-        self.missing.setWordWrap(True)
+        self.missing_label = Label()
+        self.missing_label.setObjectName("missing")
+        self.missing_label.setWordWrap(True)
         layout = QVBoxLayout(self)
         layout.setSpacing(6)
         buttons = QGridLayout()
@@ -72,7 +80,7 @@ class PointsBox(QGroupBox):
         layout.addLayout(buttons)
         layout.addWidget(self.table, 1)
         layout.addWidget(self._make_form())
-        layout.addWidget(self.missing)
+        layout.addWidget(self.missing_label)
         marks.changed.connect(self.refresh)
         self.refresh()
 
@@ -95,7 +103,7 @@ class PointsBox(QGroupBox):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         table.setMinimumHeight(110)
-        table.itemSelectionChanged.connect(self._row_chosen)
+        table.itemSelectionChanged.connect(self._select_row)
         return table
 
     def _make_form(self) -> QWidget:
@@ -105,7 +113,7 @@ class PointsBox(QGroupBox):
         form.setVerticalSpacing(4)
         self.name = QLineEdit()
         self.name.setObjectName("point_name")
-        self.name.editingFinished.connect(self._renamed)
+        self.name.editingFinished.connect(self._rename)
         self.role = ComboBox()
         self.role.setObjectName("point_role")
         for text, role, tip in (
@@ -115,23 +123,23 @@ class PointsBox(QGroupBox):
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
             self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
-        self.role.currentIndexChanged.connect(self._role_chosen)
+        self.role.currentIndexChanged.connect(self._change_role)
         row = QHBoxLayout()
         row.addWidget(self.name, 1)
         row.addWidget(self.role)
         form.addRow(tr("Point"), row)
-        self.numbers = [QLineEdit() for _ in range(4)]
+        self.coordinate_fields = [QLineEdit() for _ in range(4)]
         titles = (tr("East"), tr("North"), tr("Height"), tr("Accuracy"))
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
-        for number, (field, title) in enumerate(zip(self.numbers, titles, strict=True)):
+        for number, (field, title) in enumerate(zip(self.coordinate_fields, titles, strict=True)):
             field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
             field.setPlaceholderText(title)
             field.setToolTip(
                 tr("{coordinate} in metres; empty where it is not known.", coordinate=title)
             )
-            field.editingFinished.connect(self._numbers_typed)
+            field.editingFinished.connect(self._change_coordinates)
             grid.addWidget(field, number // 2, number % 2)
         form.addRow(tr("Position"), grid)
         self.mark_x, self.mark_y = DoubleSpinBox(), DoubleSpinBox()
@@ -144,7 +152,7 @@ class PointsBox(QGroupBox):
             spin.setKeyboardTracking(False)
             spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1."))
             spin.valueChanged.connect(
-                lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
+                lambda _: self.mark_edited.emit(self.mark_x.value(), self.mark_y.value())
             )
             pixel.addWidget(spin, 1)
         remove = self._buttons["remove_mark"] = QToolButton()
@@ -153,14 +161,14 @@ class PointsBox(QGroupBox):
         form.addRow(tr("Mark"), pixel)
         return self.form
 
-    def offer(self, actions: Mapping[str, QAction]) -> None:
-        """The actions of the buttons, by their names."""
+    def set_actions(self, actions: Mapping[str, QAction]) -> None:
+        """Assign actions by name to the buttons."""
         for name, button in self._buttons.items():
             button.setDefaultAction(actions[name])
 
-    # --- showing -----------------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def refresh(self) -> None:
-        """Renew the list, the form, and what is missing."""
+        """Update the list, the form and the findings."""
         marking = self._marks.marking
         labels = marking.labels
         with QSignalBlocker(self.table):
@@ -169,27 +177,27 @@ class PointsBox(QGroupBox):
                 self.table.setRowCount(len(labels))
             for row, label in enumerate(labels):
                 self._fill_row(row, label)
-            gone = bool(self.label) and self.label not in labels
-            if gone:
+            is_removed = bool(self.label) and self.label not in labels
+            if is_removed:
                 self.label = ""
             if self.label:
                 self.table.selectRow(labels.index(self.label))
             else:
                 self.table.clearSelection()
         self._fill_form()
-        said = [finding.message for finding in self._marks.missing()]
+        texts = [finding.message for finding in self._marks.missing_items()]
         if not labels:
-            said = [tr("Import control points, or click in the photo to mark a tie point.")]
+            texts = [tr("Import control points, or click in the photo to mark a tie point.")]
         elif self._marks.cameras is None:
-            said = [
-                *said,
+            texts = [
+                *texts,
                 tr("Once the photos are aligned, two marks of a point predict the others."),
             ]
-        elif not said:
-            said = [tr("Nothing is missing.")]
-        self.missing.setText("\n".join(map(as_sentence, said)))
-        if gone:
-            self.chosen.emit("")
+        elif not texts:
+            texts = [tr("Nothing is missing.")]
+        self.missing_label.setText("\n".join(map(as_sentence, texts)))
+        if is_removed:
+            self.point_selected.emit("")
 
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking
@@ -211,16 +219,18 @@ class PointsBox(QGroupBox):
                 item.setIcon(theme.swatch(COLORS[role]))
             if column >= 2:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-            last = item
-        bad = worst is not None and worst[1] > BAD_PX
-        last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
-        last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
-        last.setToolTip(
+            residual_item = item
+        is_bad = worst is not None and worst[1] > BAD_PX
+        residual_item.setIcon(theme.icon("alert-outline") if is_bad else theme.verdict_icon(None))
+        residual_item.setForeground(
+            QColor(VERDICT_COLORS["poor"]) if is_bad else self.palette().text()
+        )
+        residual_item.setToolTip(
             "" if worst is None else tr("Largest residual in {photo}", photo=as_words(worst[0]))
         )
 
     def show_photo(self, name: str, width: int, height: int) -> None:
-        """Show the mark in this photo, of so many pixels as stored."""
+        """Show the mark in this photo. `width` and `height` are pixels as stored."""
         self.photo = name
         with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
             self.mark_x.setMaximum(width)
@@ -241,7 +251,7 @@ class PointsBox(QGroupBox):
                 *(f"{v:.4f}".rstrip("0").rstrip(".") for v in point.position),
                 "" if point.sigma_m is None else f"{point.sigma_m:g}",
             ]
-        for field, value in zip(self.numbers, values, strict=True):
+        for field, value in zip(self.coordinate_fields, values, strict=True):
             if not (field.hasFocus() and field.isModified()):
                 field.setText(value)
         pixel = marking.of(self.label).get(self.photo)
@@ -250,34 +260,34 @@ class PointsBox(QGroupBox):
                 spin.setValue(number)
             allow(spin, None if pixel is not None else Finding("action.no-mark"))
 
-    # --- choosing and typing -----------------------------------------------------------------
-    def choose(self, label: str) -> None:
-        """Make this the point that is edited and marked; "" for none."""
+    # --- selection and editing ---------------------------------------------------------------
+    def select_point(self, label: str) -> None:
+        """Select the point of this label; "" for no point."""
         if label != self.label:
             self.label = label
             self.refresh()
-            self.chosen.emit(label)
+            self.point_selected.emit(label)
 
-    def _row_chosen(self) -> None:
+    def _select_row(self) -> None:
         rows = self.table.selectionModel().selectedRows()
-        self.choose(self._labels[rows[0].row()] if rows else "")
+        self.select_point(self._labels[rows[0].row()] if rows else "")
 
-    def _renamed(self) -> None:
+    def _rename(self) -> None:
         text, label = self.name.text().strip(), self.label
         self.name.setModified(False)
         if not label or text == label:
             return
         try:
-            made = self._marks.marking.renamed(label, text)
+            new_marking = self._marks.marking.renamed(label, text)
         except GeometryError as error:
             self.message.emit(error, "warning")
             self._fill_form()
             return
         self.label = text
-        self._marks.change(tr("Rename {label}", label=label), made)
-        self.chosen.emit(text)
+        self._marks.change(tr("Rename {label}", label=label), new_marking)
+        self.point_selected.emit(text)
 
-    def _role_chosen(self) -> None:
+    def _change_role(self) -> None:
         role, label, marking = self.role.currentData(), self.label, self._marks.marking
         point = marking.point(label)
         if not label or role == marking.role(label):
@@ -285,42 +295,42 @@ class PointsBox(QGroupBox):
         if point is None:
             self.message.emit(Finding("control.no-coordinates", label=label), "warning")
             self._fill_form()
-            self.numbers[0].setFocus()
+            self.coordinate_fields[0].setFocus()
             return
         if role == TIE:
-            made = marking.unplaced(label)
+            new_marking = marking.unplaced(label)
         else:
-            made = marking.placed(replace(point, check=role == CHECK))
-        self._marks.change(tr("Role of {label}", label=label), made)
+            new_marking = marking.placed(replace(point, check=role == CHECK))
+        self._marks.change(tr("Role of {label}", label=label), new_marking)
 
-    def _numbers_typed(self) -> None:
-        if not self.label or not any(field.isModified() for field in self.numbers):
+    def _change_coordinates(self) -> None:
+        if not self.label or not any(field.isModified() for field in self.coordinate_fields):
             return
-        texts = [field.text().strip() for field in self.numbers]
+        texts = [field.text().strip() for field in self.coordinate_fields]
         marking, label = self._marks.marking, self.label
         point = marking.point(label)
         if not any(texts[:3]) and point is not None:
-            made = marking.unplaced(label)
+            new_marking = marking.unplaced(label)
         else:
             values = [parse_number(text, decimal_comma=True) if text else None for text in texts]
-            read = zip(texts, values, strict=True)
-            bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
-            if bad is not None:
-                self.message.emit(Finding("number.invalid", text=bad), "warning")
+            pairs = zip(texts, values, strict=True)
+            invalid = next((t for t, v in pairs if t and (v is None or not isfinite(v))), None)
+            if invalid is not None:
+                self.message.emit(Finding("number.invalid", text=invalid), "warning")
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
-                # The others are still to be typed.
+                # The other coordinates have not been typed yet.
                 return
-            if (said := check_coordinates((x, y, z))) is not None:
-                self.message.emit(said, "warning")
+            if (problem := check_coordinates((x, y, z))) is not None:
+                self.message.emit(problem, "warning")
                 return
             if sigma is not None and not sigma > 0:
                 self.message.emit(Finding("number.not-positive", value=sigma), "warning")
                 return
-            made = marking.placed(
+            new_marking = marking.placed(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)
             )
-        for field in self.numbers:
+        for field in self.coordinate_fields:
             field.setModified(False)
-        self._marks.change(tr("Coordinates of {label}", label=label), made)
+        self._marks.change(tr("Coordinates of {label}", label=label), new_marking)

@@ -1,4 +1,4 @@
-"""The folders of a project in which models were made of photos, and what is found there."""
+"""Folders of the reconstructions in a project, and their files."""
 
 from __future__ import annotations
 
@@ -24,37 +24,41 @@ from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
-from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings, asked_for
+from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings, read_request
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
-# A direction that is steeper has no arrow on a map.
-_LEAST_ARROW = 0.2
+# Steeper directions have no arrow on the map.
+_MIN_ARROW_LENGTH = 0.2
 
 
-def folder_for(project: Path, photos: Path, quality: str) -> Path:
-    """Where the model of these photos in this quality is made, or was begun. One of another quality
-    or of another folder of this name, which may have been measured on, stays as it is."""
-    place = project / RECONSTRUCTIONS
+def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
+    """Return the folder for a reconstruction of these photos in this quality.
+
+    Folders of another quality, or of other photos with the same folder name, are not reused.
+    """
+    folder = project / RECONSTRUCTIONS
     for number in itertools.count(1):
-        again = "" if number == 1 else f"-{number}"
-        out = place / f"{photos.name}{again}-{quality}"
-        asked = asked_for(out / REQUEST)
-        if asked is None or _same_photos(asked[0], photos):
+        suffix = "" if number == 1 else f"-{number}"
+        out = folder / f"{photos.name}{suffix}-{quality}"
+        request = read_request(out / REQUEST)
+        if request is None or _same_photos(request[0], photos):
             return out
     raise AssertionError("counting ends never")
 
 
 def is_begun(out: Path) -> bool:
-    """An earlier run has finished some stages and no more."""
+    """Return whether an earlier run has finished some stages only."""
     return (out / "work").is_dir() and not (out / "report.html").exists()
 
 
-def keep_failure(out: Path, reason: str) -> None:
-    """Write beside the finished stages why the run failed, for the next start of the program; ""
-    once it is made again. A disk that takes nothing has told so already."""
+def store_failure(out: Path, reason: str) -> None:
+    """Store why the run failed for the next start of the program; "" removes the file.
+
+    Errors of the disk are ignored, since the run has reported them.
+    """
     with contextlib.suppress(OSError, TargetError):
         if reason:
             make_folder((out / _FAILURE).parent)
@@ -63,73 +67,78 @@ def keep_failure(out: Path, reason: str) -> None:
             (out / _FAILURE).unlink(missing_ok=True)
 
 
-def tell_failure(studio: Studio, out: Path, event: Failed) -> None:
-    """Keep why the run failed, and report it now."""
-    keep_failure(out, event.message)
+def report_failure(studio: Studio, out: Path, event: Failed) -> None:
+    """Store why the run failed, and report it to the user."""
+    store_failure(out, event.message)
     studio.warn(event.to_error(), "error")
 
 
-def failure(out: Path) -> str:
-    """Why the last run failed, as a sentence; "" where it did not."""
+def read_failure(out: Path) -> str:
+    """Return why the last run failed, as a sentence; "" if it did not fail."""
     try:
         return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
     except (InputError, OSError):
         return ""
 
 
-def aligned(out: Path, photos: Path) -> Path | None:
-    """A reconstruction of these photos with cameras: in `out`, else the newest one."""
+def find_alignment(out: Path, photos: Path) -> Path | None:
+    """Return a reconstruction of these photos with cameras: `out`, or else the newest one."""
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
     folders = [each.parent for each in cameras if is_regular(each)]
-    asked = {each: asked_for(each / REQUEST) for each in folders}
-    mine = [
+    requests = {each: read_request(each / REQUEST) for each in folders}
+    matches = [
         each
-        for each, found in asked.items()
-        if found is not None and _same_photos(found[0], photos)
+        for each, request in requests.items()
+        if request is not None and _same_photos(request[0], photos)
     ]
-    return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
+    return max(matches, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
 
-def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Photos and settings of the newest reconstruction, where the photos are to be found."""
-    found_requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
-    requests = [path for path in found_requests if is_regular(path)]
+def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
+    """Return photos and settings of the newest reconstruction, None if its photos are missing."""
+    paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
+    requests = [path for path in paths if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
-        if (found := asked_for(request)) is not None:
-            folder, settings = found
-            # A project that was moved together with its photos.
-            for place in (folder, project.parent / folder.name):
-                if is_folder(place):
-                    return place, settings
+        if (result := read_request(request)) is not None:
+            folder, settings = result
+            # The project may have been moved together with its photos.
+            for candidate in (folder, project.parent / folder.name):
+                if is_folder(candidate):
+                    return candidate, settings
     return None
 
 
-def earlier_survey(out: Path) -> SurveyReport | None:
-    """The survey report of a finished reconstruction; None where there is none."""
+def read_survey_report(out: Path) -> SurveyReport | None:
+    """Return the survey report of a finished reconstruction, None if it has none."""
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
-        found = read_json(out / RESULT)
-        return serialisation.decode(SurveyReport, found["survey"])
+        result = read_json(out / RESULT)
+        return serialisation.decode(SurveyReport, result["survey"])
     except (OSError, ValueError, TypeError, KeyError, WorkerError):
         return None
 
 
-def record(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
+def record_reconstruction(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
     """Add a finished reconstruction and its registration to the records of the project."""
     try:
-        made = read_reconstruction(folder, photo_set_id, name)
+        records = read_reconstruction(folder, photo_set_id, name)
     except VomError as error:
         studio.fail(error)
         return
-    studio.attempt(add_reconstruction, *made)
+    studio.attempt(add_reconstruction, *records)
 
 
-def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
-    """Enter into the rows the positions and headings of the aligned cameras. True where north is
-    known, False in a local frame, None where nothing has been aligned."""
+def fill_camera_positions(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
+    """Set positions and headings of the aligned cameras in the rows.
+
+    Returns
+    -------
+    bool or None
+        True if north is known, False in a local frame, None without an alignment.
+    """
     if not (out / FILE_NAME).exists():
         return None
     try:
@@ -144,10 +153,13 @@ def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
             dx, dy, _ = view.direction
             size = (dx * dx + dy * dy) ** 0.5
             row.place = (float(x), float(y))
-            row.looks = (float(dx / size), float(dy / size)) if size > _LEAST_ARROW else None
+            row.looks = (float(dx / size), float(dy / size)) if size > _MIN_ARROW_LENGTH else None
     return cameras.crs is not None
 
 
-def _same_photos(asked: Path, folder: Path) -> bool:
-    """Whether a reconstruction was made of these photos; those that are gone have been moved."""
-    return not asked.is_dir() or asked.resolve() == folder.resolve()
+def _same_photos(stored_folder: Path, folder: Path) -> bool:
+    """Return whether a reconstruction was made of these photos.
+
+    Photos that are missing have been moved.
+    """
+    return not stored_folder.is_dir() or stored_folder.resolve() == folder.resolve()

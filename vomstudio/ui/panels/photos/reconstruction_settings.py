@@ -1,4 +1,4 @@
-"""Settings of a reconstruction, as the window asks for them."""
+"""Settings of a reconstruction in the window."""
 
 from __future__ import annotations
 
@@ -19,68 +19,88 @@ QUALITIES = (
     (to_translate("Medium"), "medium", to_translate("depth maps of 1600 pixels")),
     (to_translate("High"), "high", to_translate("depth maps of 3200 pixels, takes hours")),
 )
-"""Title, name and what it means; the first and last are to be translated where they are shown.
-Depth maps are measured along their long side."""
+"""Title, name and description. Title and description must be translated.
+
+Sizes of depth maps are those of their long side.
+"""
 
 
 @dataclass(frozen=True)
 class ReconstructionSettings:
-    """control, marks : of ground control; None for the cameras' GPS, or a local frame; marks alone
-        None where they are in the file of the control, or in `marks.csv` beside it
-    found : these files were not named, they lay beside the photos
-    crs : "EPSG:n"; None for what the control or the GPS says
-    threads : None for all processors; scheduler : address of a Dask cluster
+    """Settings of a reconstruction.
+
+    Attributes
+    ----------
+    control, marks : Path or None
+        Files of ground control. Without control the cameras' GPS is used, or a local frame. Without
+        marks they are in the control file, or in `marks.csv` beside it.
+    has_sidecar_control : bool
+        Whether the files of control were found beside the photos instead of named by the user.
+    crs : str or None
+        "EPSG:n", None for the CRS of the control or the GPS.
+    threads : int or None
+        None for all processors.
+    scheduler : str or None
+        Address of a Dask cluster.
     """
 
     quality: str = "medium"
     control: Path | None = None
     marks: Path | None = None
-    found: bool = False
+    has_sidecar_control: bool = False
     crs: str | None = None
     threads: int | None = None
     seed: int = 0
     scheduler: str | None = None
 
-    def for_photos(self, folder: Path) -> ReconstructionSettings:
-        """The same with the ground control that lies beside these photos, and no CRS."""
+    def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
+        """Return a copy with the ground control beside these photos, and no CRS."""
         control, marks = find_control(folder) or (None, None)
-        return replace(self, control=control, marks=marks, found=control is not None, crs=None)
+        return replace(
+            self, control=control, marks=marks, has_sidecar_control=control is not None, crs=None
+        )
 
-    def without_control(self) -> ReconstructionSettings:
-        """The same without ground control."""
-        return replace(self, control=None, marks=None, found=False)
+    def drop_control(self) -> ReconstructionSettings:
+        """Return a copy without ground control."""
+        return replace(self, control=None, marks=None, has_sidecar_control=False)
 
-    def order(self, photos: Path, out: Path) -> ReconstructionRequest:
-        """The order for a worker: photos, folder of the results, and these settings."""
+    def build_request(self, photos: Path, out: Path) -> ReconstructionRequest:
+        """Return the request for a worker."""
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
         return ReconstructionRequest(
-            photos,
-            out,
-            self.quality,
-            self.crs,
-            self.control,
-            self.marks,
-            self.threads,
-            self.seed,
-            self.scheduler,
+            photos=photos,
+            out=out,
+            quality=self.quality,
+            crs=self.crs,
+            control=self.control,
+            marks=self.marks,
+            threads=self.threads,
+            seed=self.seed,
+            scheduler=self.scheduler,
         )
 
 
-def asked_for(request: Path) -> tuple[Path, ReconstructionSettings] | None:
-    """Photos and settings that a reconstruction noted down; None where they cannot be read."""
+def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
+    """Return photos and settings of a stored request, None if it cannot be read."""
     from vomstudio.photogrammetry.base.settings import QUALITIES
 
     try:
-        asked = read_json(request)
-        quality, threads, seed = asked["quality"], asked.get("threads"), asked.get("seed", 0)
-        files = [asked.get(name) and Path(asked[name]) for name in ("control", "marks")]
+        values = read_json(request)
+        quality, threads, seed = values["quality"], values.get("threads"), values.get("seed", 0)
+        files = [values.get(name) and Path(values[name]) for name in ("control", "marks")]
         if quality not in QUALITIES or not all(isinstance(n, int | None) for n in (threads, seed)):
             return None
         control, marks = files if files[0] and is_regular(files[0]) else (None, None)
         settings = ReconstructionSettings(
-            quality, control or None, marks or None, False, asked.get("crs"), threads, seed or 0
+            quality=quality,
+            control=control or None,
+            marks=marks or None,
+            has_sidecar_control=False,
+            crs=values.get("crs"),
+            threads=threads,
+            seed=seed or 0,
         )
-        return Path(asked["photos"]), settings
+        return Path(values["photos"]), settings
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -1,4 +1,4 @@
-"""What workers are asked about a set of photos. Imported when somebody first asks."""
+"""Requests to workers about a photo set, imported only when needed."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSet
 Masks = dict[str, Path]
 
 
-def listing(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
-    """It looks at the masks that lie beside the photos."""
+def list_request(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
+    """Return job and request to list the photos, with the masks beside them."""
     return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
 
-def check(
+def check_request(
     folder: Path, cache: Path, masks: Masks | None
 ) -> tuple[Job[PhotosRequest, SurveyReport], PhotosRequest]:
     return CHECK_PHOTOS, PhotosRequest(folder, cache, masks)
 
 
-def forecast(
+def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
 ) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
-    """What the settings mean for these photos."""
+    """Return job and request to forecast a reconstruction with these settings."""
     return FORESEE, ForecastRequest(
-        folder,
-        tuple((row.width, row.height) for row in rows),
-        settings.quality,
-        settings.crs,
-        settings.control,
-        settings.marks,
-        settings.threads,
+        photos=folder,
+        sizes=tuple((row.width, row.height) for row in rows),
+        quality=settings.quality,
+        crs=settings.crs,
+        control=settings.control,
+        marks=settings.marks,
+        threads=settings.threads,
     )

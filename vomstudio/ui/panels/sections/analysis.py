@@ -1,4 +1,4 @@
-"""What the panel of sections asks, worked out in a thread, as the command does."""
+"""Section through a model, as in the command `section`."""
 
 from __future__ import annotations
 
@@ -26,8 +26,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SectionQuestion:
-    """data : of the model in its own frame; path : of its file; crs : of World; records : None for
-    a section without features; along : (3,) direction of projection, None at right angles"""
+    """Input of a section.
+
+    Attributes
+    ----------
+    data : Mesh or PointCloud
+        Model in its own frame.
+    path : Path
+        File of the model.
+    crs : str or None
+        CRS of World.
+    records : mapping or None
+        Records of the project; None for a section without features.
+    along : (3,) float64 or None
+        Direction of projection; None for perpendicular to the section.
+    """
 
     data: Mesh | PointCloud
     to_world: Matrix
@@ -39,21 +52,21 @@ class SectionQuestion:
     options: SectionOptions
     features: SectionFeatures
     records: Mapping[str, Record] | None
-    along: FloatArray | None
+    direction: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
 class SectionAnswer:
     question: SectionQuestion
     cut: Cut
-    flats: tuple[ProjectedItem, ...]
+    projected_items: tuple[ProjectedItem, ...]
     figures: SectionFigures
     drawing: Drawing
     warnings: tuple[Finding, ...] = ()
 
 
 def answer(question: SectionQuestion) -> SectionAnswer:
-    """In a thread: the section that `vomstudio section` makes."""
+    """Compute the section of `vomstudio section` in a worker thread."""
     from vomstudio.geometry.model_transform import transform_model
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
@@ -67,25 +80,34 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         isinstance(record, Feature) for record in q.records.values()
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
-    parted = q.features.along == DOMAINS and bool(items)
-    directions = assign_domain_axes(items, "domains") if parted else Directions(q.along)
-    grazing = directions.check(q.curtain)
-    flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
-    figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
+    has_domains = q.features.along == DOMAINS and bool(items)
+    directions = assign_domain_axes(items, "domains") if has_domains else Directions(q.direction)
+    direction_warnings = directions.check(q.curtain)
+    projected_items, left_out = writing.project_items(
+        items, q.curtain, directions, q.features.within_m
+    )
+    figures = writing.figures_of(cut, q.curtain, projected_items, left_out, directions)
     drawing = writing.section_drawing(
         cut,
         q.curtain,
-        flats,
+        projected_items,
         metric=q.metric,
         north_known=q.north_known,
         model=str(q.path),
         figures=figures,
     )
-    return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
+    return SectionAnswer(
+        question=q,
+        cut=cut,
+        projected_items=projected_items,
+        figures=figures,
+        drawing=drawing,
+        warnings=direction_warnings if projected_items else (),
+    )
 
 
 def write(result: SectionAnswer, path: Path) -> None:
-    """In a thread: the file, by its ending, in place of what is there."""
+    """Write the section by the file ending, overwriting. Runs in a worker thread."""
     from vomstudio.products.section.writing import write_section
 
     q = result.question
@@ -94,7 +116,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         result.cut,
         q.curtain,
         result.figures,
-        result.flats,
+        result.projected_items,
         crs=q.crs,
         model=str(q.path),
         metric=q.metric,
@@ -103,8 +125,8 @@ def write(result: SectionAnswer, path: Path) -> None:
     )
 
 
-def curtain_of(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
-    """By a plane through a point (3,), or along a line (n, 2 or more)."""
+def build_curtain(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
+    """Build the section surface along a line (n, 2 or 3), or a plane through a point (3,)."""
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 

@@ -1,4 +1,4 @@
-"""The dock in which an elevation model is made: over a plane of reference, by a worker process."""
+"""Panel that makes an elevation model over a reference plane in a worker process."""
 
 from __future__ import annotations
 
@@ -49,7 +49,13 @@ from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection, plane_te
 
 
 class ElevationPanel(QWidget):
-    """made : what was written last, None while there is nothing"""
+    """Panel of elevation models.
+
+    Attributes
+    ----------
+    result : WrittenElevation or None
+        The last elevation model that was written.
+    """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__()
@@ -57,13 +63,13 @@ class ElevationPanel(QWidget):
         self._studio = studio
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
-        self.made: WrittenElevation | None = None
+        self.result: WrittenElevation | None = None
         self.model = ModelBox(studio)
         self.model.setObjectName("elevation_model")
         self.plane = PlaneField(studio, "elevation_plane", tr("horizontal"), view)
         self.plane.changed.connect(self._check)
         self.grid = OptionFields(DemOptions, "elevation")
-        self.also = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
+        self.file_options = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
         follow_axes(studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
         self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
@@ -71,24 +77,24 @@ class ElevationPanel(QWidget):
         self.copy = CopyCommandButton(
             self.copy_command, tr("the command that makes the same elevation model")
         )
-        self.said = hint_label()
-        self.said.setObjectName("elevation_said")
+        self.message = hint_label()
+        self.message.setObjectName("elevation_said")
         self.figures = hint_label()
         self.figures.setObjectName("elevation_figures")
-        self.pointed = hint_label()
+        self.cursor_label = hint_label()
         self.picture = ElevationView()
-        self.picture.pointed.connect(self.pointed.setText)
+        self.picture.cursor_text_changed.connect(self.cursor_label.setText)
         self._arrange()
-        self.model.currentIndexChanged.connect(self._model_chosen)
-        for fields in (self.grid, self.also):
+        self.model.currentIndexChanged.connect(self._follow_model)
+        for fields in (self.grid, self.file_options):
             fields.changed.connect(self._check)
         self.target.textChanged.connect(self._check)
         for signal in (studio.project_opened, studio.edited, studio.model_loaded):
             signal.connect(self.refresh)
-        studio.project_opened.connect(self._forget)
-        studio.jobs_changed.connect(self._progress)
+        studio.project_opened.connect(self._reset)
+        studio.jobs_changed.connect(self._show_progress)
         studio.jobs.closed.connect(self._background.stop)
-        # A model may be open already.
+        # A model may already be open.
         self.refresh()
 
     def _arrange(self) -> None:
@@ -96,25 +102,27 @@ class ElevationPanel(QWidget):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.plane)
         self.grid.add_rows(form)
-        self.also.add_rows(form)
-        boxes = button_row(*(self.also.fields[name] for name in ("hillshade", "slope", "aspect")))
+        self.file_options.add_rows(form)
+        boxes = button_row(
+            *(self.file_options.fields[name] for name in ("hillshade", "slope", "aspect"))
+        )
         form.addRow(tr("Also"), boxes)
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)
-        lines = (self.said, self.figures, self.pointed)
+        lines = (self.message, self.figures, self.cursor_label)
         FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
 
-    # --- what is asked -----------------------------------------------------------------------
+    # --- the request -------------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """The models that there are."""
+        """List the models of the project."""
         if self._studio.has_project:
             self.model.list_models()
-        self._model_chosen()
+        self._follow_model()
 
-    def _model_chosen(self, *_: object) -> None:
+    def _follow_model(self, *_: object) -> None:
         model = self.model.chosen_model()
-        cloud = model is not None and self._is_cloud(model)
-        allow(self.grid.fields["limit_m"], None if cloud else Finding("action.clouds-only"))
+        is_cloud = model is not None and self._is_cloud(model)
+        allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
             project = self._studio.project
             folder = Path(start_folder(self._studio))
@@ -128,7 +136,7 @@ class ElevationPanel(QWidget):
         return isinstance(self._studio.models[model.id].data, PointCloud)
 
     def _show_axes(self, axes: Axes) -> None:
-        for fields in (self.grid, self.also):
+        for fields in (self.grid, self.file_options):
             fields.show_unit(unit_of(axes))
 
     def why_not(self) -> Finding | None:
@@ -147,13 +155,13 @@ class ElevationPanel(QWidget):
         return None
 
     def _check(self, *_: object) -> None:
-        why = self.why_not()
-        busy = self._job is not None
-        self.start.setText(tr("Stop") if busy else tr("Make"))
-        allow(self.start, None if busy else why)
-        self.copy.allow(why)
-        if not busy and self.made is None:
-            self.said.setText("" if why is None else tr("Not now: {reason}", reason=why))
+        reason = self.why_not()
+        is_busy = self._job is not None
+        self.start.setText(tr("Stop") if is_busy else tr("Make"))
+        allow(self.start, None if is_busy else reason)
+        self.copy.allow(reason)
+        if not is_busy and self.result is None:
+            self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
@@ -165,28 +173,28 @@ class ElevationPanel(QWidget):
             self.target.setText(name)
             self.target.setModified(True)
 
-    def order(self) -> ElevationRequest | None:
-        """None where it cannot be made."""
+    def build_request(self) -> ElevationRequest | None:
+        """Return the request of the form; None if no elevation model can be made."""
         model = self.model.chosen_model()
         if model is None or self.why_not() is not None:
             return None
         path = self._studio.project.find_model(model)
         assert path is not None
         plane = self.plane.plane()
-        others: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
+        overrides: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
         if not self.grid.fields["limit_m"].isEnabled():
-            others["limit_m"] = None
+            overrides["limit_m"] = None
         frame = model.frame
         return ElevationRequest(
-            path,
-            self._studio.project.cache,
-            model.to_world,
-            world_crs(frame.crs, frame.unit_m),
-            frame.has_metres,
-            frame.has_north,
-            self.grid.options(**others),
-            self.also.options(),
-            Path(self.target.text()).expanduser(),
+            path=path,
+            cache=self._studio.project.cache,
+            to_world=model.to_world,
+            crs=world_crs(frame.crs, frame.unit_m),
+            metric=frame.has_metres,
+            north_known=frame.has_north,
+            options=self.grid.options(**overrides),
+            files=self.file_options.options(),
+            out=Path(self.target.text()).expanduser(),
         )
 
     # --- the job -----------------------------------------------------------------------------
@@ -194,56 +202,58 @@ class ElevationPanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        asked, model = self.order(), self.model.chosen_model()
-        if asked is None or model is None:
+        request, model = self.build_request(), self.model.chosen_model()
+        if request is None or model is None:
             return
         from vomstudio.products.elevation.writing import elevation_outputs
 
-        there = [p.name for p in elevation_outputs(asked.out, asked.files).values() if p.exists()]
-        if there and not may_replace(self, there):
+        existing = [
+            p.name for p in elevation_outputs(request.out, request.files).values() if p.exists()
+        ]
+        if existing and not may_replace(self, existing):
             return
-        self.made = None
+        self.result = None
         self.figures.setText("")
         self._job = self._studio.jobs.submit(
             ELEVATION,
-            asked,
-            title=tr("Elevation model {file}", file=asked.out.name),
-            on_done=self._background.guard(partial(self._came, model.frame.has_metres)),
-            on_failed=self._background.guard(self._failed),
+            request,
+            title=tr("Elevation model {file}", file=request.out.name),
+            on_done=self._background.guard(partial(self._show_result, model.frame.has_metres)),
+            on_failed=self._background.guard(self._show_failure),
         )
         self._check()
 
-    def _progress(self) -> None:
+    def _show_progress(self) -> None:
         if self._job is not None and not self._job.outcome:
-            self.said.setText(self._job.status())
+            self.message.setText(self._job.status())
 
-    def _came(self, metric: bool, made: WrittenElevation) -> None:
-        self._job, self.made = None, made
+    def _show_result(self, metric: bool, result: WrittenElevation) -> None:
+        self._job, self.result = None, result
         unit = "m" if metric else tr("units")
-        self.figures.setText(result_text(made, self._studio.settings.notation, unit))
-        written = Finding("export.written", file=made.raster)
-        self.said.setText("\n".join(map(str, (written, *made.warnings))))
-        self._studio.info(written)
+        self.figures.setText(result_text(result, self._studio.settings.notation, unit))
+        finding = Finding("export.written", file=result.raster)
+        self.message.setText("\n".join(map(str, (finding, *result.warnings))))
+        self._studio.info(finding)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
-            lambda: read_picture(Path(made.raster)),
+            lambda: read_picture(Path(result.raster)),
             lambda picture: self.picture.show_picture(picture, metric=metric),
-            lambda error: self.said.setText(error.message),
+            lambda error: self.message.setText(error.message),
         )
         self._check()
 
-    def _failed(self, event: Failed) -> None:
+    def _show_failure(self, event: Failed) -> None:
         self._job = None
         self._check()
-        self.said.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
+        self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
-    def _forget(self) -> None:
-        """Another project."""
-        self.made = None
+    def _reset(self) -> None:
+        """Clear the form for another project."""
+        self.result = None
         self.figures.setText("")
         self.picture.show_picture(None)
-        for fields in (self.grid, self.also):
+        for fields in (self.grid, self.file_options):
             fields.reset()
         self.target.clear()
         self.target.setModified(False)
@@ -251,25 +261,26 @@ class ElevationPanel(QWidget):
 
     # --- the command -------------------------------------------------------------------------
     def copy_command(self) -> None:
-        """Put the command that makes the same on the clipboard."""
-        words = self.words()
-        if words is not None:
-            copy_command(self._studio, words)
+        """Copy the command that makes the same elevation model."""
+        command = self.command()
+        if command is not None:
+            copy_command(self._studio, command)
 
-    def words(self) -> Words | None:
-        asked, model = self.order(), self.model.chosen_model()
-        place = None if model is None else model_words(self._studio, model)
-        if asked is None or place is None:
+    def command(self) -> Words | None:
+        """Return the command of the form; None if no elevation model can be made."""
+        request, model = self.build_request(), self.model.chosen_model()
+        model_arguments = None if model is None else model_words(self._studio, model)
+        if request is None or model_arguments is None:
             return None
-        options = [*option_words(asked.options), *option_words(asked.files)]
-        return ["dem", *place, ("-o", asked.out), *options, "--force"]
+        options = [*option_words(request.options), *option_words(request.files)]
+        return ["dem", *model_arguments, ("-o", request.out), *options, "--force"]
 
 
 def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
-    """The figures of the command, in lines."""
+    """Return the figures of an elevation model as lines of text."""
     f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
-    over = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
+    plane_name = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
     lines = [
         tr(
             "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
@@ -277,7 +288,7 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
             height=f.height,
             gsd=f.gsd_m,
             unit=unit,
-            plane=over,
+            plane=plane_name,
         ),
         tr(
             "{coverage:.0f} % have a height, {low:.3f} to {high:.3f} {unit}",

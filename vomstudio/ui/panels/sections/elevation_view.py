@@ -1,5 +1,4 @@
-"""An elevation model on the screen: coloured and shaded, with scale, range, and the height under
-the cursor."""
+"""View of a coloured, shaded elevation model with scale bar and colour bar."""
 
 from __future__ import annotations
 
@@ -17,16 +16,16 @@ _HALO = QColor(255, 255, 255, 200)
 
 
 class ElevationView(QWidget):
-    """pointed : what is under the cursor, in words; empty beside the model"""
+    """View of an elevation model; `cursor_text_changed` emits the height under the cursor."""
 
-    pointed = Signal(str)
+    cursor_text_changed = Signal(str)
 
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Elevation model"))
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.shown: ElevationPicture | None = None
+        self.picture: ElevationPicture | None = None
         self._image = QImage()
         self._metric = True
 
@@ -34,8 +33,8 @@ class ElevationView(QWidget):
         return QSize(320, 220)
 
     def show_picture(self, picture: ElevationPicture | None, *, metric: bool = True) -> None:
-        """metric : the unit of heights is known"""
-        self.shown, self._metric = picture, metric
+        """Show a picture; `metric` states that heights are in metres."""
+        self.picture, self._metric = picture, metric
         if picture is None:
             self._image = QImage()
         else:
@@ -44,82 +43,84 @@ class ElevationView(QWidget):
             self._image = QImage(picture.rgba.data, w, h, 4 * w, form).copy()
         self.update()
 
-    def _place(self) -> QRectF:
-        """Of the picture, as large as it fits beside its colours."""
-        text = self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH + 3 * _GAP
-        room = QRectF(0, 0, max(self.width() - text, 1), max(self.height(), 1))
+    def _image_rect(self) -> QRectF:
+        """Return the largest rectangle of the image that leaves space for the colour bar."""
+        label_width = self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH + 3 * _GAP
+        area = QRectF(0, 0, max(self.width() - label_width, 1), max(self.height(), 1))
         size = self._image.size().toSizeF()
-        size.scale(room.size(), Qt.AspectRatioMode.KeepAspectRatio)
-        place = QRectF(0, 0, size.width(), size.height())
-        place.moveCenter(room.center())
-        return place
+        size.scale(area.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        rect = QRectF(0, 0, size.width(), size.height())
+        rect.moveCenter(area.center())
+        return rect
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
         painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
-        if self.shown is None:
-            self._say(painter, tr("The elevation model will be shown here."))
+        if self.picture is None:
+            self._draw_message(painter, tr("The elevation model will be shown here."))
             return
-        place = self._place()
+        rect = self._image_rect()
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.drawImage(place, self._image)
+        painter.drawImage(rect, self._image)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._draw_scale(painter, place)
-        self._draw_colors(painter, place)
+        self._draw_scale(painter, rect)
+        self._draw_colors(painter, rect)
 
-    def _say(self, painter: QPainter, text: str) -> None:
+    def _draw_message(self, painter: QPainter, text: str) -> None:
         painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
         flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
         painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, text)
 
-    def _draw_scale(self, painter: QPainter, place: QRectF) -> None:
-        assert self.shown is not None
-        per_pixel = self.shown.step * self.shown.rgba.shape[1] / max(place.width(), 1.0)
-        length = round_length(0.25 * place.width() * per_pixel)
-        words = bar_text(length, metric=self._metric)
-        wide = length / per_pixel
-        high = painter.fontMetrics().height()
-        room = max(wide, painter.fontMetrics().horizontalAdvance(words)) + 10
-        box = QRectF(place.left() + _GAP, place.bottom() - high - 14, room, high + 10)
+    def _draw_scale(self, painter: QPainter, rect: QRectF) -> None:
+        assert self.picture is not None
+        per_pixel = self.picture.step * self.picture.rgba.shape[1] / max(rect.width(), 1.0)
+        length = round_length(0.25 * rect.width() * per_pixel)
+        text = bar_text(length, metric=self._metric)
+        width = length / per_pixel
+        height = painter.fontMetrics().height()
+        box_width = max(width, painter.fontMetrics().horizontalAdvance(text)) + 10
+        box = QRectF(rect.left() + _GAP, rect.bottom() - height - 14, box_width, height + 10)
         painter.fillRect(box, _HALO)
         painter.setPen(QPen(QColor("#141414"), 2.0))
         y = box.bottom() - 4
         painter.drawLine(
-            QPoint(round(box.left() + 5), round(y)), QPoint(round(box.left() + 5 + wide), round(y))
+            QPoint(round(box.left() + 5), round(y)), QPoint(round(box.left() + 5 + width), round(y))
         )
-        painter.drawText(box.adjusted(5, 0, 0, 0), int(Qt.AlignmentFlag.AlignTop), words)
+        painter.drawText(box.adjusted(5, 0, 0, 0), int(Qt.AlignmentFlag.AlignTop), text)
 
-    def _draw_colors(self, painter: QPainter, place: QRectF) -> None:
-        shown = self.shown
-        assert shown is not None
+    def _draw_colors(self, painter: QPainter, rect: QRectF) -> None:
+        picture = self.picture
+        assert picture is not None
         x = self.width() - self.fontMetrics().horizontalAdvance("−00000.00 m") - _BAR_WIDTH - _GAP
-        high = min(float(self.height() - 24), 180.0)
-        bar = QRectF(x, (self.height() - high) / 2, _BAR_WIDTH, high)
-        count = len(shown.table)
+        height = min(float(self.height() - 24), 180.0)
+        bar = QRectF(x, (self.height() - height) / 2, _BAR_WIDTH, height)
+        count = len(picture.table)
         for k in range(count):
-            color = QColor(*(int(v) for v in shown.table[count - 1 - k]))
-            strip = QRectF(bar.left(), bar.top() + k * high / count, bar.width(), high / count + 1)
+            color = QColor(*(int(v) for v in picture.table[count - 1 - k]))
+            strip = QRectF(
+                bar.left(), bar.top() + k * height / count, bar.width(), height / count + 1
+            )
             painter.fillRect(strip, color)
         painter.setPen(self.palette().color(QPalette.ColorRole.WindowText))
         unit = "m" if self._metric else tr("units")
         middle = painter.fontMetrics().height() / 2
         for share in (0.0, 0.5, 1.0):
-            value = shown.low + share * (shown.high - shown.low)
-            y = bar.bottom() - share * high
+            value = picture.low + share * (picture.high - picture.low)
+            y = bar.bottom() - share * height
             row = QRectF(bar.right() + _GAP, y - middle, self.width() - bar.right(), 2 * middle)
             painter.drawText(row, int(Qt.AlignmentFlag.AlignVCenter), f"{value:.2f} {unit}")
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
-        self.pointed.emit(self._words_at(event.position().x(), event.position().y()))
+        self.cursor_text_changed.emit(self._cursor_text(event.position().x(), event.position().y()))
 
-    def _words_at(self, x: float, y: float) -> str:
-        place = self._place()
-        if self.shown is None or not place.contains(x, y):
+    def _cursor_text(self, x: float, y: float) -> str:
+        rect = self._image_rect()
+        if self.picture is None or not rect.contains(x, y):
             return ""
-        h, w = self.shown.heights.shape
-        column = min(int((x - place.left()) / place.width() * w), w - 1)
-        row = min(int((y - place.top()) / place.height() * h), h - 1)
-        value = float(self.shown.heights[row, column])
+        h, w = self.picture.heights.shape
+        column = min(int((x - rect.left()) / rect.width() * w), w - 1)
+        row = min(int((y - rect.top()) / rect.height() * h), h - 1)
+        value = float(self.picture.heights[row, column])
         if value != value:
             return tr("no height here")
         return tr(

@@ -1,4 +1,4 @@
-"""The dock of sections: the model cut along a plane or a line, with the features beside it."""
+"""Panel of sections through a model along a plane or a line, with projected features."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from vomstudio.ui.panels.sections.analysis import (
     SectionAnswer,
     SectionQuestion,
     answer,
-    curtain_of,
+    build_curtain,
     write,
 )
 from vomstudio.ui.widgets.axis_titles import follow_axes, unit_of
@@ -75,7 +75,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     Attributes
     ----------
     line : (n, 3) float64 or None
-        World. Vertices of the line that was taken; None before that.
+        Vertices in World of the line on the outcrop; None before one is taken.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
@@ -85,10 +85,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self._drawn_line = DrawnLine(self, studio)
         self.model = ModelBox(studio)
         self.model.setObjectName("section_model")
-        self.along_what = ComboBox()
-        self.along_what.setObjectName("section_along_what")
-        self.along_what.addItem(tr("a plane"), "plane")
-        self.along_what.addItem(tr("a line on the outcrop"), "line")
+        self.path_kind = ComboBox()
+        self.path_kind.setObjectName("section_along_what")
+        self.path_kind.addItem(tr("a plane"), "plane")
+        self.path_kind.addItem(tr("a line on the outcrop"), "line")
         self.plane = PlaneField(studio, "section_plane", view=view)
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
@@ -104,10 +104,12 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.direction = LineField(studio, "section_direction", tr("at right angles"))
         self.features = QCheckBox(tr("Features"))
         self.features.setChecked(True)
-        self.by_domain = QCheckBox(tr("Domains along their own axes"))
-        self.by_domain.setObjectName("section_by_domain")
-        self.cutting = OptionFields(SectionOptions, "section", SectionOptions(section_line=""))
-        self.projected = OptionFields(SectionFeatures, "section")
+        self.domain_axes = QCheckBox(tr("Domains along their own axes"))
+        self.domain_axes.setObjectName("section_by_domain")
+        self.section_options = OptionFields(
+            SectionOptions, "section", SectionOptions(section_line="")
+        )
+        self.feature_options = OptionFields(SectionFeatures, "section")
         follow_axes(studio, self._show_axes)
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
         self.write.setToolTip(tr("As SVG, DXF or CSV."))
@@ -120,17 +122,17 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _arrange(self) -> None:
         self._form_rows = form = narrow_form()
         form.addRow(tr("Model"), self.model)
-        form.addRow(tr("Along"), self.along_what)
+        form.addRow(tr("Along"), self.path_kind)
         form.addRow(tr("Plane"), self.plane)
         self._through_row = row_of(self.through, self.take_through)
         form.addRow(tr("Through"), self._through_row)
         self._line_row = row_of(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
-        form.addRow("", self.by_domain)
+        form.addRow("", self.domain_axes)
         form.addRow("", self.features)
-        self.projected.add_rows(form)
-        self.cutting.add_rows(form)
+        self.feature_options.add_rows(form)
+        self.section_options.add_rows(form)
         buttons = button_row(self.write, self.copy)
         FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
@@ -143,19 +145,19 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def _connect(self) -> None:
         studio, soon = self._studio, self._soon
-        for box in (self.model, self.along_what):
+        for box in (self.model, self.path_kind):
             box.currentIndexChanged.connect(soon)
-        self.along_what.currentIndexChanged.connect(self._show_rows)
-        for changed in (
+        self.path_kind.currentIndexChanged.connect(self._show_rows)
+        for signal in (
             self.through.textChanged,
-            self.cutting.changed,
-            self.projected.changed,
+            self.section_options.changed,
+            self.feature_options.changed,
             self.plane.changed,
             self.direction.changed,
             self.features.toggled,
-            self.by_domain.toggled,
+            self.domain_axes.toggled,
         ):
-            changed.connect(soon)
+            signal.connect(soon)
         self.plane.take.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
         self.take_line.clicked.connect(
@@ -167,20 +169,20 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
         )
-        studio.project_opened.connect(self._opened)
+        studio.project_opened.connect(self._reset)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         self._show_rows()
 
     def _show_rows(self, *_: object) -> None:
-        by_plane = self.along_what.currentData() == "plane"
-        for widget, shown in (
-            (self.plane, by_plane),
-            (self._through_row, by_plane),
-            (self._line_row, not by_plane),
+        is_plane = self.path_kind.currentData() == "plane"
+        for widget, is_visible in (
+            (self.plane, is_plane),
+            (self._through_row, is_plane),
+            (self._line_row, not is_plane),
         ):
-            self._form_rows.setRowVisible(widget, shown)
+            self._form_rows.setRowVisible(widget, is_visible)
         self._refresh()
 
     # --- the line and the point -----------------------------------------------------------------
@@ -189,7 +191,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             return
         self.line = self._studio.measured([feature.id])[feature.id].points
         self._line_name = feature.name or tr("the drawn line")
-        self.along_what.setCurrentIndex(self.along_what.findData("line"))
+        self.path_kind.setCurrentIndex(self.path_kind.findData("line"))
         self._soon()
 
     def _draw_line(self) -> None:
@@ -205,7 +207,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
     def _point(self, model: Model) -> FloatArray:
-        """(3,) World, on the plane. Raises InputError for text that is not a point."""
+        """Return a point (3,) of the plane in World. Raises InputError for invalid text."""
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
@@ -215,15 +217,15 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                 [[(low, high)[k][a] for a, k in enumerate(ijk)] for ijk in np.ndindex(2, 2, 2)]
             )
             world = transform.apply(model.to_world, corners)
-            middle: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
-            return middle
+            centre: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            return centre
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
             raise InputError(Finding("section.not-a-point", text=text))
         return np.array(values, np.float64)
 
     def _show_axes(self, axes: Axes) -> None:
-        for fields in (self.cutting, self.projected):
+        for fields in (self.section_options, self.feature_options):
             fields.show_unit(unit_of(axes))
 
     # --- the question ---------------------------------------------------------------------------
@@ -240,40 +242,45 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         path = studio.project.find_model(model)
         if path is None:
             raise InputError(Finding("model.file-missing", model=model.name))
-        by_line = self.along_what.currentData() == "line"
-        if by_line and self.line is None:
+        is_line = self.path_kind.currentData() == "line"
+        if is_line and self.line is None:
             raise InputError(Finding("section.line-missing"))
-        plane, along = self.plane.plane(), self.direction.direction()
-        if not by_line and plane is None:
+        plane, direction = self.plane.plane(), self.direction.direction()
+        if not is_line and plane is None:
             raise InputError(Finding("field.plane-missing"))
-        through = None if by_line else self._point(model)
-        curtain = curtain_of(plane, through, self.line if by_line else None)
+        through = None if is_line else self._point(model)
+        curtain = build_curtain(plane, through, self.line if is_line else None)
         data, frame = studio.models[model.id].data, model.frame
-        options = self.cutting.options(
-            plane=None if plane is None or by_line else plane_text(plane),
+        options = self.section_options.options(
+            plane=None if plane is None or is_line else plane_text(plane),
             through=None if through is None else numbers_text(through.tolist()),
-            section_line=self._line_name if by_line else None,
+            section_line=self._line_name if is_line else None,
             **{} if isinstance(data, PointCloud) else {"slab_m": None},
         )
-        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.session.records))
-        typed = None if along is None else f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"
+        uses_domain_axes = self.domain_axes.isChecked() and bool(
+            domain_names(studio.session.records)
+        )
+        direction_text = (
+            None if direction is None else f"{direction.trend_deg:.10g}/{direction.plunge_deg:.10g}"
+        )
         features = SectionFeatures()
         if self.features.isChecked():
-            features = self.projected.options(
-                features=str(studio.project.folder), along=DOMAINS if by_domain else typed
+            features = self.feature_options.options(
+                features=str(studio.project.folder),
+                along=DOMAINS if uses_domain_axes else direction_text,
             )
         return SectionQuestion(
-            data,
-            model.to_world,
-            path,
-            world_crs(frame.crs, frame.unit_m),
-            frame.has_metres,
-            frame.has_north,
-            curtain,
-            options,
-            features,
-            dict(studio.records) if self.features.isChecked() else None,
-            None if along is None or by_domain else along.vector(),
+            data=data,
+            to_world=model.to_world,
+            path=path,
+            crs=world_crs(frame.crs, frame.unit_m),
+            metric=frame.has_metres,
+            north_known=frame.has_north,
+            curtain=curtain,
+            options=options,
+            features=features,
+            records=dict(studio.records) if self.features.isChecked() else None,
+            direction=None if direction is None or uses_domain_axes else direction.vector(),
         )
 
     # --- the answer -----------------------------------------------------------------------------
@@ -308,7 +315,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             )
         if result.question.curtain.plane is None:
             texts.append(tr("along {name}", name=self._line_name))
-        texts += [each.words for each in f.domains or ()]
+        texts += [domain.words for domain in f.domains or ()]
         return "; ".join([*texts, *map(str, result.warnings)])
 
     def _draw(self) -> None:
@@ -316,49 +323,49 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.picture.show_drawing(drawing, self.message.text())
 
     def _refresh(self) -> None:
-        parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
-        self._form_rows.setRowVisible(self.by_domain, parted)
-        each = parted and self.by_domain.isChecked()
-        allow(self.direction, Finding("action.direction-by-domain") if each else None)
-        why = None
+        has_domains = self._studio.has_project and bool(domain_names(self._studio.session.records))
+        self._form_rows.setRowVisible(self.domain_axes, has_domains)
+        uses_domain_axes = has_domains and self.domain_axes.isChecked()
+        allow(self.direction, Finding("action.direction-by-domain") if uses_domain_axes else None)
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-result")
-        allow(self.write, why)
-        self.copy.allow(why)
+            reason = Finding("action.no-result")
+        allow(self.write, reason)
+        self.copy.allow(reason)
         line, feature = current_line(self._studio, Picked), current_feature(self._studio)
         allow(self.take_line, None if line is not None else Finding("action.no-line"))
         allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
         model = self.model.chosen_model() if self._studio.has_project else None
-        cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
-        slab = self.cutting.fields["slab_m"]
-        allow(slab, None if cloud else Finding("action.clouds-only"))
+        is_cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
+        slab = self.section_options.fields["slab_m"]
+        allow(slab, None if is_cloud else Finding("action.clouds-only"))
 
-    def _opened(self) -> None:
-        """Another project."""
+    def _reset(self) -> None:
+        """Clear the form for another project."""
         self.line = None
         self.through.clear()
-        for fields in (self.cutting, self.projected):
+        for fields in (self.section_options, self.feature_options):
             fields.reset()
         self._soon()
 
-    # --- what is taken away ---------------------------------------------------------------------
+    # --- export ---------------------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)
 
     def copy_command(self) -> None:
-        """Along a line the command reads it from a file, which is asked for."""
+        """Copy the command; a line is written to a file, whose name the user is asked for."""
         result = self.result
         if result is None:
             return
-        if result.question.curtain.plane is not None and self.line_taken is None:
-            words = self.words(None)
-            if words is not None:
-                copy_command(self._studio, words)
+        if result.question.curtain.plane is not None and self.cut_line is None:
+            command = self.command(None)
+            if command is not None:
+                copy_command(self._studio, command)
             return
-        line = self.line_taken
+        line = self.cut_line
         assert line is not None
 
         def write_line(path: Path) -> None:
@@ -366,19 +373,19 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
         copy_with_file(
-            self, self._studio, "profile.csv", write_line, lambda path: self.words(path) or []
+            self, self._studio, "profile.csv", write_line, lambda path: self.command(path) or []
         )
 
     @property
-    def line_taken(self) -> FloatArray | None:
-        """The line along which the model is cut; None where that is a plane."""
-        return self.line if self.along_what.currentData() == "line" else None
+    def cut_line(self) -> FloatArray | None:
+        """Return the line of the section; None for a section along a plane."""
+        return self.line if self.path_kind.currentData() == "line" else None
 
-    def words(self, profile: Path | None) -> Words | None:
-        """profile : the file of the line"""
+    def command(self, profile: Path | None) -> Words | None:
+        """Return the command of the section; `profile` is the file of its line."""
         model, result = self.model.chosen_model(), self.result
-        place = None if model is None else model_words(self._studio, model)
-        if place is None or result is None:
+        model_arguments = None if model is None else model_words(self._studio, model)
+        if model_arguments is None or result is None:
             return None
         question = result.question
         options = question.options
@@ -386,4 +393,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             options = replace(options, section_line=str(profile))
         features = question.features if self._studio.session.features() else SectionFeatures()
         out = Path(start_folder(self._studio)) / "section.svg"
-        return ["section", *place, *option_words(options), *option_words(features), ("-o", out)]
+        return [
+            "section",
+            *model_arguments,
+            *option_words(options),
+            *option_words(features),
+            ("-o", out),
+        ]

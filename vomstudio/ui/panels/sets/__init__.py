@@ -1,1 +1,1 @@
-"""Proposals of sets of planes."""
+"""Proposal of sets of planes."""

@@ -1,4 +1,4 @@
-"""The planes among which sets are proposed, and what is proposed of them."""
+"""Candidate planes for proposed sets, and the proposal from them."""
 
 from __future__ import annotations
 
@@ -23,126 +23,164 @@ if TYPE_CHECKING:
     from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
     from vomstudio.ui.panels.net.feature_sets import Groups
 
-LEAST_PLANES = 3
+MIN_PLANES = 3
 
 Choice = tuple[str, str]
-"""Which planes: "selection" or "picked" and "", or "type" and its id."""
+"""Group of planes: ("selection", ""), ("picked", "") or ("type", type id)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """n planes that may be put in sets. poles (n, 3), World; places (n, 3) in metres, NaN where
-    unknown; turns : how the poles turn with the registrations of their models; taken : names of
-    sets that stay; replacing : planes that have a set already are among them
+    """Candidate planes for proposed sets.
+
+    Attributes
+    ----------
+    poles : (n, 3) float64
+        Unit normals in World.
+    places : (n, 3) float64
+        Mid-points in World in metres, NaN if unknown.
+    turns : Turns
+        Common rotation errors of the poles from the registrations of their models.
+    reserved_names : frozenset of str
+        Names of sets that other planes have.
+    includes_assigned : bool
+        Whether planes that already have a set are included.
     """
 
     ids: tuple[str, ...]
     poles: FloatArray
     places: FloatArray
     turns: Turns
-    taken: frozenset[str]
-    remarks: tuple[Finding, ...]
-    replacing: bool
+    reserved_names: frozenset[str]
+    warnings: tuple[Finding, ...]
+    includes_assigned: bool
 
 
 @dataclass(frozen=True, eq=False)
-class Proposed:
-    """What was found among candidates. names : of the sets, in their order; cones_deg :
-    half-angles of their means with 95 %, with the registration where its error is known"""
+class ProposalResult:
+    """Proposed sets of candidate planes.
 
-    of: Candidates
-    found: SetProposal
+    Attributes
+    ----------
+    names : tuple of str
+        Proposed name of each set.
+    cones_deg : tuple of float or None
+        95 % half-angle of the mean of each set, including a known registration error.
+    """
+
+    candidates: Candidates
+    proposal: SetProposal
     names: tuple[str, ...]
     cones_deg: tuple[float | None, ...]
 
     @property
     def sets(self) -> tuple[ProposedSet, ...]:
-        return self.found.sets
+        return self.proposal.sets
 
     def groups(self, names: Sequence[str]) -> Groups:
-        """The ids of each set under these names, in the order of the sets, then those in none.
-        Sets without a name are among the latter."""
-        row = {one.name: k for k, one in enumerate(self.found.sets) if names[k].strip()}
+        """Return the plane ids by set name, in the order of the sets, then the unassigned planes.
+
+        Planes of sets without a name count as unassigned.
+        """
+        row_by_set = {set_.name: k for k, set_ in enumerate(self.proposal.sets) if names[k].strip()}
         members: list[list[str]] = [[] for _ in range(len(names) + 1)]
-        for id_, name in zip(self.of.ids, self.found.assignment, strict=True):
-            members[row.get(name, len(names))].append(id_)
+        for id_, name in zip(self.candidates.ids, self.proposal.assignment, strict=True):
+            members[row_by_set.get(name, len(names))].append(id_)
         titles = [*(name.strip() for name in names), ""]
         return tuple((t, tuple(ids)) for t, ids in zip(titles, members, strict=True))
 
     def assignment(self, names: Sequence[str]) -> dict[str, str]:
-        """The set of each plane by its id; those in none only where they may lose one."""
+        """Return the new set name by plane id; unassigned planes only if sets are replaced."""
         return {
             id_: name
             for name, ids in self.groups(names)
             for id_ in ids
-            if name or self.of.replacing
+            if name or self.candidates.includes_assigned
         }
 
 
-def with_set(studio: Studio, choice: Choice) -> list[Typed]:
-    """The features of a choice that may have a plane and a set."""
-    of, type_id = choice
-    if of == "selection":
-        chosen = [studio.records.get(i) for i in studio.selection.ids]
-        found = [f for f in chosen if isinstance(f, Typed)]
+def assignable_features(studio: Studio, choice: Choice) -> list[Typed]:
+    """Return the features of a group whose kind can have a plane and a set."""
+    group, type_id = choice
+    if group == "selection":
+        records = [studio.records.get(i) for i in studio.selection.ids]
+        features = [f for f in records if isinstance(f, Typed)]
     else:
-        found = list(studio.session.of(Typed))
-    if of == "type":
-        found = [f for f in found if f.type_id == type_id]
-    elif of == "picked":
-        found = [f for f in found if kind_of(f).evidence == "picked"]
-    found = first_picks(found, studio.records)
-    return [f for f in found if "plane" in kind_of(f).orientations and _has_set(f)]
+        features = list(studio.session.of(Typed))
+    if group == "type":
+        features = [f for f in features if f.type_id == type_id]
+    elif group == "picked":
+        features = [f for f in features if kind_of(f).evidence == "picked"]
+    features = first_picks(features, studio.records)
+    return [f for f in features if "plane" in kind_of(f).orientations and _has_set(f)]
 
 
 def _has_set(feature: Typed) -> bool:
     return any(a.field == "set_name" for a in kind_of(feature).attributes)
 
 
-def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates:
-    """Return the planes of a choice among which sets can be proposed.
+def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool) -> Candidates:
+    """Return the candidate planes of a group.
 
     Parameters
     ----------
     studio : Studio
     choice : Choice
-    replacing : bool
+    include_assigned : bool
         Include planes that already have a set.
 
     Raises
     ------
     GeometryError
-        For fewer than three planes.
+        If there are fewer than three planes.
     """
-    features = with_set(studio, choice)
+    features = assignable_features(studio, choice)
     measured = studio.measured(f.id for f in features)
     planes = [f for f in features if measured[f.id].plane is not None]
-    had = [f for f in planes if f.set_name]
-    chosen = planes if replacing else [f for f in planes if not f.set_name]
-    if len(chosen) < LEAST_PLANES:
-        code = "sets.too-few-planes" if replacing or not had else "sets.too-few-without-set"
-        raise GeometryError(Finding(code, count=len(chosen), minimum=LEAST_PLANES))
-    remarks = []
-    if had:
-        code = "sets.replaced" if replacing else "sets.left-out"
-        remarks.append(Finding(code, count=len(had)))
-    types = {f.type_id for f in chosen}
+    assigned_planes = [f for f in planes if f.set_name]
+    selected_planes = planes if include_assigned else [f for f in planes if not f.set_name]
+    if len(selected_planes) < MIN_PLANES:
+        code = (
+            "sets.too-few-planes"
+            if include_assigned or not assigned_planes
+            else "sets.too-few-without-set"
+        )
+        raise GeometryError(Finding(code, count=len(selected_planes), minimum=MIN_PLANES))
+    warnings = []
+    if assigned_planes:
+        code = "sets.replaced" if include_assigned else "sets.left-out"
+        warnings.append(Finding(code, count=len(assigned_planes)))
+    types = {f.type_id for f in selected_planes}
     if len(types) > 1:
         names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
-        remarks.append(Finding("sets.types-pooled", types=names))
-    places, findings = _places(studio, chosen)
-    remarks += findings
-    own = {f.id for f in chosen}
-    taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
-    poles = -np.array([p.normal() for f in chosen if (p := measured[f.id].plane) is not None])
-    ids = tuple(f.id for f in chosen)
-    turns = turns_of(models_of(studio.records, chosen))
-    return Candidates(ids, poles, places, turns, frozenset(taken), tuple(remarks), replacing)
+        warnings.append(Finding("sets.types-pooled", types=names))
+    places, findings = _places(studio, selected_planes)
+    warnings += findings
+    selected_ids = {f.id for f in selected_planes}
+    reserved_names = {
+        f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in selected_ids
+    }
+    poles = -np.array(
+        [p.normal() for f in selected_planes if (p := measured[f.id].plane) is not None]
+    )
+    ids = tuple(f.id for f in selected_planes)
+    turns = turns_of(models_of(studio.records, selected_planes))
+    return Candidates(
+        ids=ids,
+        poles=poles,
+        places=places,
+        turns=turns,
+        reserved_names=frozenset(reserved_names),
+        warnings=tuple(warnings),
+        includes_assigned=include_assigned,
+    )
 
 
 def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
-    """(n, 3) the middles of features in World, NaN where there is none in metres, and what there is
-    to say about it."""
+    """Return the mid-points (n, 3) of features in World in metres, and warnings about gaps.
+
+    Points are NaN for features without metric positions.
+    """
     places = np.full((len(features), 3), np.nan)
     frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
@@ -153,48 +191,53 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list
         points = measured[feature.id].points
         if measured[feature.id].metric and len(points):
             places[row] = points.mean(axis=0)
-    lost = int(np.sum(~np.isfinite(places).all(axis=1)))
-    if lost == len(places):
+    missing_count = int(np.sum(~np.isfinite(places).all(axis=1)))
+    if missing_count == len(places):
         return places, [Finding("sets.not-in-metres")]
-    if lost:
-        return places, [Finding("sets.partly-in-metres", count=lost)]
+    if missing_count:
+        return places, [Finding("sets.partly-in-metres", count=missing_count)]
     return places, []
 
 
-def propose(of: Candidates, options: SetOptions) -> Proposed:
-    """Propose sets among the candidates; runs in any thread. Raises UsageError."""
+def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
+    """Propose sets among candidates. Runs in any thread. Raises UsageError."""
     from vomstudio.geology.sets.proposals import propose_sets_of_poles
 
-    found = propose_sets_of_poles(of.poles, options, places=of.places)
+    proposal = propose_sets_of_poles(candidates.poles, options, places=candidates.places)
     names: list[str] = []
     number = 1
-    while len(names) < len(found.sets):
-        if f"J{number}" not in of.taken:
+    while len(names) < len(proposal.sets):
+        if f"J{number}" not in candidates.reserved_names:
             names.append(f"J{number}")
         number += 1
-    return Proposed(of, found, tuple(names), tuple(_cone(of, found, one) for one in found.sets))
+    return ProposalResult(
+        candidates,
+        proposal,
+        tuple(names),
+        tuple(_cone(candidates, proposal, set_) for set_ in proposal.sets),
+    )
 
 
-def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
+def _cone(candidates: Candidates, proposal: SetProposal, set_: ProposedSet) -> float | None:
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
-    rows = np.flatnonzero(np.array(found.assignment) == one.name)
-    poles, turns = of.poles[rows], of.turns.of(rows)
+    rows = np.flatnonzero(np.array(proposal.assignment) == set_.name)
+    poles, turns = candidates.poles[rows], candidates.turns.of(rows)
     if not turns.known:
-        return one.cone95_deg
+        return set_.cone95_deg
     _, total = mean_regions(poles, fisher(poles, directed=False), False, turns)
     return None if total is None else total.largest_deg
 
 
-def remarks_on(made: Proposed, options: SetOptions) -> list[Finding]:
+def proposal_warnings(result: ProposalResult, options: SetOptions) -> list[Finding]:
     """Return warnings about the proposed sets and their candidates."""
     from vomstudio.geology.sets.axial_mixture import MIN_MEMBERS
 
-    found = made.found
-    said = [*found.warnings, *made.of.remarks]
-    if not found.sets and options == SetOptions():
-        said.insert(0, Finding("sets.none-distinct", minimum=MIN_MEMBERS))
-    if any(one.kappa is None and one.n > 1 for one in found.sets):
-        said.append(Finding("sets.parallel"))
-    return said
+    proposal = result.proposal
+    warnings = [*proposal.warnings, *result.candidates.warnings]
+    if not proposal.sets and options == SetOptions():
+        warnings.insert(0, Finding("sets.none-distinct", minimum=MIN_MEMBERS))
+    if any(set_.kappa is None and set_.n > 1 for set_ in proposal.sets):
+        warnings.append(Finding("sets.parallel"))
+    return warnings

@@ -1,4 +1,4 @@
-"""The sets dock: sets proposed among planes, shown on the net, and taken over where accepted."""
+"""Panel that proposes sets of planes, previews them on the net and assigns them."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from vomstudio.ui.base.qt_background import NewestResult
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sets.candidates import (
     Choice,
-    Proposed,
-    candidates,
+    ProposalResult,
+    assignable_features,
+    collect_candidates,
+    proposal_warnings,
     propose,
-    remarks_on,
-    with_set,
 )
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
@@ -47,50 +47,57 @@ from vomstudio.ui.widgets.copied_planes import beside, copy_with_table
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _SELECTED: Choice = ("selection", "")
-_LEAST_HEIGHT = 96
+_MIN_TABLE_HEIGHT_PX = 96
 
 
 class SetsPanel(QWidget):
-    """proposed : what is shown and not yet decided upon, None where there is nothing. Nothing is
-    changed before it is accepted, and that is one edit."""
+    """Panel of proposed sets.
+
+    Accepting a proposal is one edit; until then the project does not change.
+
+    Attributes
+    ----------
+    result : ProposalResult or None
+        Proposal that is neither accepted nor rejected yet.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         explain(self, "conventions.md#sets-proposed")
         self._studio = studio
-        self.proposed: Proposed | None = None
+        self.result: ProposalResult | None = None
         self._options = SetOptions()
-        self._newest = NewestResult(self, self._came, self._failed, self._slow)
+        self._newest = NewestResult(self, self._show_result, self._show_error, self._show_progress)
         self._make_fields()
         self._make_table()
         self._arrange()
-        studio.project_opened.connect(self._reopened)
+        studio.project_opened.connect(self._reset)
         studio.sets_wanted.connect(self.propose)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         self._list_groups()
         self._show_state("")
 
     def _make_fields(self) -> None:
-        self.of = ComboBox()
-        self.of.setObjectName("sets_of")
-        self.of.activated.connect(lambda _: self._again())
+        self.group_box = ComboBox()
+        self.group_box.setObjectName("sets_of")
+        self.group_box.activated.connect(lambda _: self._repeat_proposal())
         self.options = OptionFields(SetOptions, "sets")
         self.count = self.options.fields["exactly"]
         seeds = self.options.fields["seeds"]
         assert isinstance(self.count, QSpinBox)
         assert isinstance(seeds, QLineEdit)
         self.seeds = seeds
-        self.count.valueChanged.connect(lambda _: self._again())
+        self.count.valueChanged.connect(lambda _: self._repeat_proposal())
         self.seeds.textChanged.connect(lambda _: self._show_count())
         self.seeds.returnPressed.connect(self.propose)
-        self.also = QCheckBox(tr("Also those that have a set"))
-        self.also.setToolTip(
+        self.assigned_box = QCheckBox(tr("Also those that have a set"))
+        self.assigned_box.setToolTip(
             tr(
                 "Accepting then gives all of these planes new sets, and takes the set from those "
                 "that are in none of the new ones."
             )
         )
-        self.also.clicked.connect(lambda _: self._again())
+        self.assigned_box.clicked.connect(lambda _: self._repeat_proposal())
         self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))
         self.start.clicked.connect(lambda _: self.propose())
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
@@ -102,11 +109,11 @@ class SetsPanel(QWidget):
         self.copy = CopyCommandButton(
             self._copy_command, tr("keep these planes as a table, and copy the command")
         )
-        self.said = hint_label()
-        self.said.setObjectName("sets_said")
+        self.message = hint_label()
+        self.message.setObjectName("sets_said")
 
     def _make_table(self) -> None:
-        heads = (
+        columns = (
             (
                 tr("Set"),
                 tr(
@@ -122,10 +129,10 @@ class SetsPanel(QWidget):
                 tr("Mean gap along the mean normal, as if each plane reached past all others."),
             ),
         )
-        self.table = QTableWidget(0, len(heads))
+        self.table = QTableWidget(0, len(columns))
         self.table.setObjectName("sets_table")
         self.table.setAccessibleName(tr("Proposed sets"))
-        for column, (title, tip) in enumerate(heads):
+        for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
             item.setToolTip(tip)
             self.table.setHorizontalHeaderItem(column, item)
@@ -135,46 +142,48 @@ class SetsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         self.table.itemChanged.connect(lambda _: self._preview())
 
     def _arrange(self) -> None:
         form = narrow_form()
-        form.addRow(tr("Of"), self.of)
+        form.addRow(tr("Of"), self.group_box)
         self.options.add_rows(form)
         buttons = QHBoxLayout()
         for button in (self.start, self.accept, self.reject, self.copy):
             buttons.addWidget(button)
         column = narrow_column(self)
         column.addLayout(form)
-        column.addWidget(self.also)
+        column.addWidget(self.assigned_box)
         column.addLayout(buttons)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         column.addWidget(self.table, 1)
 
-    # --- which planes ------------------------------------------------------------------------
+    # --- candidates --------------------------------------------------------------------------
     def _choice(self) -> Choice:
-        data = self.of.currentData()
+        data = self.group_box.currentData()
         return _SELECTED if data is None else tuple(data)
 
     def _list_groups(self) -> None:
-        """The groups that there are; the one that was chosen stays, where it is still there."""
+        """List the groups of planes, and keep the current group if it still exists."""
         groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
-        if with_set(self._studio, ("picked", "")):
+        if assignable_features(self._studio, ("picked", "")):
             groups.append((tr("All picked planes"), ("picked", "")))
-        own = {f.type_id for f in self._studio.session.of(Typed)}
+        used_types = {f.type_id for f in self._studio.session.of(Typed)}
         for type_ in self._studio.session.of(FeatureType):
-            if type_.id in own and with_set(self._studio, ("type", type_.id)):
+            if type_.id in used_types and assignable_features(self._studio, ("type", type_.id)):
                 groups.append((type_.name, ("type", type_.id)))
-        shown = [self.of.itemText(i) for i in range(self.of.count())]
-        if shown == [title for title, _ in groups]:
+        titles = [self.group_box.itemText(i) for i in range(self.group_box.count())]
+        if titles == [title for title, _ in groups]:
             return
-        chosen, known = self._choice(), [choice for _, choice in groups]
-        self.of.clear()
+        previous, choices = self._choice(), [choice for _, choice in groups]
+        self.group_box.clear()
         for title, choice in groups:
-            self.of.addItem(title, choice)
-        keep = chosen in known and len(shown) > 1
-        self.of.setCurrentIndex(known.index(chosen) if keep else min(1, len(groups) - 1))
+            self.group_box.addItem(title, choice)
+        is_listed = previous in choices and len(titles) > 1
+        self.group_box.setCurrentIndex(
+            choices.index(previous) if is_listed else min(1, len(groups) - 1)
+        )
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
@@ -183,154 +192,158 @@ class SetsPanel(QWidget):
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
         super().hideEvent(event)
-        # A net must not show what nobody can accept or reject.
+        # The net shows a proposal only while it can be accepted or rejected.
         self._studio.sets_proposed.emit(None)
 
     # --- proposing ---------------------------------------------------------------------------
-    def _again(self) -> None:
-        """Other planes or another number: propose anew what is being looked at."""
-        if self.proposed is not None or self._newest.waiting:
+    def _repeat_proposal(self) -> None:
+        """Propose again if a proposal is shown or running."""
+        if self.result is not None or self._newest.waiting:
             self.propose()
 
     def propose(self) -> None:
-        """Among the chosen planes, in a thread."""
+        """Propose sets among the planes of the group in a worker thread."""
         self._list_groups()
         try:
-            of = candidates(self._studio, self._choice(), replacing=self.also.isChecked())
+            planes = collect_candidates(
+                self._studio, self._choice(), include_assigned=self.assigned_box.isChecked()
+            )
         except VomError as error:
             self.drop(cause_of(error))
             return
-        seeded = {"exactly": None} if self.seeds.text().strip() else {}
-        self._options = self.options.options(**seeded)
-        self._newest.ask(partial(propose, of, self._options))
-        self._show_state(self.said.text())
+        overrides = {"exactly": None} if self.seeds.text().strip() else {}
+        self._options = self.options.options(**overrides)
+        self._newest.ask(partial(propose, planes, self._options))
+        self._show_state(self.message.text())
 
-    def _slow(self) -> None:
+    def _show_progress(self) -> None:
         self._show_state(tr("Looking for sets…"))
 
-    def _came(self, made: Proposed) -> None:
-        self.proposed = made
-        self._fill(made)
-        self._show_state("\n".join(map(str, remarks_on(made, self._options))))
+    def _show_result(self, result: ProposalResult) -> None:
+        self.result = result
+        self._fill(result)
+        self._show_state("\n".join(map(str, proposal_warnings(result, self._options))))
         self._preview()
 
-    def _failed(self, error: VomError) -> None:
+    def _show_error(self, error: VomError) -> None:
         self.drop(cause_of(error))
 
-    def drop(self, why: Finding | None = None) -> None:
-        """Forget the proposal: nothing is changed. why : shown in its place"""
+    def drop(self, reason: Finding | None = None) -> None:
+        """Discard the proposal and show the reason, if given."""
         self._newest.drop()
-        self.proposed = None
+        self.result = None
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
-        self._show_state("" if why is None else why.message)
+        self._show_state("" if reason is None else reason.message)
         self._preview()
 
     def _accept(self) -> None:
-        made = self.proposed
-        if made is None:
+        result = self.result
+        if result is None:
             return
         names = self._names()
-        put = made.assignment(names)
-        # Its own edit is no reason to forget what it was.
-        self.proposed = None
-        if not self._studio.attempt(edits.assign_sets, put):
-            self.proposed = made
+        assignment = result.assignment(names)
+        # Otherwise `_follow_edit` would discard the proposal on its own edit.
+        self.result = None
+        if not self._studio.attempt(edits.assign_sets, assignment):
+            self.result = result
             return
-        told = [tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in made.groups(names) if s]
-        self.drop(Finding("sets.accepted", sets=told))
+        counts = [
+            tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in result.groups(names) if s
+        ]
+        self.drop(Finding("sets.accepted", sets=counts))
 
-    # --- what has happened meanwhile -----------------------------------------------------------
-    def _edited(self, edit: Edit) -> None:
-        touched = set(self._studio.affected(edit))
-        if self.proposed is not None and not touched.isdisjoint(self.proposed.of.ids):
+    # --- changes of the project ----------------------------------------------------------------
+    def _follow_edit(self, edit: Edit) -> None:
+        affected = set(self._studio.affected(edit))
+        if self.result is not None and not affected.isdisjoint(self.result.candidates.ids):
             self.drop(Finding("sets.planes-changed"))
-        elif self._newest.waiting and touched:
+        elif self._newest.waiting and affected:
             self.propose()
         if self.isVisible():
             self._list_groups()
 
-    def _reopened(self) -> None:
+    def _reset(self) -> None:
         self.drop()
         if self.isVisible():
             self._list_groups()
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def _names(self) -> list[str]:
-        """As typed, of each set."""
-        count = 0 if self.proposed is None else len(self.proposed.sets)
+        """Return the names of the sets as typed."""
+        count = 0 if self.result is None else len(self.result.sets)
         items = [self.table.item(row, 0) for row in range(count)]
         return ["" if item is None else item.text() for item in items]
 
-    def _fill(self, made: Proposed) -> None:
+    def _fill(self, result: ProposalResult) -> None:
         from vomstudio.geology.notation import format_attitude
         from vomstudio.geology.orientation import Plane
 
         notation = self._studio.settings.notation
         rows = []
-        for one, name, cone in zip(made.sets, made.names, made.cones_deg, strict=True):
-            plane = Plane(one.dip_direction_deg, one.dip_deg)
+        for set_, name, cone in zip(result.sets, result.names, result.cones_deg, strict=True):
+            plane = Plane(set_.dip_direction_deg, set_.dip_deg)
             mean = format_attitude(plane, cone, notation, bare=True)
-            numbers = number(one.kappa), length(one.spacing_m)
-            rows.append([name, f"{one.n:,}", mean, *numbers])
-        rows.append([tr("in no set"), f"{made.found.unassigned:,}", "", "", ""])
+            numbers = number(set_.kappa), length(set_.spacing_m)
+            rows.append([name, f"{set_.n:,}", mean, *numbers])
+        rows.append([tr("in no set"), f"{result.proposal.unassigned:,}", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
             for row, texts in enumerate(rows):
                 for column, text in enumerate(texts):
-                    self._put(row, column, text, named=row < len(made.sets))
+                    self._put(row, column, text, has_name=row < len(result.sets))
 
-    def _put(self, row: int, column: int, text: str, *, named: bool) -> None:
+    def _put(self, row: int, column: int, text: str, *, has_name: bool) -> None:
         item = QTableWidgetItem(text)
         if column:
             item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         else:
-            item.setIcon(_swatch(row, named))
-        if column or not named:
+            item.setIcon(_swatch(row, has_name))
+        if column or not has_name:
             item.setFlags(Qt.ItemFlag.ItemIsEnabled)
         self.table.setItem(row, column, item)
 
-    def _show_state(self, said: str) -> None:
-        made = self.proposed
-        self.said.setText(said)
-        self.said.setVisible(bool(said))
-        self.table.setVisible(made is not None)
-        some = made is not None and bool(made.sets) and not self._newest.waiting
-        none = Finding("sets.no-proposal")
-        allow(self.accept, None if some else none)
-        allow(self.reject, None if made is not None else none)
-        self.copy.allow(None if made is not None else none)
+    def _show_state(self, message: str) -> None:
+        result = self.result
+        self.message.setText(message)
+        self.message.setVisible(bool(message))
+        self.table.setVisible(result is not None)
+        can_accept = result is not None and bool(result.sets) and not self._newest.waiting
+        no_proposal = Finding("sets.no-proposal")
+        allow(self.accept, None if can_accept else no_proposal)
+        allow(self.reject, None if result is not None else no_proposal)
+        self.copy.allow(None if result is not None else no_proposal)
         self._show_count()
 
     def _copy_command(self) -> None:
-        made = self.proposed
-        if made is None:
+        result = self.result
+        if result is None:
             return
-        words = option_words(self._options)
+        arguments = option_words(self._options)
         copy_with_table(
             self,
             self._studio,
             "planes.csv",
-            made.of.ids,
-            lambda path: ["sets", path, *words, ("-o", beside(path, "csv")), "--force"],
+            result.candidates.ids,
+            lambda path: ["sets", path, *arguments, ("-o", beside(path, "csv")), "--force"],
         )
 
     def _show_count(self) -> None:
         self.count.setEnabled(not self.seeds.text().strip())
 
     def _preview(self) -> None:
-        """On the net, while this panel is there."""
-        made = self.proposed
-        shown = made is not None and self.isVisible()
+        """Show the proposal on the net while this panel is visible."""
+        result = self.result
+        is_shown = result is not None and self.isVisible()
         names = self._names()
-        groups = made.groups(names) if made is not None and shown else None
+        groups = result.groups(names) if result is not None and is_shown else None
         self._studio.sets_proposed.emit(groups)
 
 
-def _swatch(row: int, named: bool) -> QIcon:
-    """The colour of a set on the net."""
-    from vomstudio.ui.panels.net.feature_sets import color_of
+def _swatch(row: int, has_name: bool) -> QIcon:
+    """Return an icon with the colour of the set on the net."""
+    from vomstudio.ui.panels.net.feature_sets import set_color
 
     picture = QPixmap(12, 12)
-    picture.fill(QColor(color_of(row, named)))
+    picture.fill(QColor(set_color(row, has_name)))
     return QIcon(picture)

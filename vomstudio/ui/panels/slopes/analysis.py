@@ -1,4 +1,4 @@
-"""What the panel of slopes asks, worked out in a thread, and its command."""
+"""Kinematic analysis of one slope face, its figure and its command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SlopeQuestion:
-    """features : those with a plane; measured : of each, by id"""
+    """Input of the analysis: features with a plane, and their measurements by id."""
 
     records: Mapping[str, Record]
     features: Sequence[Feature]
@@ -30,38 +30,38 @@ class SlopeQuestion:
 
 @dataclass(frozen=True, eq=False)
 class SlopeAnswer:
-    """critical : as `critical_planes` has it"""
+    """Result of the analysis; `critical` is that of `critical_planes`."""
 
     question: SlopeQuestion
     table: OrientationRows
-    found: TableSlope
+    analysis: TableSlope
     critical: Mapping[str, tuple[CriticalPlane, ...]]
 
 
 def answer(question: SlopeQuestion) -> SlopeAnswer:
-    """In a thread: what `vomstudio slope` says of these planes."""
+    """Run the analysis of `vomstudio slope` in a worker thread."""
     from vomstudio.geology.table_slopes import critical_planes, table_slope
     from vomstudio.project.exports.feature_table import feature_table
 
     table = feature_table(question.records, question.features, question.measured)
-    found = table_slope(table, question.face)
-    return SlopeAnswer(question, table, found, critical_planes(table, question.face, found))
+    analysis = table_slope(table, question.face)
+    return SlopeAnswer(question, table, analysis, critical_planes(table, question.face, analysis))
 
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:
-    """In a thread: the nets, as svg, pdf or png."""
+    """Write the nets as SVG, PDF or PNG in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
 
     format_ = path.suffix.lower().removeprefix(".")
     with atomic_write(path, True) as temporary:
         write_slope_figure(
-            temporary, result.table, result.question.face, result.found, format=format_
+            temporary, result.table, result.question.face, result.analysis, format=format_
         )
 
 
-def words_of(face: SlopeFace, table: Path) -> Words:
-    """The command that says the same of this table."""
+def slope_command(face: SlopeFace, table: Path) -> Words:
+    """Return the command that gives the same result from a table of planes."""
     plane = face.plane
     return [
         "slope",

@@ -1,5 +1,4 @@
-"""The facets of a model as slopes: the question, worked out in a thread, its command, and what is
-shown: a table, and the outcrop in the colours of a share."""
+"""Kinematic analysis of each facet of a model, its command line and its table."""
 
 from __future__ import annotations
 
@@ -45,19 +44,28 @@ _MODES = (
         to_translate("Direct toppling, % of intersections"),
     ),
 )
-"""Name, as the head of a column, and with what is counted."""
-_LEAST_HEIGHT = 110
+"""Name, column title, and description with the counted quantity."""
+_MIN_TABLE_HEIGHT_PX = 110
 
 
 @dataclass(frozen=True, eq=False)
 class FacetsQuestion:
-    """features : those with a plane; measured : of each, by id; rows : of the facets among those
-    that were found; data, to_world : of their model"""
+    """Input of the analysis by facet.
+
+    Attributes
+    ----------
+    features, measured
+        Features with a plane, and their measurements by id.
+    rows : sequence of int
+        Indices of the facets in `proposals`.
+    data, to_world
+        Model of the facets and its transform to World.
+    """
 
     records: Mapping[str, Record]
     features: Sequence[Feature]
     measured: Mapping[str, Measurement]
-    found: Proposals
+    proposals: Proposals
     rows: Sequence[int]
     data: Mesh | PointCloud
     to_world: Matrix
@@ -68,36 +76,36 @@ class FacetsQuestion:
 class FacetsAnswer:
     question: FacetsQuestion
     faces: Sequence[FacetFace]
-    found: FacetSlopes
+    analysis: FacetSlopes
 
 
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
-    """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
+    """Run the analysis of `vomstudio slope --facets` in a worker thread."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.products.surface.slope_facets import find_overhangs
     from vomstudio.project.exports.feature_table import feature_table
 
     q = question
-    # The height over the level, by a model's own coordinates; its scale counts for nothing.
-    over = find_overhangs(q.data, q.found.label.astype(int), q.to_world[2][:3])
+    # Only the direction of World's z axis in model coordinates matters here, not the scale.
+    overhangs = find_overhangs(q.data, q.proposals.label.astype(int), q.to_world[2][:3])
     faces = []
     for row in q.rows:
-        measured = q.found.measured[row]
+        measured = q.proposals.measured[row]
         if measured.plane is not None:
-            area = measured.area_m2 or q.found.exposed_area_of(row)
-            faces.append(FacetFace(str(row), measured.plane, area, over.get(str(row))))
+            area = measured.area_m2 or q.proposals.exposed_area_of(row)
+            faces.append(FacetFace(str(row), measured.plane, area, overhangs.get(str(row))))
     table = feature_table(q.records, q.features, q.measured)
-    found = facet_slopes(table, faces, q.options)
-    return FacetsAnswer(q, faces, found)
+    analysis = facet_slopes(table, faces, q.options)
+    return FacetsAnswer(q, faces, analysis)
 
 
 def facets_file(planes: Path) -> Path:
-    """Of the facets, beside the table of planes."""
+    """Return the path of the table of facets next to the table of planes."""
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_words(result: FacetsAnswer, planes: Path) -> Words:
-    """The command that says the same of these tables."""
+def facets_command(result: FacetsAnswer, planes: Path) -> Words:
+    """Return the command that gives the same result from both tables."""
     q = result.question
     return [
         "slope",
@@ -109,11 +117,14 @@ def facets_words(result: FacetsAnswer, planes: Path) -> Words:
 
 
 class FacetSlopesView(QWidget):
-    """painted : another mode is to be seen on the outcrop; unpainted : none is; pointed_at : the
-    place of the facet in the chosen row, among those that were found"""
+    """Table of the facets as slopes, with the mode that colours the outcrop.
+
+    `painted` emits the selected mode, `unpainted` requests the previous colours, and
+    `facet_selected` emits the index of the facet in the selected row.
+    """
 
     painted = Signal(str)
-    pointed_at = Signal(int)
+    facet_selected = Signal(int)
     unpainted = Signal()
 
     def __init__(self) -> None:
@@ -124,17 +135,17 @@ class FacetSlopesView(QWidget):
         for name, _, title in _MODES:
             self.mode.addItem(tr(title), name)
         self.mode.keep_narrow()
-        self.mode.activated.connect(lambda _: self.painted.emit(self.chosen))
-        self.off = QPushButton(theme.icon("image-outline"), "")
-        self.off.setToolTip(tr("The outcrop as it was before."))
-        self.off.clicked.connect(lambda _=False: self.unpainted.emit())
+        self.mode.activated.connect(lambda _: self.painted.emit(self.current_mode))
+        self.reset_button = QPushButton(theme.icon("image-outline"), "")
+        self.reset_button.setToolTip(tr("The outcrop as it was before."))
+        self.reset_button.clicked.connect(lambda _=False: self.unpainted.emit())
         self.table = NumberTable(
             (
                 Column("#", lambda v: f"{v}", tr("1 is the largest facet.")),
                 Column(tr("Face"), str, tr("Attitude of the facet as a slope."), number=False),
                 *(
-                    Column(tr(head), lambda v: f"{100.0 * v:.1f} %", tr(title))
-                    for _, head, title in _MODES
+                    Column(tr(column_title), lambda v: f"{100.0 * v:.1f} %", tr(title))
+                    for _, column_title, title in _MODES
                 ),
                 Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area of the facet.")),
             ),
@@ -143,11 +154,11 @@ class FacetSlopesView(QWidget):
         )
         self.table.setObjectName("slope_facets")
         self.table.setAccessibleName(tr("Facets as slopes"))
-        self.table.setMinimumHeight(_LEAST_HEIGHT)
-        self.table.selectionModel().selectionChanged.connect(lambda *_: self._row_chosen())
+        self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._emit_selected_facet())
         row = QHBoxLayout()
         row.addWidget(self.mode, 1)
-        row.addWidget(self.off)
+        row.addWidget(self.reset_button)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(3)
@@ -155,39 +166,42 @@ class FacetSlopesView(QWidget):
         column.addWidget(self.table, 1)
 
     @property
-    def chosen(self) -> str:
-        """The mode that is painted."""
+    def current_mode(self) -> str:
+        """Return the name of the mode that colours the outcrop."""
         return str(self.mode.currentData())
 
-    def _row_chosen(self) -> None:
+    def _emit_selected_facet(self) -> None:
         for index in self.table.selectionModel().selectedRows():
-            self.pointed_at.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
+            self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
     def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
-        """look : what the outcrop shows where it is not painted"""
-        self.off.setText(look)
+        """Fill the table; `look` names the colours of the outcrop without a mode."""
+        self.reset_button.setText(look)
         rows = []
-        for each in () if result is None else result.found.facets:
-            plane = Plane(each.face.dip_direction_deg, each.face.dip_deg)
-            said = format_plane(plane, notation, 0, bare=True)
-            shares = [getattr(each, name).share for name, _, _ in _MODES]
-            why = tr("It overhangs, and is taken as a vertical face.") if each.overhangs else ""
-            rows.append(((int(each.id) + 1, said, *shares, each.area_m2), why))
+        for facet in () if result is None else result.analysis.facets:
+            plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
+            attitude = format_plane(plane, notation, 0, bare=True)
+            shares = [getattr(facet, name).share for name, _, _ in _MODES]
+            note = tr("It overhangs, and is taken as a vertical face.") if facet.overhangs else ""
+            rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
-        for widget in (self.mode, self.off):
+        for widget in (self.mode, self.reset_button):
             allow(widget, None if rows else Finding("action.no-result"))
 
 
-def shares_of(result: FacetsAnswer, mode: str) -> dict[int, float]:
-    """By the place of the facet among those that were found."""
-    shares = [getattr(each, mode).share for each in result.found.facets]
-    ids = [int(each.id) for each in result.found.facets]
+def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
+    """Return the critical share of a mode by facet index."""
+    shares = [getattr(facet, mode).share for facet in result.analysis.facets]
+    ids = [int(facet.id) for facet in result.analysis.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 
-def show_facet(studio: Studio, found: Proposals, row: int) -> None:
-    """It stands out on the outcrop, where its model is open."""
-    model, opened = studio.records.get(found.model_id), studio.models.get(found.model_id)
-    if isinstance(model, Model) and opened is not None:
-        area = patch_area(found.patches[row], model, opened.surface)
+def show_facet(studio: Studio, proposals: Proposals, row: int) -> None:
+    """Highlight a facet on the outcrop if its model is open."""
+    model, loaded_model = (
+        studio.records.get(proposals.model_id),
+        studio.models.get(proposals.model_id),
+    )
+    if isinstance(model, Model) and loaded_model is not None:
+        area = patch_area(proposals.patches[row], model, loaded_model.surface)
         studio.preview.emit(Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area))

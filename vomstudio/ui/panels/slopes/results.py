@@ -1,4 +1,4 @@
-"""The ways in which a slope can fail as a table, and the planes critical in one of them."""
+"""Table of the failure modes of a slope, and list of the critical planes of one mode."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ _MODES = (
     ("direct_toppling", to_translate("Direct toppling"), False),
     ("bases", to_translate("– its bases"), True),
 )
-"""Name, title, and whether planes are counted: else intersections."""
-_HEADS = (
+"""Name, title, and whether planes (True) or intersections (False) are counted."""
+_COLUMNS = (
     (to_translate("Mode"), to_translate("Choose one to list its critical planes.")),
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
     (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
@@ -48,21 +48,21 @@ _HEADS = (
 )
 _LIST_HEIGHT = 90
 _LIST_WIDTH = 145
-_NO_LIMIT = 16_777_215
-_BESIDE_FROM = 440
-"""Where it is wider, the planes are listed beside the table, else below it."""
+_MAX_WIDGET_WIDTH_PX = 16_777_215
+_MIN_SIDE_BY_SIDE_PX = 440
+"""Minimum width at which the planes are listed beside the table instead of below it."""
 
 
 class SlopeResults(QWidget):
-    """chosen : the ids of the planes that were clicked, to be selected"""
+    """Failure modes and critical planes; `planes_clicked` emits the ids of clicked planes."""
 
-    chosen = Signal(object)
+    planes_clicked = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
         self._answer: SlopeAnswer | None = None
         self.table = _mode_table()
-        self.table.itemSelectionChanged.connect(self._list)
+        self.table.itemSelectionChanged.connect(self._list_planes)
         self.heading = Label()
         self.heading.setWordWrap(True)
         self.planes = QListWidget()
@@ -71,7 +71,7 @@ class SlopeResults(QWidget):
         self.planes.setMinimumHeight(_LIST_HEIGHT)
         self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.planes.itemSelectionChanged.connect(self._clicked)
+        self.planes.itemSelectionChanged.connect(self._emit_clicked)
         self._sides = QHBoxLayout()
         self._sides.setSpacing(4)
         self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
@@ -85,22 +85,22 @@ class SlopeResults(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        beside = self.width() >= _BESIDE_FROM
-        ways = QBoxLayout.Direction
-        self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
-        self.planes.setMaximumWidth(_LIST_WIDTH if beside else _NO_LIMIT)
+        is_wide = self.width() >= _MIN_SIDE_BY_SIDE_PX
+        direction = QBoxLayout.Direction
+        self._sides.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
+        self.planes.setMaximumWidth(_LIST_WIDTH if is_wide else _MAX_WIDGET_WIDTH_PX)
 
     @property
     def mode(self) -> str:
-        """The name of the one whose planes are listed."""
+        """Return the name of the mode whose planes are listed."""
         return _MODES[max(self.table.currentRow(), 0)][0]
 
     def critical_ids(self) -> list[str]:
-        """Of the planes that are listed."""
-        return [each.id for each in self._critical()]
+        """Return the ids of the listed planes."""
+        return [plane.id for plane in self._critical()]
 
     def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
-        """None where there is nothing to say."""
+        """Show a result; None clears the table."""
         self._answer, self._notation = result, notation
         for row, (name, _, _) in enumerate(_MODES):
             cells = [""] * 4 if result is None else _cells(_mode(result, name))
@@ -108,41 +108,41 @@ class SlopeResults(QWidget):
                 item = self.table.item(row, column)
                 assert item is not None
                 item.setText(text)
-        self._list()
+        self._list_planes()
 
     def mark(self, ids: tuple[str, ...]) -> None:
-        """These are selected elsewhere."""
-        wanted = set(ids)
+        """Select the listed planes with these ids without emitting a signal."""
+        selected_ids = set(ids)
         with QSignalBlocker(self.planes):
             for row in range(self.planes.count()):
                 item = self.planes.item(row)
-                inside = item.data(Qt.ItemDataRole.UserRole) in wanted
-                if inside != item.isSelected():
-                    item.setSelected(inside)
+                is_selected = item.data(Qt.ItemDataRole.UserRole) in selected_ids
+                if is_selected != item.isSelected():
+                    item.setSelected(is_selected)
 
     def _critical(self) -> tuple[CriticalPlane, ...]:
         return () if self._answer is None else self._answer.critical[self.mode]
 
-    def _list(self) -> None:
-        """The critical planes of the chosen mode."""
+    def _list_planes(self) -> None:
+        """List the critical planes of the selected mode."""
         critical = self._critical()
         with QSignalBlocker(self.planes):
             self.planes.clear()
-            for each in critical:
-                item = QListWidgetItem(self._said(each))
+            for plane in critical:
+                item = QListWidgetItem(self._plane_text(plane))
                 item.setToolTip(item.text())
-                item.setData(Qt.ItemDataRole.UserRole, each.id)
+                item.setData(Qt.ItemDataRole.UserRole, plane.id)
                 self.planes.addItem(item)
         self.planes.setVisible(bool(critical))
         self.heading.setVisible(self._answer is not None)
         self.heading.setText(self._heading(len(critical)))
 
     def _heading(self, count: int) -> str:
-        _, title, of_planes = next(each for each in _MODES if each[0] == self.mode)
+        _, title, counts_planes = next(entry for entry in _MODES if entry[0] == self.mode)
         mode = tr(title).removeprefix("– ")
         if not count:
             return tr("{mode}: no plane is critical.", mode=mode)
-        if of_planes:
+        if counts_planes:
             return tr_n(
                 "{mode}: {count:,} critical plane. A click selects it.",
                 "{mode}: {count:,} critical planes. A click selects one.",
@@ -155,27 +155,29 @@ class SlopeResults(QWidget):
             mode=mode,
         )
 
-    def _said(self, critical: CriticalPlane) -> str:
+    def _plane_text(self, critical: CriticalPlane) -> str:
         assert self._answer is not None
         question = self._answer.question
         feature = question.records[critical.id]
         measured = question.measured[critical.id]
-        said = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
-        return said if critical.intersections is None else f"{said}  ({critical.intersections:,})"
+        text = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
+        return text if critical.intersections is None else f"{text}  ({critical.intersections:,})"
 
-    def _clicked(self) -> None:
-        self.chosen.emit([i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()])
+    def _emit_clicked(self) -> None:
+        self.planes_clicked.emit(
+            [i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()]
+        )
 
 
 def _mode_table() -> QTableWidget:
-    table = QTableWidget(len(_MODES), len(_HEADS))
+    table = QTableWidget(len(_MODES), len(_COLUMNS))
     table.setAccessibleName(tr("Ways to fail"))
-    for column, (title, tip) in enumerate(_HEADS):
-        head = QTableWidgetItem(tr(title))
-        head.setToolTip(tr(tip))
-        table.setHorizontalHeaderItem(column, head)
+    for column, (title, tip) in enumerate(_COLUMNS):
+        header_item = QTableWidgetItem(tr(title))
+        header_item.setToolTip(tr(tip))
+        table.setHorizontalHeaderItem(column, header_item)
     for row, (_, title, _) in enumerate(_MODES):
-        for column in range(len(_HEADS)):
+        for column in range(len(_COLUMNS)):
             item = QTableWidgetItem(tr(title) if column == 0 else "")
             if column:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -192,20 +194,20 @@ def _mode_table() -> QTableWidget:
     header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
     table.setCurrentCell(0, 0)
-    high = header.sizeHint().height() + len(_MODES) * row_height + 2 * table.frameWidth()
-    table.setFixedHeight(high)
+    height = header.sizeHint().height() + len(_MODES) * row_height + 2 * table.frameWidth()
+    table.setFixedHeight(height)
     table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     return table
 
 
 def _mode(result: SlopeAnswer, name: str) -> Mode:
-    found = result.found
+    analysis = result.analysis
     modes: Mapping[str, Mode] = {
-        "planar": found.planar,
-        "wedge": found.wedge,
-        "flexural_toppling": found.flexural_toppling,
-        "direct_toppling": found.direct_toppling,
-        "bases": found.direct_toppling.bases,
+        "planar": analysis.planar,
+        "wedge": analysis.wedge,
+        "flexural_toppling": analysis.flexural_toppling,
+        "direct_toppling": analysis.direct_toppling,
+        "bases": analysis.direct_toppling.bases,
     }
     return modes[name]
 

@@ -1,4 +1,4 @@
-"""The dock of slopes: which planes and intersections let a face fail."""
+"""Panel of the kinematic analysis of slopes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from vomstudio.ui.panels.slopes.analysis import (
     SlopeAnswer,
     SlopeQuestion,
     answer,
-    words_of,
+    slope_command,
     write_figure,
 )
 from vomstudio.ui.panels.slopes.facets import (
@@ -43,9 +43,9 @@ from vomstudio.ui.panels.slopes.facets import (
     FacetSlopesView,
     FacetsQuestion,
     answer_facets,
+    facet_shares,
+    facets_command,
     facets_file,
-    facets_words,
-    shares_of,
     show_facet,
 )
 from vomstudio.ui.panels.slopes.results import SlopeResults
@@ -64,21 +64,21 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "slope", "conventions.md#slopes", tr("Computing…"))
-        self._writing = False
+        self._is_writing = False
         self._notation = ""
-        self._chosen_here: tuple[str, ...] | None = None
+        self._clicked_ids: tuple[str, ...] | None = None
         self._features: list[Typed] = []
-        self.of = GroupBox(studio, tr("All planes"))
-        self.of.setAccessibleName(tr("Planes"))
-        self.of.activated.connect(self._group_chosen)
-        self.at = ComboBox()
-        self.at.setObjectName("slope_at")
-        self.at.addItem(tr("One face"), "face")
-        self.at.addItem(tr("Each facet"), "facets")
-        self.at.setToolTip(
+        self.group_box = GroupBox(studio, tr("All planes"))
+        self.group_box.setAccessibleName(tr("Planes"))
+        self.group_box.activated.connect(self._follow_group)
+        self.slope_kind = ComboBox()
+        self.slope_kind.setObjectName("slope_at")
+        self.slope_kind.addItem(tr("One face"), "face")
+        self.slope_kind.addItem(tr("Each facet"), "facets")
+        self.slope_kind.setToolTip(
             tr("The slope is one face, or each facet that was found on the model by itself.")
         )
-        self.at.activated.connect(self._at_chosen)
+        self.slope_kind.activated.connect(self._follow_slope_kind)
         self.face = QLineEdit()
         self.face.setObjectName("slope_face")
         self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
@@ -101,37 +101,39 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
         self.results = SlopeResults()
-        self.results.chosen.connect(self._select)
+        self.results.planes_clicked.connect(self._select)
         self.facets = FacetSlopesView()
         self.facets.setVisible(False)
         self.facets.painted.connect(lambda _: self._paint())
         self.facets.unpainted.connect(studio.facets.unpaint)
-        self.facets.pointed_at.connect(self._point_at)
+        self.facets.facet_selected.connect(self._show_facet)
         self.copy = CopyCommandButton(
             self._copy_command, tr("keep the planes as a table, and copy the command")
         )
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
-        studio.project_opened.connect(self._opened)
-        studio.settings_changed.connect(self._notation_changed)
+        studio.project_opened.connect(self._reset)
+        studio.settings_changed.connect(self._convert_face)
         studio.edited.connect(self._edited)
-        studio.selection_changed.connect(lambda _: self._selected())
-        studio.facets.changed.connect(self._facets_changed)
-        self._notation_changed()
+        studio.selection_changed.connect(lambda _: self._follow_selection())
+        studio.facets.changed.connect(self._follow_facets)
+        self._convert_face()
 
     def _arrange(self) -> None:
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(4)
-        form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
-        form.addRow(tr("Slope"), _row(self.at, self.face, self.take, wide=self.face))
+        form.addRow(
+            tr("Planes"), _row(self.group_box, self.copy, self.figure, wide_part=self.group_box)
+        )
+        form.addRow(tr("Slope"), _row(self.slope_kind, self.face, self.take, wide_part=self.face))
         fields, labels = self.angles.fields, self.angles.labels
         angles = _row(
             fields["friction_deg"],
             labels["lateral_deg"],
             fields["lateral_deg"],
             self.limits,
-            wide=self.limits,
+            wide_part=self.limits,
         )
         form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
@@ -140,45 +142,45 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         column.addWidget(self.results, 1)
         column.addWidget(self.facets, 1)
 
-    # --- when to look again ------------------------------------------------------------------
-    def _opened(self) -> None:
-        """Another project."""
-        self._chosen_here = None
+    # --- changes -----------------------------------------------------------------------------
+    def _reset(self) -> None:
+        """Clear the form for another project."""
+        self._clicked_ids = None
         self.face.clear()
         self._soon()
 
-    def _notation_changed(self) -> None:
-        """What was typed stays the plane that it was."""
-        before, notation = self._notation, self._studio.settings.notation
+    def _convert_face(self) -> None:
+        """Rewrite the typed face in the current notation."""
+        previous, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = format_plane(Plane(135.0, 70.0), notation)
         self.face.setPlaceholderText(tr("such as {example}", example=example))
-        if before and before != notation:
+        if previous and previous != notation:
             with suppress(VomError):
-                plane = parse_plane(self.face.text(), before)
-                whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
-                self.face.setText(format_plane(plane, notation, 0 if whole else 2))
+                plane = parse_plane(self.face.text(), previous)
+                is_integer = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.face.setText(format_plane(plane, notation, 0 if is_integer else 2))
         self._soon()
 
-    def _group_chosen(self, *_: object) -> None:
-        self._chosen_here = None
+    def _follow_group(self, *_: object) -> None:
+        self._clicked_ids = None
         self._soon()
 
-    def _selected(self) -> None:
+    def _follow_selection(self) -> None:
         if self.visibleRegion().isEmpty():
             self._stale = True
             return
         self._refresh_take()
         ids = self._studio.selection.ids
         self.results.mark(ids)
-        # What was clicked here is still one of those that were looked at.
-        if ids != self._chosen_here and self.of.choice() == SELECTED:
-            self._chosen_here = None
+        # A click in the list selects some of the analysed planes, which is not a new input.
+        if ids != self._clicked_ids and self.group_box.choice() == SELECTED:
+            self._clicked_ids = None
             self._soon()
 
     # --- the question ------------------------------------------------------------------------
     def _list(self) -> None:
-        self.of.list_groups()
+        self.group_box.list_groups()
         self._refresh_take()
 
     def _answer(self, question: SlopeQuestion | FacetsQuestion) -> SlopeAnswer | FacetsAnswer:
@@ -197,27 +199,27 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return self.result if isinstance(self.result, SlopeAnswer) else None
 
     @property
-    def _at_facets(self) -> bool:
-        return bool(self.at.currentData() == "facets")
+    def _uses_facets(self) -> bool:
+        return bool(self.slope_kind.currentData() == "facets")
 
     def _planes(self) -> tuple[list[Typed], dict[str, Measurement]]:
-        """Return the planes of the choice with their measurements.
+        """Return the planes of the group with their measurements.
 
-        Raises InputError if the choice has none.
+        Raises InputError if the group has none.
         """
         studio = self._studio
-        if self._chosen_here is None:
-            self._features = self.of.features()
+        if self._clicked_ids is None:
+            self._features = self.group_box.features()
         features = [f for f in self._features if f.id in studio.records]
         measured = studio.measured(f.id for f in features)
         features = [f for f in features if measured[f.id].plane is not None]
         if not features:
-            is_selection = self.of.choice() == SELECTED
+            is_selection = self.group_box.choice() == SELECTED
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measured)
 
     def _question(self) -> SlopeQuestion | FacetsQuestion:
-        if self._at_facets:
+        if self._uses_facets:
             return self._facets_question()
         planes = self._planes()
         text = self.face.text().strip()
@@ -231,64 +233,67 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals
-        planes = self._planes()
-        opened = None if proposals is None else studio.models.get(proposals.model_id)
+        features, measured = self._planes()
+        loaded_model = None if proposals is None else studio.models.get(proposals.model_id)
         model = None if proposals is None else studio.records.get(proposals.model_id)
-        if proposals is None or opened is None or not isinstance(model, Model):
+        if proposals is None or loaded_model is None or not isinstance(model, Model):
             raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
-            dict(studio.records),
-            *planes,
-            proposals,
-            rows,
-            opened.data,
-            model.to_world,
-            self._options(),
+            records=dict(studio.records),
+            features=features,
+            measured=measured,
+            proposals=proposals,
+            rows=rows,
+            data=loaded_model.data,
+            to_world=model.to_world,
+            options=self._options(),
         )
 
-    def _at_chosen(self, *_: object) -> None:
-        if not self._at_facets:
+    def _follow_slope_kind(self, *_: object) -> None:
+        if not self._uses_facets:
             self._studio.facets.unpaint()
-        allow(self.face, Finding("action.slope-is-facet") if self._at_facets else None)
+        allow(self.face, Finding("action.slope-is-facet") if self._uses_facets else None)
         self._refresh_take()
         self._soon()
 
-    def _facets_changed(self) -> None:
-        if self._at_facets:
+    def _follow_facets(self) -> None:
+        if self._uses_facets:
             self._soon()
 
-    def _point_at(self, row: int) -> None:
-        """The facet of the chosen row stands out on the outcrop."""
+    def _show_facet(self, row: int) -> None:
+        """Highlight the facet of the selected row on the outcrop."""
         if self.facets_result is not None:
-            show_facet(self._studio, self.facets_result.question.found, row)
+            show_facet(self._studio, self.facets_result.question.proposals, row)
 
     def _paint(self) -> None:
-        """The outcrop by the chosen mode."""
+        """Colour the outcrop by the share of the selected mode."""
         if self.facets_result is not None:
-            mode = self.facets.chosen
-            self._studio.facets.paint_shares(mode, shares_of(self.facets_result, mode))
+            mode = self.facets.current_mode
+            self._studio.facets.paint_shares(mode, facet_shares(self.facets_result, mode))
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: SlopeAnswer | FacetsAnswer) -> str:
-        counted = _counted(result) if isinstance(result, SlopeAnswer) else _counted_facets(result)
-        return " ".join([counted, *map(str, result.found.warnings)])
+        count_text = (
+            _count_text(result) if isinstance(result, SlopeAnswer) else _facet_count_text(result)
+        )
+        return " ".join([count_text, *map(str, result.analysis.warnings)])
 
     def _draw(self) -> None:
-        self.results.setVisible(not self._at_facets)
-        self.facets.setVisible(self._at_facets)
+        self.results.setVisible(not self._uses_facets)
+        self.facets.setVisible(self._uses_facets)
         proposals = self._studio.facets.proposals
-        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
-        look = usual_look([] if opened is None else [opened.data])
-        self.facets.show_answer(self.facets_result, self._studio.settings.notation, look)
+        loaded_model = None if proposals is None else self._studio.models.get(proposals.model_id)
+        appearance = usual_look([] if loaded_model is None else [loaded_model.data])
+        self.facets.show_answer(self.facets_result, self._studio.settings.notation, appearance)
         self.results.show_answer(self.face_result, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
         self._paint()
 
     def _select(self, ids: list[str]) -> None:
-        # One may be deleted that is still listed.
-        self._chosen_here = tuple(id_ for id_ in ids if id_ in self._studio.records)
-        self._studio.selection.set(self._chosen_here)
+        # The list may still contain a deleted plane.
+        self._clicked_ids = tuple(id_ for id_ in ids if id_ in self._studio.records)
+        self._studio.selection.set(self._clicked_ids)
 
     # --- the face ----------------------------------------------------------------------------
     def _selected_plane(self) -> Plane | None:
@@ -299,34 +304,34 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return self._studio.measured([current])[current].plane
 
     def _refresh_take(self) -> None:
-        why = None
-        if self._at_facets:
-            why = Finding("action.slope-is-facet")
+        reason = None
+        if self._uses_facets:
+            reason = Finding("action.slope-is-facet")
         elif self._selected_plane() is None:
-            why = Finding("selection.no-plane")
-        allow(self.take, why)
+            reason = Finding("selection.no-plane")
+        allow(self.take, reason)
 
     def _take_selected(self) -> None:
         plane = self._selected_plane()
         if plane is not None:
             self.face.setText(format_plane(plane, self._notation, 1))
 
-    # --- what is taken away ------------------------------------------------------------------
+    # --- export ------------------------------------------------------------------------------
     def _refresh(self) -> None:
-        why = None
+        reason = None
         if self._requests.waiting:
-            why = Finding("action.busy")
+            reason = Finding("action.busy")
         elif self.result is None:
-            why = Finding("action.no-proposals" if self._at_facets else "action.no-result")
-        elif self._writing:
-            why = Finding("action.busy")
-        self.copy.allow(why)
-        if why is None and self._at_facets:
-            why = Finding("action.nets-of-one-face")
-        self.figure.setEnabled(why is None)
-        more = tr("the nets of the four modes as SVG, PDF or PNG")
+            reason = Finding("action.no-proposals" if self._uses_facets else "action.no-result")
+        elif self._is_writing:
+            reason = Finding("action.busy")
+        self.copy.allow(reason)
+        if reason is None and self._uses_facets:
+            reason = Finding("action.nets-of-one-face")
+        self.figure.setEnabled(reason is None)
+        purpose = tr("the nets of the four modes as SVG, PDF or PNG")
         self.figure.setToolTip(
-            tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=why or more)
+            tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=reason or purpose)
         )
 
     def _copy_command(self) -> None:
@@ -342,19 +347,19 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._studio,
             "slope-planes.csv",
             [f.id for f in question.features],
-            partial(words_of, question.face),
+            partial(slope_command, question.face),
         )
 
     def _copy_facets(self, result: FacetsAnswer) -> None:
-        """The table of the facets comes beside that of the planes."""
+        """Write the tables of planes and facets, and copy the command."""
         from vomstudio.products.surface.slope_facets import write_faces
 
-        def words(path: Path) -> Words:
+        def command(path: Path) -> Words:
             write_faces(facets_file(path), result.faces)
-            return facets_words(result, path)
+            return facets_command(result, path)
 
         ids = [f.id for f in result.question.features]
-        copy_with_table(self, self._studio, "slope-planes.csv", ids, words)
+        copy_with_table(self, self._studio, "slope-planes.csv", ids, command)
 
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
@@ -362,53 +367,53 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self.write_figure(path)
 
     def write_figure(self, path: Path) -> None:
-        """The four nets to a file, in a thread."""
+        """Write the four nets to a file in a worker thread."""
         if self.face_result is None:
             return
-        self._writing = True
+        self._is_writing = True
         self._refresh()
-        studio, written = self._studio, Finding("export.written", file=path)
+        studio, finding = self._studio, Finding("export.written", file=path)
         self._background.run(
             partial(write_figure, self.face_result, path),
-            lambda _: self._written(partial(studio.info, written)),
-            lambda error: self._written(partial(studio.fail, error)),
+            lambda _: self._finish_writing(partial(studio.info, finding)),
+            lambda error: self._finish_writing(partial(studio.fail, error)),
         )
 
-    def _written(self, report: Callable[[], None]) -> None:
-        self._writing = False
+    def _finish_writing(self, report: Callable[[], None]) -> None:
+        self._is_writing = False
         self._refresh()
         report()
 
 
-def _counted(result: SlopeAnswer) -> str:
+def _count_text(result: SlopeAnswer) -> str:
     """Return the number of planes, and why probabilities are missing."""
-    found = result.found
-    if not found.with_error:
-        return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=found.n)
-    return tr_n("{count:,} plane.", "{count:,} planes.", found.n)
+    analysis = result.analysis
+    if not analysis.with_error:
+        return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=analysis.n)
+    return tr_n("{count:,} plane.", "{count:,} planes.", analysis.n)
 
 
-def _counted_facets(result: FacetsAnswer) -> str:
-    """How many, and how much of their area has a share of what is painted."""
+def _facet_count_text(result: FacetsAnswer) -> str:
+    """Return the numbers of facets and planes."""
     return tr(
         "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
-        facets=len(result.found.facets),
-        planes=result.found.n,
+        facets=len(result.analysis.facets),
+        planes=result.analysis.n,
     )
 
 
-def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:
+def _row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
     row = QHBoxLayout()
     for part in parts:
-        row.addWidget(part, 1 if part is wide else 0)
+        row.addWidget(part, 1 if part is wide_part else 0)
     return row
 
 
-def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
-    """Its tooltip says what it does."""
+def _button(icon: str, text: str, callback: Callable[[], None]) -> QToolButton:
+    """Return a tool button; its tooltip is set by `_refresh`."""
     button = QToolButton()
     button.setIcon(theme.icon(icon))
     button.setText(text)
     button.setAccessibleName(text)
-    button.clicked.connect(clicked)
+    button.clicked.connect(callback)
     return button

@@ -1,4 +1,4 @@
-"""The statistics dock: what is said of the selection, a type or a set, with n and methods named."""
+"""Panel of the statistics of the selection, a type or a set."""
 
 from __future__ import annotations
 
@@ -35,15 +35,17 @@ if TYPE_CHECKING:
 
 
 class StatisticsPanel(LazyPanel):
-    """Figures of one group of features. Kinds are never pooled, except where the user selects
-    them, and then it is said."""
+    """Panel of the statistics of one group of features.
+
+    Types are pooled only in a selection, which the panel then reports.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "numbers.md#means-and-fold-axes")
-        self.of = GroupBox(studio)
-        self.of.setAccessibleName(tr("Statistics of"))
-        self.of.activated.connect(lambda _: self.refresh())
+        self.group_box = GroupBox(studio)
+        self.group_box.setAccessibleName(tr("Statistics of"))
+        self.group_box.activated.connect(lambda _: self.refresh())
         self.figures = QTextBrowser()
         self.figures.setAccessibleName(tr("Statistics"))
         self._plain = ""
@@ -58,9 +60,9 @@ class StatisticsPanel(LazyPanel):
         row = QHBoxLayout()
         row.setContentsMargins(6, 4, 6, 2)
         label = Label(tr("Of"))
-        label.setBuddy(self.of)
+        label.setBuddy(self.group_box)
         row.addWidget(label)
-        row.addWidget(self.of, 1)
+        row.addWidget(self.group_box, 1)
         row.addWidget(self.copy)
         row.addWidget(self.command)
         column = QVBoxLayout(self)
@@ -74,74 +76,74 @@ class StatisticsPanel(LazyPanel):
         studio.settings_changed.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.fold.changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._selected())
+        studio.selection_changed.connect(lambda _: self._follow_selection())
         self._soon()
 
-    def _selected(self) -> None:
-        if self.of.choice() == SELECTED or self._studio.fold.selected:
+    def _follow_selection(self) -> None:
+        if self.group_box.choice() == SELECTED or self._studio.fold.selected:
             self._soon()
 
     def show_now(self) -> None:
-        self.of.list_groups()
-        features = self.of.features()
-        pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
+        self.group_box.list_groups()
+        features = self.group_box.features()
+        pages = [*self._kind_pages(features, "plane"), *self._kind_pages(features, "line")]
         if not pages:
             self._plain = ""
-            is_selection = self.of.choice() == SELECTED
+            is_selection = self.group_box.choice() == SELECTED
             code = "selection.unsuitable" if is_selection else "features.no-orientation"
             self.figures.setPlainText(Finding(code).message)
         else:
-            said = self.of.left_out()
-            self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
-            told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
-            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)
-        none = None if pages else Finding("action.no-result")
-        allow(self.copy, none)
-        self.command.allow(none)
+            notes = self.group_box.left_out()
+            self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *notes])
+            note_html = "".join(f"<p>{escape(sentence)}</p>" for sentence in notes)
+            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + note_html)
+        reason = None if pages else Finding("action.no-result")
+        allow(self.copy, reason)
+        self.command.allow(reason)
 
     def _copy_command(self) -> None:
-        ids = [f.id for f in self.of.features()]
+        ids = [f.id for f in self.group_box.features()]
         copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
 
-    def _of_kind(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
-        """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
+    def _kind_pages(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
+        """Return titles and rows of the planes with their fold axis, or of the lines."""
         import numpy as np
 
         from vomstudio.geology.populations.set_statistics import set_statistics
 
         measured = self._studio.measured(f.id for f in features)
-        own = [f for f in features if getattr(measured[f.id], geometry) is not None]
-        if not own:
+        oriented = [f for f in features if getattr(measured[f.id], geometry) is not None]
+        if not oriented:
             return []
-        turns = turns_of(models_of(self._studio.records, own))
+        turns = turns_of(models_of(self._studio.records, oriented))
         notation = self._studio.settings.notation
         if geometry == "line":
-            lines = [line for f in own if (line := measured[f.id].line) is not None]
+            lines = [line for f in oriented if (line := measured[f.id].line) is not None]
             vectors = np.array([line.vector() for line in lines])
-            found = set_statistics(vectors, "lines", turns=turns)
-            return [(tr("Lines"), statistics_rows(found, notation))]
-        planes = [plane for f in own if (plane := measured[f.id].plane) is not None]
+            statistics = set_statistics(vectors, "lines", turns=turns)
+            return [(tr("Lines"), statistics_rows(statistics, notation))]
+        planes = [plane for f in oriented if (plane := measured[f.id].plane) is not None]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
-        pooled = self._pooled(own)
+        pooled = self._pooled(oriented)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:
-            pages[:0] = self._fold_pages(own, measured)
+            pages[:0] = self._fold_pages(oriented, measured)
         return pages
 
     def _fold_pages(
         self, features: Sequence[Typed], measured: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
-        """The fold axis of planes of one type, with its domains."""
+        """Return titles and rows of the fold axis of planes of one type, and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
 
-        fold, which = self._studio.fold, self._studio.fold.which
-        if self.of.choice() == ("type", FOLD_TYPE, "") and fold.features():
+        fold, fold_filter = self._studio.fold, self._studio.fold.which
+        if self.group_box.choice() == ("type", FOLD_TYPE, "") and fold.features():
             planes = fold.planes()
         else:
-            # The list above has chosen the set.
-            which = replace(which, set_name=None)
-            planes = fold_planes(self._studio.records, features, measured, which)
+            # The group already selects the set.
+            fold_filter = replace(fold_filter, set_name=None)
+            planes = fold_planes(self._studio.records, features, measured, fold_filter)
         if len(features) < 3:
             return []
         title = tr("As a fold")
@@ -157,45 +159,49 @@ class StatisticsPanel(LazyPanel):
         if len(kinds) < 2:
             return []
         names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
-        said = tr(
+        text = tr(
             "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and "
             "no fold axis is sought",
             count=len(kinds),
             types=", ".join(names),
         )
-        return [(tr("Mind"), said)]
+        return [(tr("Mind"), text)]
 
 
 def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
-    """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
-    sets, if there are several; with the axis as its domains allow it."""
+    """Return the fold axis with the verdict of its domains, and the titles and rows of these.
+
+    Sets serve as domains if no plane has one. Fewer than two domains give no rows.
+    """
     from vomstudio.geology.domains import apply_domain_verdict, domain_axes
 
-    stated = any(feature.domain for feature in planes.features)
+    has_domains = any(feature.domain for feature in planes.features)
     members: dict[str, list[int]] = {}
     for row, feature in enumerate(planes.features):
-        name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
+        name = (
+            feature.domain or tr("no domain") if has_domains else feature.set_name or tr("no set")
+        )
         members.setdefault(name, []).append(row)
     if len(members) < 2:
         return axis, []
     beds = {
-        name: (planes.azimuth_deg[own], planes.dip_deg[own])
-        for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
+        name: (planes.azimuth_deg[rows], planes.dip_deg[rows])
+        for name, rows in sorted(members.items(), key=lambda item: natural(item[0]))
     }
-    title = tr("Its domains") if stated else tr("Its sets as domains")
+    title = tr("Its domains") if has_domains else tr("Its sets as domains")
     figures, one_axis = domain_axes(beds, axis)
-    axis = apply_domain_verdict(axis, one_axis) if stated else axis
+    axis = apply_domain_verdict(axis, one_axis) if has_domains else axis
     return axis, [(title, domain_rows(figures, one_axis))]
 
 
 def _html(title: str, rows: Rows) -> str:
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
-        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
-        for name, said in rows
+        f"<td style='padding:1px 2px'>{escape(value)}</td></tr>"
+        for name, value in rows
     )
     return f"<p style='margin:4px'><b>{escape(title)}</b></p><table width='100%'>{cells}</table>"
 
 
 def _plain(title: str, rows: Rows) -> str:
-    return "\n".join([title, *(f"{name}\t{said}" for name, said in rows)])
+    return "\n".join([title, *(f"{name}\t{value}" for name, value in rows)])

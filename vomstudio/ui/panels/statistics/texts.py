@@ -1,4 +1,4 @@
-"""The statistics of a set and the verdict of a fold, in words and as rows for a panel."""
+"""Rows of text for the statistics of a set and the verdict on a fold."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
 Rows = list[tuple[str, str]]
 
 
-def statistics_rows(found: SetStatistics, notation: str) -> Rows:
-    """Each figure with the method it is by."""
+def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
+    """Return the statistics of a set as rows, each with its method."""
     return [
-        (tr("Used"), _counted(found)),
-        *_fisher(found, notation),
-        *_kent(found),
-        *_tensor(found),
-        *_bingham(found),
-        (tr("Uniformity ({test})", test=found.uniformity.test), _uniform(found)),
+        (tr("Used"), _count_text(statistics)),
+        *_fisher(statistics, notation),
+        *_kent(statistics),
+        *_tensor(statistics),
+        *_bingham(statistics),
+        (tr("Uniformity ({test})", test=statistics.uniformity.test), _uniformity_text(statistics)),
     ]
 
 
 def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
-    """Beta and the verdict with what it rests on. planes : of which it is"""
+    """Return beta, the verdict and its reasons as rows."""
     rows = [
         (tr("Planes used"), _planes_used(planes)),
         (
             tr("Verdict"),
             tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict, valid=axis.valid),
         ),
-        (tr("Beta"), _axis_within(axis)),
+        (tr("Beta"), _axis_text(axis)),
         (tr("Pi-plane"), format_plane(axis.pi_plane, notation, 0)),
     ]
     if axis.limbs is not None:
@@ -49,7 +49,7 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
             for plane in limbs.planes
         )
         axial = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
-        said = tr(
+        text = tr(
             "{first} and {second}, {angle:.0f}° ± {error:.0f}° between them; axial plane {axial} "
             "(95 %)",
             first=first,
@@ -58,123 +58,130 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
             error=limbs.interlimb_error95_deg,
             axial=format_attitude(axial, limbs.axial_plane_error95_deg, notation),
         )
-        rows.append((tr("Limbs"), said))
+        rows.append((tr("Limbs"), text))
     if axis.leave_one_out is not None:
-        said = tr(
+        text = tr(
             "without one plane beta turns by {turn:.1f}° at most", turn=axis.leave_one_out.turn_deg
         )
-        rows.append((tr("Leave one out"), said))
+        rows.append((tr("Leave one out"), text))
     return [*rows, *(("•", reason.message) for reason in axis.reasons)]
 
 
-def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Rows:
-    """Each domain's own axis, and whether one serves all."""
+def domain_rows(domains: Mapping[str, DomainFigures], one_axis: OneAxisFigures) -> Rows:
+    """Return the fold axis of each domain, and whether one axis fits all, as rows."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
-    return [*rows, *(("•", reason.message) for reason in one.reasons)]
+    return [*rows, *(("•", reason.message) for reason in one_axis.reasons)]
 
 
 def _planes_used(planes: FoldPlanes) -> str:
     texts = [f"{len(planes):,}"]
     if planes.not_good is not None:
         texts.append(tr("{count:,} not good", count=planes.not_good))
-    texts += [tr("left out: {n:,} {what}: {reason}", **vars(each)) for each in planes.left_out]
+    texts += [tr("left out: {n:,} {what}: {reason}", **vars(group)) for group in planes.left_out]
     return "; ".join(texts)
 
 
-def _counted(found: SetStatistics) -> str:
-    if found.of == "poles":
-        return tr_n("{count} pole of a plane", "{count} poles of planes", found.n)
-    return tr_n("{count} line", "{count} lines", found.n)
+def _count_text(statistics: SetStatistics) -> str:
+    if statistics.of == "poles":
+        return tr_n("{count} pole of a plane", "{count} poles of planes", statistics.n)
+    return tr_n("{count} line", "{count} lines", statistics.n)
 
 
-def _fisher(found: SetStatistics, notation: str) -> Rows:
-    fisher = found.fisher
+def _fisher(statistics: SetStatistics, notation: str) -> Rows:
+    fisher = statistics.fisher
     if fisher is None:
-        return [(tr("Mean (Fisher)"), tr("none: {reason}", reason=found.fisher_reason))]
+        return [(tr("Mean (Fisher)"), tr("none: {reason}", reason=statistics.fisher_reason))]
     line = Line(fisher.trend_deg, fisher.plunge_deg)
-    mean = line.normal_plane() if found.of == "poles" else line
+    mean = line.normal_plane() if statistics.of == "poles" else line
     error = fisher.alpha95_deg if fisher.total95_deg is None else fisher.total95_deg
-    said = format_attitude(mean, error, notation)
+    text = format_attitude(mean, error, notation)
     if error is not None and fisher.total95_deg is None:
-        said = tr("{mean} (alpha95)", mean=said)
+        text = tr("{mean} (alpha95)", mean=text)
     if fisher.kappa is not None:
-        said = tr("{said}, kappa {kappa:.1f}", said=said, kappa=fisher.kappa)
-    rows = [(tr("Mean (Fisher)"), said + _fit(fisher.fit_p))]
-    if fisher.alpha95_deg is None and found.fisher_reason is not None:
-        rows.append(("•", found.fisher_reason.message))
+        text = tr("{said}, kappa {kappa:.1f}", said=text, kappa=fisher.kappa)
+    rows = [(tr("Mean (Fisher)"), text + _fit_text(fisher.fit_p))]
+    if fisher.alpha95_deg is None and statistics.fisher_reason is not None:
+        rows.append(("•", statistics.fisher_reason.message))
     if fisher.registration_error_deg is not None and fisher.alpha95_deg is not None:
-        said = tr(
+        text = tr(
             "{registration} of that (95 %), alpha95 {alpha}",
             registration=degrees(fisher.registration_error_deg),
             alpha=degrees(fisher.alpha95_deg),
         )
-        rows.append((tr("Registration"), said))
+        rows.append((tr("Registration"), text))
     return rows
 
 
-def _kent(found: SetStatistics) -> Rows:
-    kent = found.kent
+def _kent(statistics: SetStatistics) -> Rows:
+    kent = statistics.kent
     if kent is None:
         return []
-    said = tr(
+    text = tr(
         "{largest:.1f} × {smallest:.1f}° about the mean (joint 95 %), longest toward {major}",
         largest=kent.max_confidence95_deg,
         smallest=kent.min_confidence95_deg,
         major=_line(kent.major),
     )
-    return [(tr("Elongated (Kent)"), said + _fit(kent.fit_p))]
+    return [(tr("Elongated (Kent)"), text + _fit_text(kent.fit_p))]
 
 
-def _tensor(found: SetStatistics) -> Rows:
-    s1, s2, s3 = found.tensor.eigenvalues
+def _tensor(statistics: SetStatistics) -> Rows:
+    s1, s2, s3 = statistics.tensor.eigenvalues
     rows = [(tr("Tensor"), f"S1 {s1:.3f}, S2 {s2:.3f}, S3 {s3:.3f}")]
-    named = zip(("1", "2", "3"), found.tensor.axes, found.tensor.confidence95, strict=True)
-    rows += [(tr("Axis {number}", number=k), _line(axis) + _within(of)) for k, axis, of in named]
-    point, girdle, random = found.vollmer.P, found.vollmer.G, found.vollmer.R
+    axes = zip(("1", "2", "3"), statistics.tensor.axes, statistics.tensor.confidence95, strict=True)
+    rows += [
+        (tr("Axis {number}", number=k), _line(axis) + _confidence_text(confidence))
+        for k, axis, confidence in axes
+    ]
+    point, girdle, random = statistics.vollmer.P, statistics.vollmer.G, statistics.vollmer.R
     rows.append((tr("Shape (Vollmer)"), f"P {point:.2f}, G {girdle:.2f}, R {random:.2f}"))
-    if found.woodcock.K is not None and found.woodcock.C is not None:
-        said = f"K {found.woodcock.K:.2f}, C {found.woodcock.C:.2f}"
-        rows.append((tr("Shape (Woodcock)"), said))
+    if statistics.woodcock.K is not None and statistics.woodcock.C is not None:
+        text = f"K {statistics.woodcock.K:.2f}, C {statistics.woodcock.C:.2f}"
+        rows.append((tr("Shape (Woodcock)"), text))
     return rows
 
 
-def _bingham(found: SetStatistics) -> Rows:
-    bingham = found.bingham
+def _bingham(statistics: SetStatistics) -> Rows:
+    bingham = statistics.bingham
     if bingham is None:
-        return [("Bingham", tr("none: {reason}", reason=found.bingham_reason))]
-    return [("Bingham", f"k1 {bingham.k1:.1f}, k2 {bingham.k2:.1f}" + _fit(bingham.fit_p))]
+        return [("Bingham", tr("none: {reason}", reason=statistics.bingham_reason))]
+    return [("Bingham", f"k1 {bingham.k1:.1f}, k2 {bingham.k2:.1f}" + _fit_text(bingham.fit_p))]
 
 
-def _uniform(found: SetStatistics) -> str:
-    p = found.uniformity.p
+def _uniformity_text(statistics: SetStatistics) -> str:
+    p = statistics.uniformity.p
     if p is None:
         return tr("not tested: fewer than 5")
-    return f"p {_chance(p)}"
+    return f"p {_p_text(p)}"
 
 
-def _axis_within(axis: FoldAxis) -> str:
-    said = format_attitude(axis.beta, axis.error95_deg)
-    return said if axis.error95_deg is None else tr("{line} (95 %)", line=said)
+def _axis_text(axis: FoldAxis) -> str:
+    text = format_attitude(axis.beta, axis.error95_deg)
+    return text if axis.error95_deg is None else tr("{line} (95 %)", line=text)
 
 
-def _within(of: AxisConfidence | None) -> str:
-    if of is None or of.max_deg >= 45.0:
+def _confidence_text(confidence: AxisConfidence | None) -> str:
+    if confidence is None or confidence.max_deg >= 45.0:
         return ""
-    return tr(" ± {largest:.1f} × {smallest:.1f}° (95 %)", largest=of.max_deg, smallest=of.min_deg)
+    return tr(
+        " ± {largest:.1f} × {smallest:.1f}° (95 %)",
+        largest=confidence.max_deg,
+        smallest=confidence.min_deg,
+    )
 
 
 def _line(figures: LineFigures) -> str:
     return format_line(Line(figures.trend_deg, figures.plunge_deg), 0)
 
 
-def _fit(p: float | None) -> str:
-    """Whether the model describes the data, in words: a p value alone is easily read wrongly."""
+def _fit_text(p: float | None) -> str:
+    """Return whether the distribution fits the data; a bare p value is easily misread."""
     if p is None:
         return ""
     if p < 0.05:
-        return tr(" – does not fit (p {p})", p=_chance(p))
-    return tr(" – fits (p {p})", p=_chance(p))
+        return tr(" – does not fit (p {p})", p=_p_text(p))
+    return tr(" – fits (p {p})", p=_p_text(p))
 
 
-def _chance(p: float) -> str:
+def _p_text(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"= {p:.3f}"

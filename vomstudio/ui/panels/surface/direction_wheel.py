@@ -1,4 +1,4 @@
-"""A wheel of the colours of dip directions, North up as on the net."""
+"""Colour wheel of dip directions, north up as on the stereonet."""
 
 from __future__ import annotations
 
@@ -11,30 +11,38 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from vomstudio.core.words import to_translate, tr
 
 _LETTERS = (to_translate("N"), to_translate("E"), to_translate("S"), to_translate("W"))
-_SIDE = 104
-_STOPS = 36
+_SIZE_PX = 104
+_GRADIENT_STOPS = 36
 
 
 class DirectionWheel(QWidget):
-    """palette : the name of the colours, one of matplotlib's maps that close in a circle"""
+    """Colour wheel of dip directions.
+
+    Attributes
+    ----------
+    map_name : str
+        Name of a cyclic colour map of matplotlib.
+    has_letters : bool
+        Whether compass letters are drawn instead of angles.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.map_name = ""
-        self.letters = True
+        self.has_letters = True
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(tr("Colours of dip directions"))
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
-        return QSize(_SIDE, _SIDE)
+        return QSize(_SIZE_PX, _SIZE_PX)
 
     def show_map(self, name: str, *, north_known: bool) -> None:
-        """The letters of the compass stand beside it where the model's north is known."""
-        self.map_name, self.letters = name, north_known
+        """Show a colour map, with compass letters if the model's north is known."""
+        self.map_name, self.has_letters = name, north_known
         self.update()
 
     def color_at(self, azimuth_deg: float) -> QColor:
-        """Of a dip direction."""
+        """Return the colour of a dip direction."""
         table = _table(self.map_name)
         return QColor(*table[int(azimuth_deg % 360.0 / 360.0 * len(table)) % len(table)])
 
@@ -44,11 +52,11 @@ class DirectionWheel(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         text = self.palette().color(QPalette.ColorRole.WindowText)
-        middle, radius = QPointF(_SIDE / 2.0, _SIDE / 2.0), _SIDE / 2.0 - 16.0
-        # Qt counts angles against the clock from the right.
+        middle, radius = QPointF(_SIZE_PX / 2.0, _SIZE_PX / 2.0), _SIZE_PX / 2.0 - 16.0
+        # Qt measures angles counterclockwise from the right.
         ring = QConicalGradient(middle, 90.0)
-        for k in range(_STOPS + 1):
-            ring.setColorAt(k / _STOPS, self.color_at(-360.0 * k / _STOPS))
+        for k in range(_GRADIENT_STOPS + 1):
+            ring.setColorAt(k / _GRADIENT_STOPS, self.color_at(-360.0 * k / _GRADIENT_STOPS))
         painter.setPen(QPen(text, 1.0))
         painter.setBrush(ring)
         painter.drawEllipse(middle, radius, radius)
@@ -58,8 +66,8 @@ class DirectionWheel(QWidget):
             x, y = ((0, -1), (1, 0), (0, 1), (-1, 0))[k]
             centre = middle + QPointF(x, y) * (radius + 9.0)
             box = QRectF(centre.x() - 14.0, centre.y() - 8.0, 28.0, 16.0)
-            said = tr(letter) if self.letters else f"{90 * k}"
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, said)
+            text_at = tr(letter) if self.has_letters else f"{90 * k}"
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text_at)
 
 
 @lru_cache(maxsize=4)

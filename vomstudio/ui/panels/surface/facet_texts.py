@@ -11,13 +11,13 @@ from vomstudio.studio.surfaces.facet_proposals import Proposals
 
 
 def summary_text(
-    proposals: Proposals, open_rows: Collection[int], accepted: Collection[int]
+    proposals: Proposals, open_rows: Collection[int], accepted_rows: Collection[int]
 ) -> str:
     """Return the number of undecided facets, and their share of the exposed rock, in one line."""
     count = tr_n(
         "{count:,} facet to decide upon", "{count:,} facets to decide upon", len(open_rows)
     )
-    share = proposals.share({*open_rows, *accepted}) if proposals.whole else None
+    share = proposals.share({*open_rows, *accepted_rows}) if proposals.whole else None
     if share is None:
         return f"{count}."
     if share < NEAR_PLANAR_SHARE:
@@ -31,15 +31,17 @@ def summary_text(
     )
 
 
-def share_text(proposals: Proposals, open_rows: Collection[int], accepted: Collection[int]) -> str:
+def share_text(
+    proposals: Proposals, open_rows: Collection[int], accepted_rows: Collection[int]
+) -> str:
     """Return the share of the exposed rock in facets, proposed and accepted."""
     if not proposals.whole:
         return tr(
             "This is a part of the model: how much of the exposed rock is near-planar is told of "
             "all of it."
         )
-    proposed_share = proposals.share({*open_rows, *accepted})
-    accepted_share = proposals.share(accepted)
+    proposed_share = proposals.share({*open_rows, *accepted_rows})
+    accepted_share = proposals.share(accepted_rows)
     if proposed_share is None or accepted_share is None:
         return tr("The model shows no rock without vegetation and debris.")
     text = tr(

@@ -1,4 +1,4 @@
-"""The search for facets as a command that finds the same ones."""
+"""Command of the command line that finds the same facets."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vomstudio.ui.widgets.copied_command import copy_command, model_words
 
 
 def copy_facets(studio: Studio, model: Model | None, options: FacetOptions) -> None:
-    """Put the command on the clipboard."""
-    place = None if model is None else model_words(studio, model)
-    if place is not None:
+    """Copy the command to the clipboard."""
+    model_arguments = None if model is None else model_words(studio, model)
+    if model_arguments is not None:
         target = Path(start_folder(studio)) / "facets.csv"
-        words = ["facets", *place, *option_words(options), ("-o", target), "--force"]
-        copy_command(studio, words)
+        arguments = ["facets", *model_arguments, *option_words(options), ("-o", target), "--force"]
+        copy_command(studio, arguments)

@@ -71,11 +71,11 @@ class FacetsPanel(ProposalsPanel):
             "vector-polygon",
         )
         self._facets = studio.facets
-        self._filled: tuple[Proposals | None, int] = (None, 0)
-        self._live = QTimer(self)
-        self._live.setSingleShot(True)
-        self._live.setInterval(_LIVE_MS)
-        self._live.timeout.connect(self._try_part)
+        self._table_state: tuple[Proposals | None, int] = (None, 0)
+        self._live_timer = QTimer(self)
+        self._live_timer.setSingleShot(True)
+        self._live_timer.setInterval(_LIVE_MS)
+        self._live_timer.timeout.connect(self._try_part)
         self._make_limits()
         self._make_decisions()
         self._arrange()
@@ -91,7 +91,7 @@ class FacetsPanel(ProposalsPanel):
         self.live.setToolTip(
             tr("Every change of a threshold is shown on a part in the middle of the view.")
         )
-        self.live.clicked.connect(lambda on: self._live.start() if on else None)
+        self.live.clicked.connect(lambda on: self._live_timer.start() if on else None)
         self.copy = CopyCommandButton(
             lambda: copy_facets(self._studio, self._model, self.limits.options()),
             tr("the command that finds these facets"),
@@ -145,7 +145,7 @@ class FacetsPanel(ProposalsPanel):
         limits.setSpacing(3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(MIN_WIDTH_PX)
-            # Both columns the same: a distance in metres is as wide as an angle.
+            # Equal columns, since a distance is as wide as an angle.
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
@@ -156,24 +156,24 @@ class FacetsPanel(ProposalsPanel):
         # Wide buttons would widen the dock when facets are proposed.
         for part in (self.accept, self.reject, self.accept_all, self.reject_all):
             part.setMinimumWidth(MIN_WIDTH_PX)
-        for choice in (self.colours, self.type):
-            choice.setMinimumWidth(MIN_WIDTH_PX)
-        self._choose = row_of(self.colours, Label(tr("as")), self.type)
-        self._decisions = row_of(self.accept, self.reject, self.accept_all, self.reject_all)
+        for combo in (self.colours, self.type):
+            combo.setMinimumWidth(MIN_WIDTH_PX)
+        self._options_row = row_of(self.colours, Label(tr("as")), self.type)
+        self._decision_row = row_of(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(limits)
         column.addWidget(self.live)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
-        # Before the buttons: whoever accepts all should see what they become.
-        column.addWidget(self._choose)
-        column.addWidget(self._decisions)
+        # Above the buttons, so that the feature type is seen before all are accepted.
+        column.addWidget(self._options_row)
+        column.addWidget(self._decision_row)
         column.addWidget(self.table, 1)
         column.addWidget(self.message)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
         """Show the current model and its proposals."""
         super().show_now()
@@ -183,19 +183,19 @@ class FacetsPanel(ProposalsPanel):
         super()._refresh_buttons()
         self.copy.allow(self._why_not())
         proposals, selection = self._facets.proposals, self._selection()
-        none_chosen = Finding("action.no-row")
-        for button, on, tip, reason in (
+        no_selection = Finding("action.no-row")
+        for button, is_enabled, tip, reason in (
             (
                 self.accept,
                 bool(selection),
                 tr("Make what is chosen in the list patches (Enter); undo takes it back."),
-                none_chosen,
+                no_selection,
             ),
             (
                 self.reject,
                 bool(selection),
                 tr("Leave out what is chosen in the list (Delete)."),
-                none_chosen,
+                no_selection,
             ),
             (
                 self.accept_all,
@@ -210,21 +210,21 @@ class FacetsPanel(ProposalsPanel):
                 Finding("action.no-proposals"),
             ),
         ):
-            button.setEnabled(on)
-            button.setToolTip(tip if on else str(reason))
+            button.setEnabled(is_enabled)
+            button.setToolTip(tip if is_enabled else str(reason))
         if proposals is not None and not proposals.whole:
             self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def _limits_changed(self) -> None:
         self._refresh_buttons()
         if self.live.isChecked():
-            self._live.start()
+            self._live_timer.start()
 
     def _try_part(self) -> None:
-        model, sight = self._model, part_in_view(self._studio)
-        if model is not None and self._why_not() is None and sight is not None:
-            self._facets.find(model.id, self.limits.options(), sight)
+        model, part = self._model, part_in_view(self._studio)
+        if model is not None and self._why_not() is None and part is not None:
+            self._facets.find(model.id, self.limits.options(), part)
 
     def _start(self, model: Model) -> None:
         self._facets.find(model.id, self.limits.options(), None)
@@ -232,11 +232,11 @@ class FacetsPanel(ProposalsPanel):
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
         proposals, facets = self._facets.proposals, self._facets
-        for part in (self.table, self._decisions, self._choose, self.summary):
+        for part in (self.table, self._decision_row, self._options_row, self.summary):
             part.setVisible(proposals is not None)
         state = (proposals, len(facets.open))
-        if state != self._filled:
-            self._filled = state
+        if state != self._table_state:
+            self._table_state = state
             self._fill(proposals)
             if proposals is not None:
                 self._paint()
@@ -260,17 +260,17 @@ class FacetsPanel(ProposalsPanel):
             area = measured.area_m2
             if area is None:
                 area = proposals.exposed_area_of(row)
-            why = (
+            reasons = (
                 " ".join(each.message for each in measured.verdict.reasons)
                 if verdict != "good"
                 else ""
             )
-            rows.append(((doubt, error, plane, area, row + 1), why))
+            rows.append(((doubt, error, plane, area, row + 1), reasons))
         self.table.fill(rows)
 
     def _paint(self) -> None:
-        by = str(self.colours.currentData())
-        self._facets.paint(by, "hsv" if by == "dip direction" else None)
+        color_key = str(self.colours.currentData())
+        self._facets.paint(color_key, "hsv" if color_key == "dip direction" else None)
 
     def _summary_text(self, proposals: Proposals | None) -> str:
         if proposals is None or self._facets.findings:
@@ -278,15 +278,19 @@ class FacetsPanel(ProposalsPanel):
         studio = self._studio
         lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
         lines += map(str, proposals.result.warnings)
-        same = {patch.runs for patch in proposals.patches}
+        proposed_runs = {patch.runs for patch in proposals.patches}
         picks = [
             f
             for f in studio.session.features()
             if getattr(f, "model_id", "") == proposals.model_id
-            and getattr(f, "runs", None) not in same
+            and getattr(f, "runs", None) not in proposed_runs
         ]
-        chosen = [(proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)]
-        agreement = compare_proposals(measured_planes(studio, picks), planes_of(studio, chosen))
+        open_facets = [
+            (proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)
+        ]
+        agreement = compare_proposals(
+            measured_planes(studio, picks), planes_of(studio, open_facets)
+        )
         if agreement.picked:
             lines.append(agreement_text(agreement))
         return "\n".join(line for line in lines if line)
@@ -294,10 +298,10 @@ class FacetsPanel(ProposalsPanel):
     # --- deciding ----------------------------------------------------------------------------
     def _area(self, index: int) -> Area | None:
         proposals = self._facets.proposals
-        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
-        if proposals is None or opened is None:
+        open_model = None if proposals is None else self._studio.models.get(proposals.model_id)
+        if proposals is None or open_model is None:
             return None
-        return patch_area(proposals.patches[index], proposals.model, opened.surface)
+        return patch_area(proposals.patches[index], proposals.model, open_model.surface)
 
     def _index_at(self, hit: Hit) -> int | None:
         proposals = self._facets.proposals

@@ -1,5 +1,4 @@
-"""The dock of fields: how the outcrop dips, bends, and how planar it is, worked out in the
-background and painted on it."""
+"""Panel of surface fields: orientation, curvature and planarity of the outcrop."""
 
 from __future__ import annotations
 
@@ -34,8 +33,8 @@ from vomstudio.ui.panels.surface.measurable_plane import MeasurablePlane
 from vomstudio.ui.panels.surface.model_panel import ModelPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 
-_WHEEL, _FOR_THE_COLOUR_BLIND = "hsv", "twilight"
-_OF_PLANES = {
+_HUE_MAP, _COLOUR_BLIND_MAP = "hsv", "twilight"
+_PLANE_KINDS = {
     TO_PLANE: (
         to_translate("Distance to a plane"),
         to_translate(
@@ -66,7 +65,7 @@ _OF_PLANES = {
 
 
 class FieldsPanel(ModelPanel):
-    """Asks `studio.surfaces.surface_fields` for what is chosen here, and tells what came."""
+    """Panel that requests a surface field and shows its figures."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(
@@ -78,11 +77,13 @@ class FieldsPanel(ModelPanel):
             "palette-outline",
         )
         self._fields = studio.fields
-        self._radius_of = ""
+        self._form_model_id = ""
         self._plane_id = ""
         self._make_parts()
         self._arrange()
-        studio.display.changed.connect(lambda what: self._show_off() if what == "mode" else None)
+        studio.display.changed.connect(
+            lambda change: self._update_off_button() if change == "mode" else None
+        )
         self._follow()
 
     def _make_parts(self) -> None:
@@ -90,10 +91,10 @@ class FieldsPanel(ModelPanel):
         self.kind.setObjectName("field_kind")
         for key, kind in KINDS.items():
             self.kind.addItem(tr(kind.title), key)
-        for key, (title, _) in _OF_PLANES.items():
+        for key, (title, _) in _PLANE_KINDS.items():
             self.kind.addItem(tr(title), key)
         self.kind.keep_narrow()
-        self.kind.activated.connect(self._kind_chosen)
+        self.kind.activated.connect(self._change_kind)
         self.radius = DoubleSpinBox()
         self.radius.setObjectName("field_radius")
         self.radius.setDecimals(3)
@@ -106,25 +107,25 @@ class FieldsPanel(ModelPanel):
         self.radius.valueChanged.connect(lambda _: self._refresh_buttons())
         self.plane = hint_label()
         self.plane.setObjectName("field_plane")
-        self.other = ComboBox()
-        self.other.setObjectName("field_other")
-        self.other.keep_narrow()
-        self.other.activated.connect(lambda _: self._refresh_buttons())
-        self.measured = MeasurablePlane()
-        self.measured.changed.connect(self._refresh_buttons)
-        self.safe = QCheckBox(tr("Colours for the colour-blind"))
-        self.safe.setToolTip(
+        self.other_model = ComboBox()
+        self.other_model.setObjectName("field_other")
+        self.other_model.keep_narrow()
+        self.other_model.activated.connect(lambda _: self._refresh_buttons())
+        self.measurable = MeasurablePlane()
+        self.measurable.changed.connect(self._refresh_buttons)
+        self.colour_blind = QCheckBox(tr("Colours for the colour-blind"))
+        self.colour_blind.setToolTip(
             tr("Light, blue, dark and red for North, East, South and West, in place of hues.")
         )
-        self.safe.clicked.connect(self._recolour)
+        self.colour_blind.clicked.connect(self._recolour)
         self.wheel = DirectionWheel()
-        self.off = QPushButton()
-        self.off.setToolTip(tr("Show the model as before; the field stays at hand."))
-        self.off.setObjectName("field_off")
-        self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
+        self.off_button = QPushButton()
+        self.off_button.setToolTip(tr("Show the model as before; the field stays at hand."))
+        self.off_button.setObjectName("field_off")
+        self.off_button.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
         self.progress.setTextVisible(True)
-        self.says = hint_label()
-        self.says.setObjectName("field_says")
+        self.description = hint_label()
+        self.description.setObjectName("field_says")
         self.figures = hint_label()
         self.figures.setObjectName("field_figures")
 
@@ -133,78 +134,79 @@ class FieldsPanel(ModelPanel):
         self._form.addRow(tr("Field"), self.kind)
         self._form.addRow(tr("Radius"), self.radius)
         self._form.addRow(tr("Plane"), self.plane)
-        self._form.addRow(tr("Model"), self.other)
-        self._form.addRow(self.measured)
+        self._form.addRow(tr("Model"), self.other_model)
+        self._form.addRow(self.measurable)
         buttons = QHBoxLayout()
         buttons.addWidget(self.start)
-        buttons.addWidget(self.off)
-        turned = QHBoxLayout()
-        turned.addStretch()
-        turned.addWidget(self.wheel)
-        turned.addStretch()
+        buttons.addWidget(self.off_button)
+        wheel_row = QHBoxLayout()
+        wheel_row.addStretch()
+        wheel_row.addWidget(self.wheel)
+        wheel_row.addStretch()
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(self._form)
         column.addLayout(buttons)
         column.addWidget(self.progress)
         column.addWidget(self.figures)
-        column.addWidget(self.safe)
-        column.addLayout(turned)
-        column.addWidget(self.says)
+        column.addWidget(self.colour_blind)
+        column.addLayout(wheel_row)
+        column.addWidget(self.description)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
-        """Follow model, selection and work."""
+        """Show the current model, selection and job."""
         super().show_now()
         studio, model = self._studio, self._model
-        if model is not None and model.id in studio.models and self._radius_of != model.id:
-            self._take_up(model)
+        if model is not None and model.id in studio.models and self._form_model_id != model.id:
+            self._set_model(model)
         metric = model is None or model.frame.has_metres
-        for spin in (self.radius, self.measured.length):
+        for spin in (self.radius, self.measurable.length):
             spin.setSuffix(" m" if metric else tr(" units"))
         self._list_others()
-        self._name_plane()
+        self._show_plane()
         self._show_rows()
         self._refresh_buttons()
         self._show_figures()
 
-    def _take_up(self, model: Model) -> None:
-        """Another model: its likely radius, or what it shows already."""
-        self._radius_of = model.id
-        shown = self._fields.shown.get(model.id)
-        radius = 0.0 if shown is None else shown.wanted.radius_m
-        of_plane = shown is not None and shown.wanted.kind in (MEASURABLE, EXPECTED)
+    def _set_model(self, model: Model) -> None:
+        """Show the field of a model, or the default radius and length for it."""
+        self._form_model_id = model.id
+        field = self._fields.shown.get(model.id)
+        radius = 0.0 if field is None else field.wanted.radius_m
+        is_plane_field = field is not None and field.wanted.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
             self.radius.setValue(
-                radius if radius and not of_plane else self._fields.likely_radius(model.id)
+                radius if radius and not is_plane_field else self._fields.likely_radius(model.id)
             )
-        self.measured.show_wanted("", self._fields.likely_length(model.id))
-        if shown is not None and of_plane:
-            self.measured.show_wanted(shown.wanted.of, radius)
-        if shown is not None:
-            self.kind.setCurrentIndex(self.kind.findData(shown.wanted.kind))
+        self.measurable.show_request("", self._fields.likely_length(model.id))
+        if field is not None and is_plane_field:
+            self.measurable.show_request(field.wanted.of, radius)
+        if field is not None:
+            self.kind.setCurrentIndex(self.kind.findData(field.wanted.kind))
 
     def _list_others(self) -> None:
-        own = "" if self._model is None else self._model.id
+        model_id = "" if self._model is None else self._model.id
         others = [
             (m.name, m.id)
             for m in (self._studio.session.of(Model) if self._studio.has_project else [])
-            if m.id != own and m.id in self._studio.models
+            if m.id != model_id and m.id in self._studio.models
         ]
-        listed = [
-            (self.other.itemText(i), self.other.itemData(i)) for i in range(self.other.count())
+        items = [
+            (self.other_model.itemText(i), self.other_model.itemData(i))
+            for i in range(self.other_model.count())
         ]
-        if listed == others:
+        if items == others:
             return
-        before = self.other.currentData()
-        self.other.clear()
+        previous = self.other_model.currentData()
+        self.other_model.clear()
         for name, id_ in others:
-            self.other.addItem(name, id_)
-        self.other.setCurrentIndex(max(self.other.findData(before), 0))
+            self.other_model.addItem(name, id_)
+        self.other_model.setCurrentIndex(max(self.other_model.findData(previous), 0))
 
-    def _name_plane(self) -> None:
-        """The plane of the feature that was selected last stays the one that is meant."""
+    def _show_plane(self) -> None:
+        """Show the plane of the feature that was selected last, even after deselection."""
         studio = self._studio
         if not studio.has_project:
             return
@@ -221,88 +223,94 @@ class FieldsPanel(ModelPanel):
             if feature is None
             else tr("of {name}", name=feature.name)
         )
-        self.measured.list_sources(
+        self.measurable.list_sources(
             set_names(studio.records), self._plane_id, "" if feature is None else feature.name
         )
 
-    def _wanted(self) -> FieldRequest | None:
+    def _field_request(self) -> FieldRequest | None:
         kind = str(self.kind.currentData())
         if kind == TO_PLANE:
             return FieldRequest(kind, of=self._plane_id) if self._plane_id else None
         if kind == TO_MODEL:
-            other = self.other.currentData()
+            other = self.other_model.currentData()
             return FieldRequest(kind, of=str(other)) if other else None
         if kind in (MEASURABLE, EXPECTED):
-            asked = FieldRequest(kind, self.measured.length.value(), self.measured.meant())
-            return asked if asked.of and self._fields.resolve_plane(asked) is not None else None
+            request = FieldRequest(
+                kind, self.measurable.length.value(), self.measurable.plane_source()
+            )
+            return (
+                request if request.of and self._fields.resolve_plane(request) is not None else None
+            )
         return FieldRequest(kind, self.radius.value())
 
     def _show_rows(self) -> None:
         kind = str(self.kind.currentData())
         self._form.setRowVisible(self.radius, kind in KINDS)
         self._form.setRowVisible(self.plane, kind == TO_PLANE)
-        self._form.setRowVisible(self.other, kind == TO_MODEL)
-        self._form.setRowVisible(self.measured, kind in (MEASURABLE, EXPECTED))
-        turns = kind == "dip_direction"
-        self.safe.setVisible(turns)
-        self.wheel.setVisible(turns)
-        if turns:
+        self._form.setRowVisible(self.other_model, kind == TO_MODEL)
+        self._form.setRowVisible(self.measurable, kind in (MEASURABLE, EXPECTED))
+        is_direction = kind == "dip_direction"
+        self.colour_blind.setVisible(is_direction)
+        self.wheel.setVisible(is_direction)
+        if is_direction:
             model = self._model
             north = model is not None and model.frame.has_north
-            name = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
+            name = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
             self.wheel.show_map(name, north_known=north)
-        said = KINDS[kind].says if kind in KINDS else _OF_PLANES[kind][1]
-        lines = [tr(said)]
-        if turns and self._model is not None and not self._model.frame.has_north:
+        description = KINDS[kind].says if kind in KINDS else _PLANE_KINDS[kind][1]
+        lines = [tr(description)]
+        if is_direction and self._model is not None and not self._model.frame.has_north:
             lines.append(tr("This model has no north: directions are those of its own frame."))
-        self.says.setText(" ".join(lines))
+        self.description.setText(" ".join(lines))
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
-        self._show_off()
+        self._update_off_button()
 
-    def _show_off(self) -> None:
-        """A cloud goes back to its own colours: it has no photo texture."""
-        opened = None if self._model is None else self._studio.models.get(self._model.id)
-        self.off.setText(usual_look([] if opened is None else [opened.data]))
-        shown = self._studio.display.mode == "field"
-        allow(self.off, None if shown else Finding("action.no-field"))
+    def _update_off_button(self) -> None:
+        """Enable the button, and name the display mode to which it returns."""
+        open_model = None if self._model is None else self._studio.models.get(self._model.id)
+        self.off_button.setText(usual_look([] if open_model is None else [open_model.data]))
+        is_shown = self._studio.display.mode == "field"
+        allow(self.off_button, None if is_shown else Finding("action.no-field"))
 
     def _why_not(self) -> Finding | None:
-        why = super()._why_not()
-        if why is None and self._wanted() is None:
+        reason = super()._why_not()
+        if reason is None and self._field_request() is None:
             if self.kind.currentData() == TO_PLANE:
                 return Finding("selection.no-trace-or-patch")
             if self.kind.currentData() in (MEASURABLE, EXPECTED):
                 return Finding("field.plane-missing")
             return Finding("model.no-other")
-        return why
+        return reason
 
     def _show_figures(self) -> None:
         lines = [" ".join(map(str, self._fields.findings))] if self._fields.findings else []
         model = self._model
-        shown = None if model is None else self._fields.shown.get(model.id)
-        opened = None if model is None else self._studio.models.get(model.id)
-        values = None if shown is None or opened is None else field_values(opened, shown.name)
+        field = None if model is None else self._fields.shown.get(model.id)
+        open_model = None if model is None else self._studio.models.get(model.id)
+        values = (
+            None if field is None or open_model is None else field_values(open_model, field.name)
+        )
         if (
             values is not None
-            and shown is not None
-            and shown.wanted.kind
+            and field is not None
+            and field.wanted.kind
             not in (
                 "dip_direction",
                 MEASURABLE,
             )
         ):
-            told = statistics(values)
-            if told is not None:
-                unit = shown.name.rpartition("[")[2].rstrip("]") if "[" in shown.name else ""
+            figures = statistics(values)
+            if figures is not None:
+                unit = field.name.rpartition("[")[2].rstrip("]") if "[" in field.name else ""
                 lines.append(
                     tr(
                         "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
                         "{high:.3g} {unit}.",
-                        field=shown.name.partition(" [")[0],
+                        field=field.name.partition(" [")[0],
                         unit=unit,
-                        **told,
+                        **figures,
                     )
                     .replace(" ,", ",")
                     .replace(" .", ".")
@@ -311,33 +319,40 @@ class FieldsPanel(ModelPanel):
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
 
-    # --- what is done ------------------------------------------------------------------------
-    def _kind_chosen(self, *_: object) -> None:
-        """A field that needs no work is shown at once."""
+    # --- actions -----------------------------------------------------------------------------
+    def _change_kind(self, *_: object) -> None:
+        """Show the selected field at once if it has been computed."""
         self._show_rows()
         self._refresh_buttons()
-        model, wanted = self._model, self._wanted()
-        if model is None or wanted is None or self._fields.running is not None:
+        model, request = self._model, self._field_request()
+        if model is None or request is None or self._fields.running is not None:
             return
-        opened, name = self._studio.models.get(model.id), self._fields.name_of(model.id, wanted)
-        if opened is not None and name in opened.data.fields and model.id in self._fields.shown:
-            self._show(model, wanted)
-
-    def _start(self, model: Model) -> None:
-        if (request := self._wanted()) is not None:
+        open_model, name = (
+            self._studio.models.get(model.id),
+            self._fields.name_of(model.id, request),
+        )
+        if (
+            open_model is not None
+            and name in open_model.data.fields
+            and model.id in self._fields.shown
+        ):
             self._show(model, request)
 
-    def _show(self, model: Model, wanted: FieldRequest) -> None:
-        palette = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
-        self._fields.ask(model.id, wanted, palette if wanted.kind == "dip_direction" else None)
+    def _start(self, model: Model) -> None:
+        if (request := self._field_request()) is not None:
+            self._show(model, request)
+
+    def _show(self, model: Model, request: FieldRequest) -> None:
+        palette = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
+        self._fields.ask(model.id, request, palette if request.kind == "dip_direction" else None)
 
     def _recolour(self) -> None:
-        """The same field in other colours."""
+        """Show the current field with other colours."""
         self._show_rows()
         model = self._model
-        shown = None if model is None else self._fields.shown.get(model.id)
-        if model is None or shown is None or shown.wanted.kind != "dip_direction":
+        field = None if model is None else self._fields.shown.get(model.id)
+        if model is None or field is None or field.wanted.kind != "dip_direction":
             return
         style = self._studio.display.styles.get(model.id)
-        if style is not None and style.name == shown.name:
+        if style is not None and style.name == field.name:
             self._studio.display.show_field(model.id, replace(style, palette=self.wheel.map_name))

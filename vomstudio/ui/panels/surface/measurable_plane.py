@@ -1,4 +1,4 @@
-"""Which plane, and traces of which length, a map of measurable planes is of."""
+"""Form for the plane and trace length of a map of measurable planes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SELECTED = "selected"
 
 
 class MeasurablePlane(QWidget):
-    """Typed, the mean of a set, or the plane of the selected feature."""
+    """Form for a plane: typed, the mean of a set, or the plane of the selected feature."""
 
     changed = Signal()
 
@@ -27,7 +27,7 @@ class MeasurablePlane(QWidget):
         self.source = ComboBox()
         self.source.setObjectName("measurable_source")
         self.source.keep_narrow()
-        self.source.activated.connect(lambda _: self._source_chosen())
+        self.source.activated.connect(lambda _: self._change_source())
         self.attitude = QLineEdit()
         self.attitude.setObjectName("measurable_attitude")
         self.attitude.setPlaceholderText(tr("dip direction/dip"))
@@ -56,26 +56,34 @@ class MeasurablePlane(QWidget):
         self.list_sources((), "", "")
 
     def list_sources(self, sets: Sequence[str], feature: str, name: str) -> None:
-        """sets : of the project; feature : id of the one selected last, with its name"""
+        """List the sources of planes.
+
+        Parameters
+        ----------
+        sets : sequence of str
+            Names of the sets of the project.
+        feature, name : str
+            Id and name of the feature that was selected last.
+        """
         self._feature = feature
-        wanted = [(tr("typed attitude"), PLANE_PREFIX)]
-        wanted += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
+        sources = [(tr("typed attitude"), PLANE_PREFIX)]
+        sources += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
         if feature:
-            wanted.append((tr("selected: {name}", name=name), _SELECTED))
-        listed = [
+            sources.append((tr("selected: {name}", name=name), _SELECTED))
+        items = [
             (self.source.itemText(i), self.source.itemData(i)) for i in range(self.source.count())
         ]
-        if listed != wanted:
-            before = self.source.currentData()
+        if items != sources:
+            previous = self.source.currentData()
             with QSignalBlocker(self.source):
                 self.source.clear()
-                for title, key in wanted:
+                for title, key in sources:
                     self.source.addItem(title, key)
-                self.source.setCurrentIndex(max(self.source.findData(before), 0))
+                self.source.setCurrentIndex(max(self.source.findData(previous), 0))
         self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
-    def meant(self) -> str:
-        """As `measurable_planes.resolve_plane` reads it; "" where nothing can be meant."""
+    def plane_source(self) -> str:
+        """Return the plane as read by `measurable_planes.resolve_plane`, "" if it is invalid."""
         key = str(self.source.currentData())
         if key == _SELECTED:
             return self._feature
@@ -87,18 +95,18 @@ class MeasurablePlane(QWidget):
             return ""
         return f"{PLANE_PREFIX}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
 
-    def show_wanted(self, of: str, length: float) -> None:
-        """What a project shows already."""
+    def show_request(self, source: str, length: float) -> None:
+        """Show the plane and trace length of the field on display."""
         with QSignalBlocker(self.length):
             self.length.setValue(length)
-        if of.startswith(PLANE_PREFIX):
+        if source.startswith(PLANE_PREFIX):
             with QSignalBlocker(self.attitude):
-                self.attitude.setText(of.removeprefix(PLANE_PREFIX))
-        found = self.source.findData(PLANE_PREFIX if of.startswith(PLANE_PREFIX) else of)
-        if found >= 0:
-            self.source.setCurrentIndex(found)
+                self.attitude.setText(source.removeprefix(PLANE_PREFIX))
+        index = self.source.findData(PLANE_PREFIX if source.startswith(PLANE_PREFIX) else source)
+        if index >= 0:
+            self.source.setCurrentIndex(index)
         self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
-    def _source_chosen(self) -> None:
+    def _change_source(self) -> None:
         self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
         self.changed.emit()

@@ -1,4 +1,4 @@
-"""The panel of the surface: its fields, and the facets and traces that are proposed on it."""
+"""Panel of the surface: its fields, and proposed facets and traces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.ui.panels.surface.traces_panel import TracesPanel
 
 
 class SurfacePanel(QTabWidget):
-    """A page for each."""
+    """Tabs for fields, facets and traces."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -21,7 +21,7 @@ class SurfacePanel(QTabWidget):
         self.tabBar().setUsesScrollButtons(False)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
         self.traces = TracesPanel(studio)
-        # Each scrolls by itself: a page of tabs is not told how high its words are.
+        # Each page scrolls by itself, since tabs do not support height for width.
         self._pages = {
             "fields": Scrolling(self.fields),
             "facets": Scrolling(self.facets),
@@ -30,7 +30,7 @@ class SurfacePanel(QTabWidget):
         self.addTab(self._pages["fields"], tr("Fields"))
         self.addTab(self._pages["facets"], tr("Facets"))
         self.addTab(self._pages["traces"], tr("Traces"))
-        studio.surface_wanted.connect(self._bring)
+        studio.surface_wanted.connect(self._show_page)
 
-    def _bring(self, page: str) -> None:
+    def _show_page(self, page: str) -> None:
         self.setCurrentWidget(self._pages[page])

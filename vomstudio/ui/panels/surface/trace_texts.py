@@ -6,7 +6,7 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.studio.surfaces.trace_proposals import ProposedLine, ProposedLines
 from vomstudio.ui.widgets.follow_box import COSTS
 
-_WHAT = {
+_FEATURE_TEXTS = {
     "dark": to_translate("Darker than its surroundings"),
     "light": to_translate("Lighter than its surroundings"),
     "gradient": to_translate("A stronger edge of lightness than its surroundings have"),
@@ -16,8 +16,8 @@ _WHAT = {
 
 
 def cost_choices() -> list[tuple[str, str]]:
-    """Costs that lines are proposed by, without fields, and what they are called."""
-    return [(cost, tr(words)) for cost, words in COSTS if cost in _WHAT]
+    """Return costs of proposed lines, except fields, with their titles."""
+    return [(cost, tr(title)) for cost, title in COSTS if cost in _FEATURE_TEXTS]
 
 
 def summary_text(proposals: ProposedLines, open_count: int) -> str:
@@ -41,7 +41,11 @@ def summary_text(proposals: ProposedLines, open_count: int) -> str:
 def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
     """Return the evidence for a proposed line, and the verdict on its plane."""
     cost = proposals.options.used_cost
-    feature = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
+    feature = (
+        tr(_FEATURE_TEXTS[cost])
+        if cost in _FEATURE_TEXTS
+        else tr("Lower {field} than around it", field=cost)
+    )
     sentences = [
         tr(
             "{what}, by {evidence:.1f} standard deviations of the noise on average, over "
@@ -61,10 +65,10 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
 
 
 def _doubt_text(doubt: float, surrogates: int) -> str:
-    as_strong = round(doubt * (1 + surrogates)) - 1
-    if as_strong <= 0:
+    stronger_count = round(doubt * (1 + surrogates)) - 1
+    if stronger_count <= 0:
         return tr("None of {count} surfaces of noise has a line as strong.", count=surrogates)
-    if as_strong >= surrogates:
+    if stronger_count >= surrogates:
         return tr(
             "Each of {count} surfaces of noise has a line as strong: this may well be noise.",
             count=surrogates,
@@ -72,6 +76,6 @@ def _doubt_text(doubt: float, surrogates: int) -> str:
     return tr_n(
         "{count} of {all} surfaces of noise has a line as strong.",
         "{count} of {all} surfaces of noise have a line as strong.",
-        as_strong,
+        stronger_count,
         all=surrogates,
     )

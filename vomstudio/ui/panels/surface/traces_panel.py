@@ -37,8 +37,8 @@ from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
 _MIN_HEIGHT_PX = 130
-# Resolutions: a click so near to a line means it.
-_NEAR = 8.0
+# Maximum distance of a click from a line, in resolutions.
+_CLICK_TOLERANCE = 8.0
 
 
 class TracesPanel(ProposalsPanel):
@@ -54,7 +54,7 @@ class TracesPanel(ProposalsPanel):
             "vector-polyline",
         )
         self._traces = studio.proposed_traces
-        self._filled: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
+        self._table_state: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
         self._make_settings()
         self._make_decisions()
         self._arrange()
@@ -85,8 +85,8 @@ class TracesPanel(ProposalsPanel):
         self.copy = CopyCommandButton(
             self._copy_command, tr("the command that finds these lines, rejected ones too")
         )
-        self.summary, self.why = hint_label(), _Wrapped()
-        self.why.setObjectName("proposed_why")
+        self.summary, self.reason = hint_label(), _WrappedLabel()
+        self.reason.setObjectName("proposed_why")
 
     def _make_decisions(self) -> None:
         self._make_list(
@@ -111,13 +111,13 @@ class TracesPanel(ProposalsPanel):
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
         self.edit.clicked.connect(lambda _: self._edit())
-        self.forget = QPushButton(theme.icon("close-box-multiple-outline"), tr("Clear"))
-        self.forget.clicked.connect(lambda _: self._traces.drop())
-        self.forgive = QPushButton(theme.icon("restore"), "")
-        self.forgive.setObjectName("proposed_forgive")
-        self.forgive.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.forgive.setAccessibleName(tr("Bring back what was rejected"))
-        self.forgive.clicked.connect(lambda _: self._bring_back())
+        self.clear_button = QPushButton(theme.icon("close-box-multiple-outline"), tr("Clear"))
+        self.clear_button.clicked.connect(lambda _: self._traces.drop())
+        self.restore = QPushButton(theme.icon("restore"), "")
+        self.restore.setObjectName("proposed_forgive")
+        self.restore.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.restore.setAccessibleName(tr("Bring back what was rejected"))
+        self.restore.clicked.connect(lambda _: self._restore_rejected())
 
     def _arrange(self) -> None:
         grid = QGridLayout()
@@ -137,22 +137,22 @@ class TracesPanel(ProposalsPanel):
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(3, 1)
         # Wide buttons would widen the dock when traces are proposed.
-        for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
+        for part in (self.accept, self.edit, self.reject, self.clear_button, self.cost, self.type):
             part.setMinimumWidth(MIN_WIDTH_PX)
-        self._decisions = row_of(self.accept, self.edit, self.reject, self.forget)
-        self._as = row_of(Label(tr("Accept as")), self.type, self.forgive)
+        self._decision_row = row_of(self.accept, self.edit, self.reject, self.clear_button)
+        self._type_row = row_of(Label(tr("Accept as")), self.type, self.restore)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
-        column.addWidget(self._decisions)
+        column.addWidget(self._decision_row)
         column.addWidget(self.table, 1)
-        column.addWidget(self.why)
-        column.addWidget(self._as)
+        column.addWidget(self.reason)
+        column.addWidget(self._type_row)
         column.addStretch()
 
-    # --- what is there -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def show_now(self) -> None:
         """Show the current model and its proposals."""
         super().show_now()
@@ -160,19 +160,19 @@ class TracesPanel(ProposalsPanel):
         self._show_proposals()
 
     def _list_costs(self) -> None:
-        opened = None if self._model is None else self._studio.models.get(self._model.id)
-        fields = () if opened is None else tuple(sorted(opened.data.fields))
+        open_model = None if self._model is None else self._studio.models.get(self._model.id)
+        fields = () if open_model is None else tuple(sorted(open_model.data.fields))
         if fields == self._fields:
             return
-        self._fields, before = fields, self.cost.currentData()
+        self._fields, previous = fields, self.cost.currentData()
         with QSignalBlocker(self.cost):
             self.cost.clear()
-            for cost, words in cost_choices():
-                self.cost.addItem(words, cost)
+            for cost, title in cost_choices():
+                self.cost.addItem(title, cost)
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
             self.cost.addItem(tr("edges that a network finds"), ONNX)
-            current = ProposalOptions().used_cost if before is None else before
+            current = ProposalOptions().used_cost if previous is None else previous
             self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
 
     def _why_not(self) -> Finding | None:
@@ -187,12 +187,12 @@ class TracesPanel(ProposalsPanel):
         self._network_row.setVisible(self.cost.currentData() == ONNX)
         self.copy.allow(self._why_not())
         rows = self._selection()
-        none_chosen = Finding("action.no-row")
+        no_selection = Finding("action.no-row")
         open_tool = self._studio.open_tool is not None
         for button, reason, tip in (
             (
                 self.accept,
-                None if rows else none_chosen,
+                None if rows else no_selection,
                 tr(
                     "Make what is chosen in the list traces, in one step (Enter); undo takes it "
                     "back."
@@ -209,14 +209,14 @@ class TracesPanel(ProposalsPanel):
             ),
             (
                 self.reject,
-                None if rows else none_chosen,
+                None if rows else no_selection,
                 tr(
                     "Leave out what is chosen in the list, now and when lines are looked for again "
                     "(Delete)."
                 ),
             ),
             (
-                self.forget,
+                self.clear_button,
                 None if traces.proposals is not None else Finding("action.no-proposals"),
                 tr("Clear the list, without rejecting what is in it; nothing is changed."),
             ),
@@ -224,14 +224,14 @@ class TracesPanel(ProposalsPanel):
             button.setEnabled(reason is None)
             button.setToolTip(tip if reason is None else str(reason))
         count = 0 if self._model is None else traces.rejected_on(self._model.id)
-        self.forgive.setEnabled(count > 0)
-        self.forgive.setToolTip(
+        self.restore.setEnabled(count > 0)
+        self.restore.setToolTip(
             tr("Propose the {count} rejected lines of this model again.", count=count)
             if count
             else str(Finding("action.nothing-rejected"))
         )
 
-    # --- looking -----------------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
     def _options(self) -> ProposalOptions:
         cost = str(self.cost.currentData())
         network = self.network.text().strip() if cost == ONNX else None
@@ -249,20 +249,20 @@ class TracesPanel(ProposalsPanel):
 
     def _copy_command(self) -> None:
         studio = self._studio
-        place = None if self._model is None else model_words(studio, self._model)
-        if place is None:
+        model_arguments = None if self._model is None else model_words(studio, self._model)
+        if model_arguments is None:
             return
-        out = Path(start_folder(studio)) / "proposed_traces.csv"
-        words = ["trace", *place, "--propose", *option_words(self._options())]
-        copy_command(studio, [*words, ("-o", out), "--force"])
+        target = Path(start_folder(studio)) / "proposed_traces.csv"
+        arguments = ["trace", *model_arguments, "--propose", *option_words(self._options())]
+        copy_command(studio, [*arguments, ("-o", target), "--force"])
 
     # --- proposals ---------------------------------------------------------------------------
     def _show_proposals(self) -> None:
         proposals, open_rows = self._traces.proposals, self._traces.open
-        for part in (self.table, self._decisions, self._as):
+        for part in (self.table, self._decision_row, self._type_row):
             part.setVisible(proposals is not None)
-        if (proposals, open_rows) != self._filled:
-            self._filled = (proposals, open_rows)
+        if (proposals, open_rows) != self._table_state:
+            self._table_state = (proposals, open_rows)
             self._fill(proposals, open_rows)
         text = " ".join(map(str, self._traces.findings))
         if not text and proposals is not None:
@@ -297,25 +297,25 @@ class TracesPanel(ProposalsPanel):
         reason = ""
         if proposals is not None and row is not None:
             reason = reason_text(proposals, proposals.lines[row])
-        self.why.setText(reason)
-        self.why.setVisible(bool(reason))
+        self.reason.setText(reason)
+        self.reason.setVisible(bool(reason))
 
     def _index_at(self, hit: Hit) -> int | None:
         """Return the index of the nearest line, or None if it is too far."""
         proposals, model = self._traces.proposals, self._model
         if proposals is None or model is None:
             return None
-        place = transform.apply(model.to_world, [hit.position])[0]
-        off = {
-            row: float(np.linalg.norm(proposals.lines[row].points - place, axis=1).min())
+        point = transform.apply(model.to_world, [hit.position])[0]
+        distances = {
+            row: float(np.linalg.norm(proposals.lines[row].points - point, axis=1).min())
             for row in self._traces.open
         }
-        near = min(off, key=lambda row: off[row], default=None)
-        if near is None:
+        nearest = min(distances, key=lambda row: distances[row], default=None)
+        if nearest is None:
             return None
         scale = transform.scale_of(model.to_world)
-        reach = _NEAR * scale * (proposals.lines[near].trace.resolution or 0.0)
-        return near if off[near] <= reach else None
+        max_distance = _CLICK_TOLERANCE * scale * (proposals.lines[nearest].trace.resolution or 0.0)
+        return nearest if distances[nearest] <= max_distance else None
 
     # --- deciding ----------------------------------------------------------------------------
     def _accept(self, indices: list[int]) -> bool:
@@ -332,13 +332,13 @@ class TracesPanel(ProposalsPanel):
             self._studio.set_next(str(self.type.currentData()), self._studio.next_set)
             self._traces.edit(rows[0])
 
-    def _bring_back(self) -> None:
+    def _restore_rejected(self) -> None:
         if self._model is not None:
             self._traces.forgive(self._model.id)
 
 
-class _Wrapped(Label):
-    """A label that is never given less height than its lines need, where a panel is squeezed."""
+class _WrappedLabel(Label):
+    """Label that keeps the height of its lines when the panel is too small."""
 
     def __init__(self) -> None:
         super().__init__()

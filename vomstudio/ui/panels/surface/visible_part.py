@@ -1,4 +1,4 @@
-"""Which part of the outcrop facets are tried on."""
+"""Part of the outcrop in view, for trial searches of facets."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from vomstudio.ui.base.studio import Studio
 
 
 def part_in_view(studio: Studio) -> Sight | None:
-    """What is in the middle of the view, as it was when it came to rest; None before that."""
+    """Return the part in the middle of the saved view, None without a valid camera."""
     camera = studio.project.journal.view("camera")
     try:
         eye = np.array(camera["position"], np.float64)
-        ahead = np.cross(np.array(camera["up"], np.float64), np.array(camera["right"], np.float64))
-        toward = eye + ahead * float(camera["distance"])
+        direction = np.cross(
+            np.array(camera["up"], np.float64), np.array(camera["right"], np.float64)
+        )
+        target = eye + direction * float(camera["distance"])
     except (KeyError, TypeError, ValueError):
         return None
-    if not np.isfinite([*eye, *toward]).all():
+    if not np.isfinite([*eye, *target]).all():
         return None
-    return Sight(_triple(eye), _triple(toward), PART_POINTS)
+    return Sight(_to_tuple(eye), _to_tuple(target), PART_POINTS)
 
 
-def _triple(x: np.ndarray) -> tuple[float, float, float]:
-    return float(x[0]), float(x[1]), float(x[2])
+def _to_tuple(vector: np.ndarray) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])

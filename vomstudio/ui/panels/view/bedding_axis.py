@@ -1,4 +1,4 @@
-"""The fold axis of the bedding, kept until something that it rests on changes."""
+"""Cached fold axis of the bedding."""
 
 from __future__ import annotations
 
@@ -16,19 +16,24 @@ if TYPE_CHECKING:
 
 
 class BeddingAxis:
-    """The axis of the planes of `Studio.fold`. count : of the bedding planes, of any quality;
-    planes : those that the last search has used"""
+    """Cached axis of the planes of `Studio.fold`.
+
+    Attributes
+    ----------
+    planes : FoldPlanes or None
+        Planes used by the last search.
+    """
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
         self._axis: FoldAxis | Finding | None = None
-        self._searched = False
+        self._is_searched = False
         self._ids: frozenset[str] = frozenset()
         self.planes: FoldPlanes | None = None
 
     @property
     def count(self) -> int:
-        """Bedding planes that the axis may be computed from."""
+        """Number of bedding planes of any quality."""
         return len(self._ids)
 
     def axis_or_reason(self) -> FoldAxis | Finding:
@@ -37,14 +42,14 @@ class BeddingAxis:
             self._axis = self.search()()
         return self._axis
 
-    def keep(self, axis: FoldAxis | Finding) -> None:
+    def store(self, axis: FoldAxis | Finding) -> None:
         """Store the result of the last `search`, unless the bedding has changed since."""
-        if self._searched:
+        if self._is_searched:
             self._axis = axis
 
     @property
-    def known(self) -> bool:
-        """Whether the axis, or why there is none, has been found."""
+    def is_known(self) -> bool:
+        """Whether the axis, or the reason for its absence, has been computed."""
         return self._axis is not None
 
     def why_not(self) -> Finding | None:
@@ -57,33 +62,33 @@ class BeddingAxis:
         axis = self.axis_or_reason()
         return axis if isinstance(axis, Finding) else None
 
-    def forget(self, *_: object) -> None:
-        """Every refresh of the commands asks for the axis: it is kept until something changes."""
-        self._axis, self._searched = None, False
+    def invalidate(self, *_: object) -> None:
+        """Discard the cached axis."""
+        self._axis, self._is_searched = None, False
 
-    def renew(self) -> None:
-        """Its bedding is known at once, the axis when it is asked for."""
-        self.forget()
+    def update_bedding(self) -> None:
+        """Update the bedding and discard the cached axis."""
+        self.invalidate()
         self._ids = frozenset(f.id for f in self._studio.fold.features())
 
-    def edited(self, touched: Iterable[str]) -> None:
-        # Thousands of planes are asked for it: most edits are of other features.
-        ids = set(touched)
+    def follow_edit(self, changed_ids: Iterable[str]) -> None:
+        # The search reads thousands of planes, while most edits change other features.
+        ids = set(changed_ids)
         if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
-            # How many there are decides whether the axis is looked for beside the window.
-            self.renew()
+            # Their number decides whether the axis is computed in a thread.
+            self.update_bedding()
 
     def search(self) -> Callable[[], FoldAxis | Finding]:
         """Return a function that computes the axis of the present bedding.
 
         It may run in a worker thread, since thousands of planes take seconds.
         """
-        self._searched = True
+        self._is_searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
         planes = self.planes = self._studio.fold.planes()
         if len(planes) < 2:
-            few = self._too_few(len(planes))
-            return lambda: few
+            reason = self._too_few_planes(len(planes))
+            return lambda: reason
 
         def find() -> FoldAxis | Finding:
             try:
@@ -93,17 +98,17 @@ class BeddingAxis:
 
         return find
 
-    def _too_few(self, count: int) -> Finding:
+    def _too_few_planes(self, count: int) -> Finding:
         is_selection = self._studio.fold.selected
         code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
         return Finding(code, count=count, minimum=2)
 
-    def doubts(self) -> tuple[str, ...]:
-        """A sentence on planes that are not good, and on those that were left out."""
+    def warnings(self) -> tuple[str, ...]:
+        """Return warnings on planes that are not good, and on excluded planes."""
         from vomstudio.geology.table_folds import not_good_warning
 
         planes = self.planes
         if planes is None:
             return ()
-        left = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
-        return (*map(str, not_good_warning(planes.not_good, len(planes))), *left)
+        exclusions = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
+        return (*map(str, not_good_warning(planes.not_good, len(planes))), *exclusions)

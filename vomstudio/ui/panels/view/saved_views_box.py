@@ -1,4 +1,4 @@
-"""Views of the outcrop by name: saved, looked at again, deleted."""
+"""Box of saved views: save, restore and delete views by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 
 class SavedViewsBox(QWidget):
-    """A name is typed and saved, or chosen and looked at."""
+    """Box to save, restore and delete views by name."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
@@ -30,9 +30,9 @@ class SavedViewsBox(QWidget):
         line = QLineEdit()
         self.names.setLineEdit(line)
         line.setPlaceholderText(tr("Name of a view"))
-        line.returnPressed.connect(self._entered)
-        line.textChanged.connect(self._check)
-        self.names.activated.connect(self._look)
+        line.returnPressed.connect(self._apply_name)
+        line.textChanged.connect(self._update_buttons)
+        self.names.activated.connect(self._restore_view)
         self.save = QPushButton(tr("Save view"))
         self.save.setToolTip(
             tr("Keep the camera and the clipping box under this name, with the project.")
@@ -47,30 +47,30 @@ class SavedViewsBox(QWidget):
         row.addWidget(self.save)
         row.addWidget(self.delete)
         studio.project_opened.connect(self.fill)
-        studio.model_loaded.connect(self._check)
+        studio.model_loaded.connect(self._update_buttons)
         self.fill()
 
     def fill(self, *_: object) -> None:
-        """Show the views of the project that is open."""
+        """Show the saved views of the project."""
         self.names.clear()
         self.names.addItems([view.name for view in self._views.all()])
         self.names.setCurrentIndex(-1)
         self.names.clearEditText()
-        self._check()
+        self._update_buttons()
 
-    def _known(self) -> SavedView | None:
+    def _find_view(self) -> SavedView | None:
         name = " ".join(self.names.currentText().split())
         return next((view for view in self._views.all() if view.name == name), None)
 
-    def _entered(self) -> None:
-        """Enter looks at a view that is there, and saves one under a new name."""
-        if self._known() is not None:
-            self._look()
+    def _apply_name(self) -> None:
+        """Restore the view of this name, or save a new one."""
+        if self._find_view() is not None:
+            self._restore_view()
         elif self.save.isEnabled():
             self._save()
 
-    def _look(self, *_: object) -> None:
-        view = self._known()
+    def _restore_view(self, *_: object) -> None:
+        view = self._find_view()
         if view is None:
             return
         try:
@@ -79,12 +79,12 @@ class SavedViewsBox(QWidget):
             self._studio.warn(Finding("view.damaged", name=view.name))
 
     def _save(self) -> None:
-        now = self._view.now()
-        if now is None:
+        view = self._view.now()
+        if view is None:
             return
         name = self.names.currentText()
         try:
-            self._views.save(SavedView(name, *now))
+            self._views.save(SavedView(name, *view))
         except VomError as error:
             self._studio.warn(error)
             return
@@ -92,12 +92,12 @@ class SavedViewsBox(QWidget):
         self.names.setCurrentText(" ".join(name.split()))
 
     def _delete(self) -> None:
-        view = self._known()
+        view = self._find_view()
         if view is not None:
             self._views.delete(view.name)
             self.fill()
 
-    def _check(self, *_: object) -> None:
-        named = bool(self.names.currentText().strip())
-        allow(self.save, self._view.why_not() or (None if named else Finding("action.no-name")))
-        allow(self.delete, Finding("action.no-saved-view") if self._known() is None else None)
+    def _update_buttons(self, *_: object) -> None:
+        has_name = bool(self.names.currentText().strip())
+        allow(self.save, self._view.why_not() or (None if has_name else Finding("action.no-name")))
+        allow(self.delete, Finding("action.no-saved-view") if self._find_view() is None else None)

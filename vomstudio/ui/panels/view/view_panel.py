@@ -1,5 +1,4 @@
-"""The panel of the view direction: typed, along the fold axis, along a line, along or facing a
-plane."""
+"""Panel of the view direction: typed, or along the fold axis, a line or a plane."""
 
 from __future__ import annotations
 
@@ -58,15 +57,15 @@ if TYPE_CHECKING:
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
 
-_MOST_ASKED = 20
+_MAX_FEATURES = 20
 _MANY_BEDS = 150
 
-_EDGE_ON = 0.05
-"""Sine of the angle to the exposed face under which neither side is the better one."""
+_MIN_EDGE_ON_SINE = 0.05
+"""Sine of the angle to the exposed face below which both sides are edge on."""
 
 
 class ViewPanel(QWidget):
-    """Directions for a view of the outcrop, and views that have a name."""
+    """Panel with view directions and saved views."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
@@ -74,32 +73,32 @@ class ViewPanel(QWidget):
         self._studio = studio
         self._look = view.look
         self._direction = Line(0.0, 0.0)
-        self._stale = False
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self._ask)
-        self._asked = NewestResult(
+        self._is_stale = False
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.timeout.connect(self._request_axis)
+        self._requests = NewestResult(
             self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
         )
         self._bedding = BeddingAxis(studio)
-        self._faced: tuple[str, Matrix, FloatArray] | None = None
-        self.now = Label("–")
-        font = self.now.font()
+        self._exposed_cache: tuple[str, Matrix, FloatArray] | None = None
+        self.current_label = Label("–")
+        font = self.current_label.font()
         font.setPointSizeF(font.pointSizeF() * 1.2)
         font.setBold(True)
-        self.now.setFont(font)
-        self.typed = QLineEdit()
-        self.typed.setObjectName("view_direction")
-        self.typed.setPlaceholderText(tr("For example 125/26"))
-        self.typed.returnPressed.connect(self._typed)
+        self.current_label.setFont(font)
+        self.direction_field = QLineEdit()
+        self.direction_field.setObjectName("view_direction")
+        self.direction_field.setPlaceholderText(tr("For example 125/26"))
+        self.direction_field.returnPressed.connect(self._look_along_text)
         go = QPushButton(tr("Look"))
-        go.clicked.connect(self._typed)
+        go.clicked.connect(self._look_along_text)
         row = QHBoxLayout()
-        row.addWidget(self.typed, 1)
+        row.addWidget(self.direction_field, 1)
         row.addWidget(go)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(tr("Current"), self.now)
+        form.addRow(tr("Current"), self.current_label)
         form.addRow(tr("New"), row)
 
         self._buttons: dict[str, QPushButton] = {}
@@ -107,13 +106,13 @@ class ViewPanel(QWidget):
         grid.setSpacing(4)
         for i, (name, text, call) in enumerate(
             (
-                ("beta", tr("Along fold axis"), self.along_beta),
-                ("meeting", tr("Along intersection"), self.along_meeting),
+                ("beta", tr("Along fold axis"), self.look_along_beta),
+                ("meeting", tr("Along intersection"), self.look_along_intersection),
                 ("facing", tr("Face the plane"), self.face),
-                ("strike", tr("Along strike"), self._along_strike),
-                ("line", tr("Along the line"), self.along_line),
-                ("dip", tr("Down dip"), self._down_dip),
-                ("slip", tr("Across the slip"), self.along_slip_normal),
+                ("strike", tr("Along strike"), self._look_along_strike),
+                ("line", tr("Along the line"), self.look_along_line),
+                ("dip", tr("Down dip"), self._look_down_dip),
+                ("slip", tr("Across the slip"), self.look_along_slip_normal),
                 ("rock", tr("Face the outcrop"), self._face_outcrop),
                 ("flip", tr("Opposite side"), self._flip),
             )
@@ -131,7 +130,7 @@ class ViewPanel(QWidget):
             lambda on: studio.fold.choose(studio.fold.which, selected=on)
         )
         self.fold_box = FoldBox(studio)
-        studio.fold.changed.connect(self._fold_chosen)
+        studio.fold.changed.connect(self._follow_fold_choice)
         self._verdict = rich_label()
         self._verdict.setWordWrap(True)
         self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -145,35 +144,35 @@ class ViewPanel(QWidget):
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
-        studio.project_opened.connect(self._opened)
-        studio.edited.connect(self._edited)
-        studio.selection_changed.connect(self._selected)
+        studio.project_opened.connect(self._follow_project)
+        studio.edited.connect(self._follow_edit)
+        studio.selection_changed.connect(self._follow_selection)
         studio.model_loaded.connect(self.refresh)
-        studio.jobs.closed.connect(self._asked.close)
+        studio.jobs.closed.connect(self._requests.close)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
         """Show the direction of the view, in degrees."""
         self._direction = Line(wrap360(trend_deg), plunge_deg)
         line = format_line(self._direction, 0)
-        self.now.setText(
+        self.current_label.setText(
             tr("{line} (orthographic)", line=line)
             if orthographic
             else tr("{line} (perspective)", line=line)
         )
-        # A drag tells many directions: the cost is shown for the last of them.
-        self._bring_up_to_date(self._show_cost)
+        # A drag emits many directions; the cost is shown for the last one.
+        self._schedule(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
-    def _typed(self) -> None:
+    def _look_along_text(self) -> None:
         try:
-            line = parse_line(self.typed.text())
+            line = parse_line(self.direction_field.text())
         except VomError as error:
             self._studio.warn(error)
             return
         self._turn(line)
 
-    def along_beta(self) -> None:
-        """Look along the fold axis of the bedding, where there is one."""
+    def look_along_beta(self) -> None:
+        """Look along the fold axis of the bedding, if it is known."""
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
@@ -186,36 +185,38 @@ class ViewPanel(QWidget):
             # plus 180 degrees (CLI.md, ortho --plane).
             self._turn(Line(wrap360(plane.dip_direction_deg + 180.0), 90.0 - plane.dip_deg))
 
-    def along_line(self) -> None:
+    def look_along_line(self) -> None:
         """Look along the selected lineation or intersection."""
         line = self._line()
         if line is not None:
             self._turn_axis(line)
 
-    def along_meeting(self) -> None:
-        """Look along the line in which the two selected planes meet: both are seen edge on."""
-        found = self._meeting()
-        if isinstance(found, Direction):
-            self._turn_axis(found.line)
+    def look_along_intersection(self) -> None:
+        """Look along the intersection of the two selected planes, so that both are edge on."""
+        direction = self._intersection()
+        if isinstance(direction, Direction):
+            self._turn_axis(direction.line)
 
-    def along_slip_normal(self) -> None:
-        """Look along the line in the fault at right angles to the selected slip, which shows the
-        whole displacement."""
-        found = self._across_slip()
-        if isinstance(found, Direction):
-            self._turn_axis(found.line)
+    def look_along_slip_normal(self) -> None:
+        """Look along the normal of the selected slip in its fault plane.
+
+        This view shows the whole displacement.
+        """
+        direction = self._slip_normal()
+        if isinstance(direction, Direction):
+            self._turn_axis(direction.line)
 
     def _face_outcrop(self) -> None:
-        side = self._exposed_view()
-        if side is not None:
-            self._turn(Line.from_vector(side, directed=True))
+        view = self._exposed_view()
+        if view is not None:
+            self._turn(Line.from_vector(view, directed=True))
 
-    def _along_strike(self) -> None:
+    def _look_along_strike(self) -> None:
         plane = self._plane()
         if plane is not None:
             self._turn(Line(plane.strike_rhr_deg, 0.0))
 
-    def _down_dip(self) -> None:
+    def _look_down_dip(self) -> None:
         plane = self._plane()
         if plane is not None:
             self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
@@ -224,23 +225,28 @@ class ViewPanel(QWidget):
         self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
 
     def _turn_axis(self, axis: Line) -> None:
-        """Look along an axis: of its two views the one onto the exposed side; `Opposite side` gives
-        the other one. Where no side is known, or both are edge on, the view is down the axis."""
-        side = self._exposed_view()
-        if side is not None and axis.vector() @ side < -_EDGE_ON:
+        """Look along an axis from the exposed side of the outcrop.
+
+        If the side is unknown or both sides are edge on, the view is down the axis.
+        """
+        view = self._exposed_view()
+        if view is not None and axis.vector() @ view < -_MIN_EDGE_ON_SINE:
             axis = Line.from_vector(-axis.vector(), directed=True)
         self._turn(axis)
 
     def _exposed_view(self) -> FloatArray | None:
-        """Direction of a view onto the first mesh that is open."""
-        for model_id, opened in self._studio.models.items():
+        """Return the direction of a view of the first open mesh, None without a mesh."""
+        for model_id, open_model in self._studio.models.items():
             model = self._studio.records.get(model_id)
-            if isinstance(model, Model) and isinstance(opened.data, Mesh):
-                if self._faced is None or self._faced[:2] != (model_id, model.to_world):
-                    trend, plunge = first_view(opened.data, transform.matrix(model.to_world))
+            if isinstance(model, Model) and isinstance(open_model.data, Mesh):
+                if self._exposed_cache is None or self._exposed_cache[:2] != (
+                    model_id,
+                    model.to_world,
+                ):
+                    trend, plunge = first_view(open_model.data, transform.matrix(model.to_world))
                     view = Line(trend, plunge).vector()
-                    self._faced = (model_id, model.to_world, view)
-                return self._faced[2]
+                    self._exposed_cache = (model_id, model.to_world, view)
+                return self._exposed_cache[2]
         return None
 
     def _turn(self, line: Line) -> None:
@@ -251,25 +257,27 @@ class ViewPanel(QWidget):
         return self._bedding.why_not()
 
     def why_no_plane(self) -> Finding | None:
-        """Return why no plane can be faced; None if one is selected."""
+        """Return a finding if no plane is selected, else None."""
         return Finding("selection.no-plane") if self._plane() is None else None
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
-        """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
-        where it is known."""
+        """Return the measurement that defines a direction, and its 95 % error in degrees.
+
+        The error is None if it is unknown.
+        """
         axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             return _axis_text(axis), axis.error95_deg
-        # Of thousands that are selected none is what somebody looks along.
-        for id_ in islice(reversed(self._studio.selection.ids), _MOST_ASKED):
+        # In a large selection no single feature defines the view.
+        for id_ in islice(reversed(self._studio.selection.ids), _MAX_FEATURES):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
                 continue
             measured = self._studio.measured([id_])[id_]
             line = measured.line or (measured.plane.pole() if measured.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
-                said = measured.attitude(self._studio.settings.notation)
-                values = {"feature": feature.name, "attitude": said}
+                attitude = measured.attitude(self._studio.settings.notation)
+                values = {"feature": feature.name, "attitude": attitude}
                 if measured.line is not None:
                     text = tr("Along {feature}, {attitude} (95 %).", **values)
                 else:
@@ -279,17 +287,17 @@ class ViewPanel(QWidget):
         return text, None
 
     def why_no_line(self) -> Finding | None:
-        """Return why the view cannot be turned along a line; None if a line is selected."""
+        """Return a finding if no line is selected, else None."""
         return Finding("selection.no-line") if self._line() is None else None
 
-    # --- what they are taken from ------------------------------------------------------------
-    def _chosen(self) -> list[Measurement]:
-        """Of all features that are selected."""
+    # --- measurements ------------------------------------------------------------------------
+    def _selected_measurements(self) -> list[Measurement]:
+        """Return the measurements of all selected features."""
         measured = self._studio.measured(self._studio.selection.ids)
         return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
 
     def _error_of(self, id_: str) -> float | None:
-        """95 %, together with the registration where that is known."""
+        """Return the 95 % error, including that of the registration if it is known."""
         measured = self._studio.measured([id_]).get(id_)
         return None if measured is None else measured.total95_deg
 
@@ -297,12 +305,12 @@ class ViewPanel(QWidget):
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _meeting(self) -> Direction | Finding:
+    def _intersection(self) -> Direction | Finding:
         if len(self._studio.selection.ids) != 2:
             return Finding("selection.not-two-planes")
-        return intersection_direction(self._chosen())
+        return intersection_direction(self._selected_measurements())
 
-    def _across_slip(self) -> Direction | Finding:
+    def _slip_normal(self) -> Direction | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
@@ -321,62 +329,64 @@ class ViewPanel(QWidget):
             return None
         return self._studio.measured([current])[current].line
 
-    def _edited(self, edit: Edit) -> None:
-        self._bedding.edited(self._studio.affected(edit))
+    def _follow_edit(self, edit: Edit) -> None:
+        self._bedding.follow_edit(self._studio.affected(edit))
         self.refresh()
 
-    def _selected(self, *_: object) -> None:
+    def _follow_selection(self, *_: object) -> None:
         if self._studio.fold.selected:
-            self._bedding.renew()
+            self._bedding.update_bedding()
         self.refresh()
 
-    def _fold_chosen(self) -> None:
+    def _follow_fold_choice(self) -> None:
         with QSignalBlocker(self.only_selected):
             self.only_selected.setChecked(self._studio.fold.selected)
-        self._bedding.renew()
+        self._bedding.update_bedding()
         self.refresh()
 
-    def _opened(self) -> None:
-        self._bedding.renew()
+    def _follow_project(self) -> None:
+        self._bedding.update_bedding()
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the fold axis with its verdict, and which directions there are now."""
-        self._bring_up_to_date(self._show)
+        """Show the fold axis with its verdict, and enable the possible directions."""
+        self._schedule(self._show)
 
-    def _bring_up_to_date(self, show: Callable[[], None]) -> None:
-        """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
-        sees, and in a thread for one that is seen."""
+    def _schedule(self, show: Callable[[], None]) -> None:
+        """Call `show`, after computing the axis in a thread if there are many beds.
+
+        A hidden panel with many beds is updated when it is shown.
+        """
         if self._bedding.count <= _MANY_BEDS:
             call_after_notifications(show)
         elif self.visibleRegion().isEmpty():
-            self._stale = True
-        elif self._bedding.known:
+            self._is_stale = True
+        elif self._bedding.is_known:
             call_after_notifications(show)
         else:
-            self._soon.start(0)
+            self._timer.start(0)
 
-    def _ask(self) -> None:
-        self._asked.ask(self._bedding.search())
+    def _request_axis(self) -> None:
+        self._requests.ask(self._bedding.search())
 
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
-        self._bedding.keep(axis)
-        if self._bedding.known:
+        self._bedding.store(axis)
+        if self._bedding.is_known:
             call_after_notifications(self._show)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        if self._stale:
-            self._stale = False
+        if self._is_stale:
+            self._is_stale = False
             self.refresh()
 
     def _show(self) -> None:
         axis, plane = self._bedding.axis_or_reason(), self._plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
-        meeting, slip = self._meeting(), self._across_slip()
+        intersection, slip = self._intersection(), self._slip_normal()
         beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
-        self._offer("meeting", meeting)
+        self._offer("meeting", intersection)
         self._offer("slip", slip)
         error = self._error_of_current()
         self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
@@ -389,34 +399,34 @@ class ViewPanel(QWidget):
         self._show_cost()
         if not isinstance(axis, Finding):
             text = f"<b>{escape(_axis_text(axis))}</b>"
-            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
+            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.warnings()))
             self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
         else:
             self._verdict.setText(escape(axis.message))
 
-    def _offer(self, name: str, found: Direction | Finding | None) -> None:
-        """A button that says, before it is pressed, where it looks and what that costs."""
+    def _offer(self, name: str, direction: Direction | Finding | None) -> None:
+        """Enable a button, and state the direction and its cost in the tool tip."""
         button = self._buttons[name]
-        if not isinstance(found, Direction):
-            allow(button, found or Finding("action.no-direction"))
+        if not isinstance(direction, Direction):
+            allow(button, direction or Finding("action.no-direction"))
             return
         allow(button, None)
-        said = tr(
+        text = tr(
             "Along {line} (95 %).",
-            line=format_attitude(found.line, found.error95_deg),
+            line=format_attitude(direction.line, direction.error95_deg),
         )
-        button.setToolTip(f"{said} {self._cost_of(found.line, found.error95_deg)}".strip())
+        button.setToolTip(f"{text} {self._cost_of(direction.line, direction.error95_deg)}".strip())
 
     def _cost_of(self, line: Line, error95_deg: float | None) -> str:
-        """Nothing without a model."""
+        """Return the cost of a direction's error, "" without a model."""
         studio = self._studio
-        deep, metric = depth_along(line.vector(), studio.models, studio.records)
-        return cost_of_direction(error95_deg, deep, metric=metric).message if deep else ""
+        depth, metric = depth_along(line.vector(), studio.models, studio.records)
+        return cost_of_direction(error95_deg, depth, metric=metric).message if depth else ""
 
     def _show_cost(self) -> None:
-        """From which measurement the present direction follows, and what its error costs."""
-        said, error = self.origin_of(self._direction)
-        self._cost.setText(f"{said} {self._cost_of(self._direction, error)}".strip())
+        """Show the origin of the current direction and the cost of its error."""
+        origin, error = self.origin_of(self._direction)
+        self._cost.setText(f"{origin} {self._cost_of(self._direction, error)}".strip())
 
 
 def _axis_text(axis: FoldAxis) -> str:

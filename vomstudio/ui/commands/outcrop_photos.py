@@ -17,30 +17,30 @@ from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto
 from vomstudio.ui.panels.in_photos.sighting_list import SightingList
 
-_DOCK = "in_photos"
-_HEIGHT = 400
+_DOCK_NAME = "in_photos"
+_MIN_HEIGHT_PX = 400
 
 
 def commands(
     studio: Studio,
     links: PhotoLinks,
     photos: SightingList,
-    shown: FeaturePhoto,
+    feature_photo: FeaturePhoto,
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """photos : in the list beside the one that is shown. parent : of the dialogs"""
+    """Create the commands of the panel. `photos` lists the photos of the selection."""
 
     def no_model() -> Finding | None:
         return why_no_model(studio)
 
-    def no_photo() -> Finding | None:
+    def why_no_photo() -> Finding | None:
         return None if photos.count() else Finding("action.no-shown-photo")
 
-    def show() -> None:
-        docks.bring_forward(_DOCK)
-        # A tab that was never in front has a height of its own until it is laid out.
-        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK, _HEIGHT))
+    def show_panel() -> None:
+        docks.bring_forward(_DOCK_NAME)
+        # A tab that was never shown has its own height until the layout is done.
+        QTimer.singleShot(0, parent, lambda: docks.make_room(_DOCK_NAME, _MIN_HEIGHT_PX))
 
     def open_cameras() -> None:
         model = current_model(studio)
@@ -51,7 +51,7 @@ def commands(
             tr("Cameras (*.json)"),
         )
         if name and model is not None:
-            show()
+            show_panel()
             links.open_cameras(model.id, Path(name))
 
     def find_photos() -> None:
@@ -66,55 +66,50 @@ def commands(
         Command(
             "show_in_photos",
             tr("Show in &photos"),
-            show,
-            "image-search-outline",
-            "Ctrl+Shift+P",
-            tr("The photos in which the selection is visible, with the features on them."),
-            no_model,
+            show_panel,
+            icon="image-search-outline",
+            shortcut="Ctrl+Shift+P",
+            tip=tr("The photos in which the selection is visible, with the features on them."),
+            why_not=no_model,
         ),
         Command(
             "open_cameras",
             tr("Open &cameras…"),
             open_cameras,
-            "camera-outline",
-            (),
-            tr("Open the cameras.json of the reconstruction of the model."),
-            no_model,
+            icon="camera-outline",
+            tip=tr("Open the cameras.json of the reconstruction of the model."),
+            why_not=no_model,
         ),
         Command(
             "find_photos",
             tr("&Locate photos…"),
             find_photos,
-            "folder-search-outline",
-            (),
-            tr("Choose the folder in which the photos of the model are now."),
-            lambda: None if links.models() else Finding("action.no-cameras"),
+            icon="folder-search-outline",
+            tip=tr("Choose the folder in which the photos of the model are now."),
+            why_not=lambda: None if links.models() else Finding("action.no-cameras"),
         ),
         Command(
             "previous_photo",
             tr("Previous photo"),
             lambda: photos.step(-1),
-            "chevron-left",
-            "Alt+Left",
-            "",
-            no_photo,
+            icon="chevron-left",
+            shortcut="Alt+Left",
+            why_not=why_no_photo,
         ),
         Command(
             "next_photo",
             tr("Next photo"),
             lambda: photos.step(1),
-            "chevron-right",
-            "Alt+Right",
-            "",
-            no_photo,
+            icon="chevron-right",
+            shortcut="Alt+Right",
+            why_not=why_no_photo,
         ),
         Command(
             "fit_photo",
             tr("Whole photo"),
-            shown.canvas.fit,
-            "fit-to-screen-outline",
-            "Ctrl+0",
-            "",
-            no_photo,
+            feature_photo.canvas.fit,
+            icon="fit-to-screen-outline",
+            shortcut="Ctrl+0",
+            why_not=why_no_photo,
         ),
     ]

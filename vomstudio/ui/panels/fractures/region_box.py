@@ -1,4 +1,4 @@
-"""In what fractures are counted: window, circle, scanline, or what was looked at of a grid."""
+"""Box that selects the sampling region: window, circle, scanline or inspected grid cells."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ from vomstudio.ui.panels.fractures.analysis import (
     GridCells,
 )
 
-_GRID_IS = f"{GRID}:"
+_GRID_PREFIX = f"{GRID}:"
 
 
-class CountedInBox(ComboBox):
+class RegionBox(ComboBox):
+    """Box that selects the kind of sampling region, or a grid of the project."""
+
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
@@ -33,40 +35,42 @@ class CountedInBox(ComboBox):
             (SCANLINE, tr("Scanline")),
         ):
             self.addItem(title, name)
-        self._fixed = self.count()
+        self._fixed_count = self.count()
         self.setCurrentIndex(1)
 
     def kind(self) -> str:
-        """One of the words of `fracture_answer`."""
-        chosen = str(self.currentData())
-        return GRID if chosen.startswith(_GRID_IS) else chosen
+        """Return one of `EVERYTHING`, `WINDOW`, `CIRCLE`, `SCANLINE` and `GRID`."""
+        data = str(self.currentData())
+        return GRID if data.startswith(_GRID_PREFIX) else data
 
     def list_grids(self) -> None:
-        """Those of the project; the chosen one stays, or the window takes its place."""
-        grids = {f"{_GRID_IS}{g.id}": g.name for g in self._studio.session.of(FaceGrid)}
-        listed = {str(self.itemData(i)): self.itemText(i) for i in range(self._fixed, self.count())}
+        """List the grids of the project; a window replaces a selected grid that is gone."""
+        grids = {f"{_GRID_PREFIX}{g.id}": g.name for g in self._studio.session.of(FaceGrid)}
+        shown_titles = {
+            str(self.itemData(i)): self.itemText(i) for i in range(self._fixed_count, self.count())
+        }
         titles = {key: tr("Looked at: {grid}", grid=name) for key, name in grids.items()}
-        if listed == titles:
+        if shown_titles == titles:
             return
-        chosen = self.currentData()
-        blocked = self.blockSignals(True)
-        while self.count() > self._fixed:
+        previous = self.currentData()
+        was_blocked = self.blockSignals(True)
+        while self.count() > self._fixed_count:
             self.removeItem(self.count() - 1)
         for key, title in titles.items():
             self.addItem(title, key)
-        at = self.findData(chosen)
-        self.setCurrentIndex(at if at >= 0 else 1)
-        self.blockSignals(blocked)
-        if at < 0:
+        index = self.findData(previous)
+        self.setCurrentIndex(index if index >= 0 else 1)
+        self.blockSignals(was_blocked)
+        if index < 0:
             self.currentIndexChanged.emit(self.currentIndex())
 
     def cells(self) -> GridCells | None:
-        """Those of the chosen grid that were looked at and could be measured; None without one."""
-        chosen = str(self.currentData())
-        grid = get(self._studio.records, chosen.removeprefix(_GRID_IS), FaceGrid)
+        """Return the inspected cells of the selected grid; None if no grid is selected."""
+        data = str(self.currentData())
+        grid = get(self._studio.records, data.removeprefix(_GRID_PREFIX), FaceGrid)
         if self.kind() != GRID or grid is None:
             return None
         corners: FloatArray
         _, corners = world_cells(grid, self._studio.records, DONE + EMPTY)
-        _, whole = world_cells(grid, self._studio.records)
-        return GridCells(grid.name, corners, whole[0])
+        _, all_corners = world_cells(grid, self._studio.records)
+        return GridCells(grid.name, corners, all_corners[0])
