@@ -94,8 +94,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def _name_tabs(self, _: str) -> None:
         for dock in self._docks.values():
-            title: DockTitle = dock.titleBarWidget()
-            title.name_tabs()
+            title = dock.titleBarWidget()
+            if isinstance(title, DockTitle):
+                title.name_tabs()
 
     def set_hosts(self, center: PageHost, overlay: PageHost) -> None:
         """Set the places outside the docks, and move the net to its overlay."""

@@ -19,7 +19,7 @@ class DrawerBar(QToolBar):
         super().__init__(tr("Drawer"))
         self.setObjectName("drawer_bar")
         self.setMovable(False)
-        self.layout().setContentsMargins(2, 0, 2, 0)
+        self.setContentsMargins(2, 0, 2, 0)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(14, 14))
         theme.show_toggles(self)

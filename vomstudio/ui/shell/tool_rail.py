@@ -43,7 +43,7 @@ class ToolRail(QToolBar):
         self.setObjectName("tool_rail")
         self.setOrientation(Qt.Orientation.Vertical)
         self.setMovable(False)
-        self.layout().setContentsMargins(0, 0, 0, 0)
+        self.setContentsMargins(0, 0, 0, 0)
         self.toggleViewAction().setVisible(False)
         self._studio, self._workspaces, self._docks = studio, workspaces, docks
         names = [entry.name for entry in TOOLS]
