@@ -109,8 +109,11 @@ def points(values: Any, name: str = "points") -> FloatArray:
 
 
 def pixels_or_points(values: Any, name: str) -> FloatArray:
-    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo. Raises
-    InputError.
+    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo.
+
+    Raises
+    ------
+    InputError
     """
     if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)

@@ -91,7 +91,7 @@ class _Model:
 
     @property
     def crs(self) -> str | None:
-        """ "EPSG:n" or WKT of x and y; None for a local frame."""
+        """EPSG code (``"EPSG:n"``) or WKT of x and y; None for a local frame."""
         return self._source.crs
 
     @property
@@ -116,8 +116,9 @@ class _Model:
 
     @property
     def rotation_error_deg(self) -> RotationError | None:
-        """Standard deviations of the registration: ``about_up``, ``about_east``,
-        ``about_north``.
+        """Standard deviations of the registration about up, east and north.
+
+        The attributes are ``about_up``, ``about_east`` and ``about_north``.
 
         In degrees; None if the model was not registered, or its errors are unknown.
         """
@@ -285,7 +286,7 @@ class Mesh(_Model):
         return self._data.uv  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
-        """A pyvista.PolyData, or a pyvista.MultiBlock with one block for each of several materials.
+        """Convert to a pyvista.PolyData, or to a pyvista.MultiBlock of one block per material.
 
         Points are World less an integer origin, which stands in ``field_data["origin"]`` (3,); a
         block names its picture in ``field_data["texture"]``, and its texture coordinates are

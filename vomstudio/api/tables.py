@@ -298,9 +298,7 @@ def _row(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) 
 def _other_cells(
     table: OrientationTable,
 ) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Return the cells of the used rows in columns of the orientation table, and in other
-    columns.
-    """
+    """Return the cells of the used rows in orientation columns, and in other columns."""
     table_cells: dict[str, list[str]] = {}
     other_cells: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):

@@ -434,7 +434,7 @@ def _remove_small(
     min_count: int,
     min_area: float,
 ) -> Int32Array:
-    """Number facets by area, the largest first; -1 for elements of facets that are too small."""
+    """Renumber facets by decreasing area; -1 for elements of facets that are too small."""
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
     is_kept &= _looseness(elements, rows, planes, labels) <= _MAX_LOOSENESS
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")

@@ -28,7 +28,10 @@ def strip_half_width(spacing: float, length: float) -> float:
 
 
 def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
-    """Number (n,) the connected pieces of each band; -1 for pieces without a band."""
+    """Return the numbers (n,) of the connected pieces of each band.
+
+    -1 for elements without a band.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

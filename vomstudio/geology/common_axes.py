@@ -135,8 +135,9 @@ def _mean_variances(
 def _axis_region(
     means: FloatArray, axes: FloatArray, variances: FloatArray, smallest: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
-    """Return semi-axes of the joint 95 % region of beta, degrees, and the direction of the
-    larger.
+    """Return the semi-axes of the joint 95 % region of beta, and the larger one's direction.
+
+    The semi-axes are in degrees.
     """
     if smallest < 2:
         return None, axes[1]

@@ -84,8 +84,9 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> T
 
 @dataclass(frozen=True, eq=False)
 class MovedVectors:
-    """Vectors (n, 3) with their derivatives (n, k, 3, 3) by small rotations about east, north and
-    up.
+    """Vectors (n, 3) with their derivatives by small rotations.
+
+    The derivatives (n, k, 3, 3) are by rotations about east, north and up.
     """
 
     vectors: FloatArray

@@ -140,13 +140,20 @@ def domain_axes(
 
 @dataclass(frozen=True)
 class ProjectionAxis:
-    """Axis along which a domain is projected: its fold axis, or the line in which its beds meet the
-    faults (fig. 31c).
+    """Axis along which a domain is projected.
 
-    line : None if the domain has none
-    error95_deg : None if it is not known
-    description : name of the line, or the reason why the domain has no line
-    valid : "yes" or "conditional", as of a fold axis
+    It is the fold axis of the domain, or the line in which its beds meet the faults (fig. 31c).
+
+    Attributes
+    ----------
+    line : Line or None
+        None if the domain has none.
+    error95_deg : float or None
+        None if it is not known.
+    description : str
+        Name of the line, or the reason why the domain has no line.
+    valid : str
+        "yes" or "conditional", as for a fold axis.
     """
 
     line: Line | None

@@ -227,8 +227,12 @@ def line_option(text: str, field: str) -> Line:
 
 
 def parse_line(text: str) -> Line:
-    """Parse a line; a negative plunge (130/-25) is a directed line that points up. Raises
-    InputError.
+    """Parse a line; a negative plunge (130/-25) is a directed line that points up.
+
+    Raises
+    ------
+    InputError
+        If the text is not a line.
     """
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
@@ -388,7 +392,7 @@ def _word(text: str, word: str) -> list[_Token]:
 
 
 def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
-    """Joins N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drops marks."""
+    """Join N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drop marks."""
     out: list[_Token] = []
     i = 0
     while i < len(raw):
@@ -435,7 +439,7 @@ def _is_bearing(raw: list[_Token], first: int) -> bool:
 
 
 def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
-    """The values of two labelled angles in the order (first, second), then what is left."""
+    """Return the two labelled angles in the order (first, second), then the other tokens."""
     values: dict[str, _Token] = {}
     rest: list[_Token] = []
     label: str | None = None

@@ -273,9 +273,7 @@ class Plane:
 
     @property
     def strike_rhr_deg(self) -> float:
-        """Right-hand-rule strike, with the plane dipping to the right; meaningless if
-        `undefined`.
-        """
+        """Right-hand-rule strike: the plane dips to the right; meaningless if `undefined`."""
         return wrap360(self.dip_direction_deg - 90.0)
 
     @classmethod

@@ -148,8 +148,9 @@ def resolution_tilt_deg(
 
 
 def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
-    """Return the 95 % tilt of a plane about its longer axis by independent errors of points,
-    degrees.
+    """Return the 95 % tilt of a plane about its longer axis, degrees.
+
+    The errors of its points are independent.
     """
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
@@ -157,8 +158,7 @@ def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
 
 
 def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
-    """Return whether a plane has fewer than 6 independent points and no other bound of its
-    roughness.
+    """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
     The misfit of few points is too often small by chance. The model's resolution is a bound if
     point errors of half of it still result in a good plane.
@@ -346,8 +346,9 @@ def _face_findings(
     resolution_m: float | None,
     t: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
-    """Return a reason against a trace drawn on the face, and the question whether it is the
-    structure.
+    """Return a reason against a trace drawn on the face, and a question to the user.
+
+    The question is whether the face is the structure.
     """
     if kind != "trace" or outcrop_normal is None:
         return [], []

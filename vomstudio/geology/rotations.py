@@ -15,8 +15,9 @@ from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
 def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
-    """Rotate vectors (n, 3) about an axis, clockwise along its downward end (Rodrigues'
-    formula).
+    """Rotate vectors (n, 3) about an axis, clockwise along its downward end.
+
+    Rodrigues' formula.
     """
     v = np.asarray(vectors, dtype=np.float64)
     k = axis.vector()

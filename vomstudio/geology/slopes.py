@@ -63,16 +63,18 @@ class SlopeFace:
             raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
     def axes(self) -> FloatArray:
-        """Return the axes (3, 3) of the face as rows: out of it, along its strike, up; World
-        frame.
+        """Return the axes (3, 3) of the face as rows, World frame.
+
+        They point out of the face, along its strike, and up.
         """
         sin_a, cos_a = sin_cos_deg(self.plane.dip_direction_deg)
         return np.array([[sin_a, cos_a, 0.0], [-cos_a, sin_a, 0.0], [0.0, 0.0, 1.0]])
 
     @property
     def slides(self) -> bool:
-        """Whether the face is steeper than the friction angle; otherwise nothing slides or
-        bends.
+        """Whether the face is steeper than the friction angle.
+
+        Otherwise nothing slides or bends.
         """
         return self.plane.dip_deg > self.options.friction_deg
 
@@ -98,9 +100,7 @@ class Margins(NamedTuple):
     lateral: FloatArray
 
     def zones(self) -> Zones:
-        """Return the zone inside both, and the one inside the conditions but outside the lateral
-        limits.
-        """
+        """Return the zone inside both, and the one outside the lateral limits only."""
         inside, within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
         return Zones(inside & within, inside & ~within)
 
@@ -124,8 +124,9 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Return the planes on which a block slides, of upward normals (..., 3) in the frame of the
-    face.
+    """Return the planes on which a block slides.
+
+    `normals` (..., 3) point up, in the frame of the face.
 
     A horizontal plane, which has no dip direction, never slides.
     """
@@ -244,8 +245,9 @@ def count_pairs(
 
 
 def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
-    """Count the critical lines (faces, 2) at each face, by `wedge_sliding` and by
-    `direct_toppling`.
+    """Count the critical lines (faces, 2) at each face.
+
+    The columns are those of `wedge_sliding` and `direct_toppling`.
 
     `lines` (m, 3) are downward unit vectors, World frame. The faces have the same friction and
     limits; matrix products handle thousands of them.
@@ -280,8 +282,10 @@ class PairMembers(NamedTuple):
 
 
 def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = None) -> PairMembers:
-    """Count the critical intersections of each plane, of upward normals (n, 3) in the frame of the
-    face. `intersections` defines `sets`."""
+    """Count the critical intersections of each plane.
+
+    `normals` (n, 3) point up, in the frame of the face. `intersections` defines `sets`.
+    """
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
     for lines, is_line, pairs in intersections(normals[None], sets):
@@ -349,8 +353,9 @@ def intersections(
 
 
 def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the margin of the lateral limits by the components out of (or into) and along the
-    face.
+    """Return the margin of the lateral limits.
+
+    The components are out of (or into) the face and along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":

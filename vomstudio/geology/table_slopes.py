@@ -296,8 +296,10 @@ def _expected(
     sets: IntArray | None,
     progress: Progress,
 ) -> _Expected:
-    """By drawing the planes with their errors, with a fixed seed: many times where they are few.
-    Planes without a known error stay as they are."""
+    """Estimate probabilities by drawing the planes with their errors, with a fixed seed.
+
+    Small tables are drawn more often. Planes without a known error do not vary.
+    """
     if not planes.known.any():
         return _Expected()
     n = len(planes.normals)

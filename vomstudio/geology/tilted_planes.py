@@ -86,16 +86,18 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
 
 
 def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:
-    """Return axes (n, 2, 3) as in TiltedPlanes, without the registration's part of
-    `total95_deg`.
+    """Return axes (n, 2, 3) as in TiltedPlanes, without the errors of the registration.
+
+    These are excluded from `total95_deg`.
     """
     registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
     return _axes(table, rows, registration)
 
 
 def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> FloatArray:
-    """Return tangent axes; `excluded_deg` (n,) are 95 % half-angles to exclude from the total
-    error.
+    """Return tangent axes.
+
+    `excluded_deg` (n,) are 95 % half-angles to exclude from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (

@@ -31,8 +31,9 @@ def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
 
 
 def error_axes(angles: npt.ArrayLike) -> FloatArray:
-    """Return the axes (n, 3, 3), as columns, about which errors of yaw, pitch and roll rotate a
-    camera.
+    """Return the axes about which errors of yaw, pitch and roll rotate a camera.
+
+    They are the columns of (n, 3, 3).
 
     They are down, its level side, and level ahead: an instrument measures north and the vertical.
     The vertical is as accurate to the side as ahead, also for a camera that looks down, where roll

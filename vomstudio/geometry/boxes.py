@@ -104,8 +104,9 @@ def _triple(values: FloatArray) -> tuple[float, float, float]:
 def box_range(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the distances at which a ray enters and leaves boxes (n, 3); it misses if leave <
-    enter.
+    """Return the distances at which a ray enters and leaves boxes (n, 3).
+
+    The ray misses a box if leave < enter.
     """
     enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.

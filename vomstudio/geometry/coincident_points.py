@@ -9,8 +9,10 @@ from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 
 
 def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
-    """A number per point (k, 3): the same for the same coordinates, and for others with a chance of
-    1 in 1e19 a pair."""
+    """Return a key per point (k, 3): equal for equal coordinates.
+
+    Two different points have the same key with a probability of 1e-19.
+    """
     # -0.0 and 0.0 are one place.
     bits = (np.ascontiguousarray(points, dtype=np.float64) + 0.0).view(np.uint64)
     key = np.zeros(len(bits), np.uint64)

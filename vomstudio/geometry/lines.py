@@ -127,8 +127,9 @@ class Approach:
 
 
 def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
-    """Find the nearest approach of polylines (n, 3) and (m, 3) with at least 2 vertices, in their
-    unit.
+    """Find the nearest approach of polylines (n, 3) and (m, 3), in their unit.
+
+    Both need at least 2 vertices.
 
     Nearest points of all pairs of segments (Ericson 2005, Real-Time Collision Detection, section
     5.1.9).
@@ -156,8 +157,9 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
 def _nearest_of_segments(
     start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the fractions 0 to 1 of one segment and of each of (k, 3) others at their nearest
-    points.
+    """Return the fractions 0 to 1 along one segment and each of (k, 3) others.
+
+    They are those of the nearest points.
     """
     between = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)

@@ -150,8 +150,9 @@ def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
 
 
 def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[float, float]:
-    """Return the variance per independent point from the means of side x side cells, and of wider
-    ones.
+    """Return the variance per independent point from the means of cells.
+
+    The first value is from side x side cells, the second from wider ones.
     """
     if len(u) > MAX_SORTED_POINTS:
         count, sums = _sums(u, v, u, v, r, side)
@@ -174,8 +175,9 @@ def _excess(count: GenericArray, sums: GenericArray) -> float:
 
 
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
-    """Return the variance that would tilt the plane to the median attitude of its side x side
-    cells.
+    """Return the variance that would tilt the plane to the median attitude of its cells.
+
+    There are side x side cells. 0 if these do not differ significantly from the plane.
 
     0 if these do not differ significantly from the plane.
     """
@@ -267,8 +269,9 @@ def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
-    """Return the convex hull of points (k, 3) along the normal of the patch, empty for fewer than
-    3.
+    """Return the convex hull of points (k, 3) along the normal of the patch.
+
+    Empty for fewer than 3 points.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -286,9 +289,7 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
 
 
 def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the vertices (k, 3) of faces in the file frame, and a third of the area of their
-    faces.
-    """
+    """Return the vertices (k, 3) of faces, file frame, and a third of their faces' areas."""
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     ids, which = np.unique(corners, return_inverse=True)
     points = np.asarray(mesh.vertices[ids], dtype=np.float64)
@@ -311,8 +312,9 @@ def triangle_areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 
 def ids_to_runs(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
-    """Compress sorted distinct ids to (first, count) runs, which are few for neighbours in
-    space.
+    """Compress sorted distinct ids to (first, count) runs.
+
+    Neighbours in space have few runs.
     """
     x = np.asarray(ids, dtype=np.int64)
     if not (np.diff(x) > 0).all():

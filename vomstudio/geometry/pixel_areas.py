@@ -30,9 +30,7 @@ class Area:
 
 
 def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
-    """Return the pixels of a picture whose centres are inside a polygon (n, 2), by the even-odd
-    rule.
-    """
+    """Return the pixels whose centres are inside a polygon (n, 2), by the even-odd rule."""
     points = np.asarray(corners, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, 0.0, width, height)
     if not wide or not high or len(points) < 3:

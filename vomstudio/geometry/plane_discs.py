@@ -21,8 +21,10 @@ def known_well_enough(fit: PlaneFit) -> bool:
 
 
 def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
-    """(c, 3) the ring of a disc as wide as the points of a fit; None for no plane, one of no
-    extent, or one that may as well stand across."""
+    """Return the ring (c, 3) of a disc as wide as the points of a fit.
+
+    None without a plane, without an extent, or if the attitude is practically unknown.
+    """
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None
     return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
@@ -31,8 +33,10 @@ def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
 def disc(
     centre: npt.ArrayLike, normal: npt.ArrayLike, radius: float, corners: int = 48
 ) -> FloatArray:
-    """(corners, 3) ring of a disc, in the frame of `centre` and `normal` (unit vector), from whose
-    tip it runs anticlockwise."""
+    """Return the ring (corners, 3) of a disc, in the frame of `centre` and `normal`.
+
+    `normal` is a unit vector; the ring runs anticlockwise as seen from its tip.
+    """
     n = np.asarray(normal, dtype=np.float64)
     # Any direction that is not nearly the normal gives a stable pair of axes.
     helper = [0.0, 0.0, 0.0]

@@ -26,8 +26,7 @@ def joint_quantile(dof: FloatArray) -> FloatArray:
 
 
 def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019), and an overflow
-    flag.
+    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019).
 
     If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees with the
     flag. Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
@@ -111,8 +110,9 @@ def quantiles(
 def regression_axes_rad(
     leverage: FloatArray, normal: FloatArray, q: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Compute e1, e2 (m, 3), and the largest and smallest semi-axis of a regression's region,
-    radians.
+    """Compute the axes and semi-axes of the confidence region of a regression.
+
+    Axes e1 and e2 (m, 3); the largest and smallest semi-axis, radians.
 
     `leverage` (m, 3, 3) is the covariance of the normal's end per unit of q. The ellipse of both
     slopes, exact for white noise along the coordinate, is projected to the tangent plane to first
@@ -134,8 +134,9 @@ def split_rad(
     largest: FloatArray,
     smallest: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Compute errors of dip and dip direction, and the rake of the direction of the largest tilt,
-    radians.
+    """Compute the errors of dip and dip direction, and the rake of the largest tilt.
+
+    All are in radians.
 
     The region is a cone of normals of elliptical section: in the tangent plane of the unit sphere
     at the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along

@@ -125,8 +125,9 @@ class PlaneSizes:
     def from_resolution(
         cls, resolution: float, noise: float | None = None, registration_deg: float = 0.0
     ) -> PlaneSizes:
-        """Return the sizes for a model; the default noise is that of photos with this
-        resolution.
+        """Return the sizes for a model.
+
+        The default noise is that of photos with this resolution.
         """
         default_noise = resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
         return cls(resolution, default_noise if noise is None else noise, registration_deg)
@@ -154,8 +155,9 @@ class PlaneSizes:
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))
 
     def size_for(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
-        """Return the smallest diameter with this expected error; None if the registration exceeds
-        it.
+        """Return the smallest diameter with this expected error.
+
+        None if the error of the registration exceeds it.
         """
         if error_deg <= self.registration_deg:
             return None

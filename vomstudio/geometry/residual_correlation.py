@@ -221,8 +221,9 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
 def _inflation_at_places(
     series: FloatArray, place: FloatArray, dof: FloatArray, models: _Library
 ) -> FloatArray:
-    """Return the inflation (2, k, models) as in `_compare_models` at the actual positions of
-    points.
+    """Return the inflation (2, k, models) at the actual positions of points.
+
+    It is that of `_compare_models`.
 
     `series` is (2, k, n), `place` (k, n) from 0 to 1. Points are binned into as many pieces of
     equal length as the models have; the noise of a piece acts on the sum of their coordinates.
@@ -241,8 +242,9 @@ def _inflation_at_places(
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return means over MAX_PIECES pieces of long series (3, k, n), and the remaining variance
-    share.
+    """Return means over MAX_PIECES pieces of long series (3, k, n).
+
+    The second value is the remaining share of the variance.
 
     Tilts of the plane vary slowly along the trace, and only the slow part of the noise tilts it.
     """

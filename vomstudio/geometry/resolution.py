@@ -55,8 +55,9 @@ class FewPoints:
 
 
 def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
-    """Return the median resolution around places (q, 3) of a surface, in the unit of its points (n,
-    3).
+    """Return the median resolution around places (q, 3) of a surface.
+
+    It is in the unit of the points (n, 3).
 
     None if the neighbouring points coincide. The tree contains these points.
     """

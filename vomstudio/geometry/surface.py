@@ -144,8 +144,9 @@ class VertexSurface:
         return np.concatenate(id_blocks)
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
-        """Return the unit normal of the vertices in a ball; None if there are too few, or without a
-        tree.
+        """Return the unit normal of the vertices in a ball.
+
+        None if there are too few, or without a tree.
         """
         if self._tree is None or self._coarse_tree is None:
             return None

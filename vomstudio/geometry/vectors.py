@@ -17,7 +17,7 @@ def wrap360(angle_deg: float) -> float: ...
 @overload
 def wrap360(angle_deg: FloatArray) -> FloatArray: ...
 def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
-    """The same azimuth in [0, 360), never -0.0, never 360.0."""
+    """Return the same azimuth in [0, 360), never -0.0, never 360.0."""
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
     if type(angle_deg) is float or np.ndim(angle_deg) == 0:
         # Python's remainder is NumPy's, in a twentieth of the time.
@@ -43,8 +43,9 @@ def upward(normals: FloatArray) -> FloatArray:
 def dip_of_normals(
     normals: FloatArray, floor: FloatArray | float = TILT_FLOOR
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return dip direction [0, 360) and dip [0, 90], degrees, of upward normals (m, 3), and
-    undefined.
+    """Return dip direction [0, 360) and dip [0, 90] of upward normals (m, 3), degrees.
+
+    The third value is whether the dip direction is undefined.
 
     Planes whose normal is inclined by less than `floor` are horizontal: dip direction 0, undefined.
     """

@@ -32,7 +32,7 @@ class ViewFrame:
 
     @classmethod
     def looking(cls, direction: npt.ArrayLike) -> ViewFrame:
-        """The frame of a viewer who looks along `direction` (3,), of any length but zero."""
+        """Return the frame of a viewer who looks along `direction` (3,), not zero."""
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:

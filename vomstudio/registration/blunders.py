@@ -87,7 +87,17 @@ Single = tuple[int, int]
 
 @dataclass(frozen=True)
 class _TestResult:
-    """chance : p-value of its residual; strength : F ratio; of : number of tested observations"""
+    """Test of one observation.
+
+    Attributes
+    ----------
+    chance : float
+        p-value of its residual.
+    strength : float
+        F ratio.
+    of : int
+        Number of tested observations.
+    """
 
     single: Single
     chance: float

@@ -1,5 +1,6 @@
-"""Checks of control points for typical mistakes: swapped columns or labels, degrees, feet, another
-zone, a model in another frame.
+"""Checks of control points for typical mistakes.
+
+These are swapped columns or labels, degrees, feet, another zone, or a model in another frame.
 
 Each check reports a finding with a proposal; no coordinates are changed.
 """

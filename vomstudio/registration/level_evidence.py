@@ -105,7 +105,7 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
 
 
 def photo_upright_of(up: FloatArray) -> PhotoUpright:
-    """Return the prior of the vertical from how photos were held. up : (3,) model"""
+    """Return the prior of the vertical from how photos were held; `up` (3,), model frame."""
     sigma = np.full((1, 2), np.radians(UPRIGHT_SIGMA_DEG))
     return PhotoUpright([tr("upright of the photos")], up[None] / np.linalg.norm(up), sigma)
 

@@ -64,7 +64,7 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> ReadNorth:
-        """Return the record of the correction. sigma_deg : common error of all readings"""
+        """Return the record of the correction; `sigma_deg` is the common error of all readings."""
         day = "" if self.day is None else self.day.isoformat()
         return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
 

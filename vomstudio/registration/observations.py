@@ -469,7 +469,11 @@ def _rows(
     groups: tuple[str, ...],
     parts: tuple[str, ...] = (),
 ) -> Rows:
-    """groups, parts : of the rows of a single observation, by default one part a group"""
+    """Return rows with these errors, without errors in common.
+
+    `groups` and `parts` are those of the rows of a single observation; by default each group has
+    one part.
+    """
     n = len(misses)
     return Rows(
         np.asarray(misses, np.float64),

@@ -164,8 +164,9 @@ def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) -> float:
-    """Return the expectation of the weighted sum of squares of the residuals of a fit with equal
-    weights, which leaves more of well known points than their own error.
+    """Return the expected weighted sum of squares of the residuals of a fit.
+
+    With equal weights, residuals of well known points exceed their own error.
 
     moves : (n, 3, 7); inverse : (7, 7) of their squares; known : (n, 3, 3) covariances
     """

@@ -92,7 +92,7 @@ def redundancy_findings(
 
 
 def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) -> Finding:
-    """Return the finding about the weakest axis. error_deg : 95 %"""
+    """Return the finding about the weakest axis; `error_deg` is its 95 % error."""
     return Finding(
         "registration.weakest-axis",
         error95_deg=error_deg,

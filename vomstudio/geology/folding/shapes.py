@@ -381,8 +381,14 @@ def _log_likelihood(n: int, sigma: float) -> float:
 def _test_mixture(
     poles: FloatArray, axes: FloatArray, around: _CircleAround
 ) -> tuple[float, float]:
-    """Return p of the great circle against the small circle with unknown ends, and the 95 %
-    half-width of its half-angle."""
+    """Test the great circle against the small circle with unknown ends.
+
+    Returns
+    -------
+    p : float
+    half_width_deg : float
+        95 % half-width of the half-angle.
+    """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
     gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
@@ -409,8 +415,7 @@ def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
-    """Return p of the great circle against the small one, and the 95 % half-width of the half-
-    angle.
+    """Return p of the great circle against the small one, and the half-angle's 95 % error.
 
     The error assumes that the poles are on the great circle.
     """

@@ -220,8 +220,9 @@ def _count_critical(
     sets: IntArray | None,
     progress: Progress,
 ) -> tuple[IntArray, IntArray]:
-    """Count planes (facets, 2), planar and flexural, and pairs (facets, 3), all, wedge and
-    toppling.
+    """Count critical planes and pairs of planes for each facet.
+
+    Planes (facets, 2) are planar and flexural; pairs (facets, 3) are all, wedge and toppling.
     """
     plane_counts = np.zeros((len(slopes), 2), np.int64)
     pair_counts = np.zeros((len(slopes), 3), np.int64)

@@ -167,8 +167,9 @@ def _weibull() -> LengthLaw:
 
 
 def _power_law(minimum: float) -> LengthLaw:
-    """Pareto's law: S = (x / minimum)^-exponent. Lengths censored below the minimum do not
-    contribute.
+    """Return Pareto's law: S = (x / minimum)^-exponent.
+
+    Lengths censored below the minimum do not contribute.
     """
     log_minimum = math.log(minimum)
 

@@ -301,8 +301,9 @@ def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
 
 
 def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
-    """Describe the lengths of traces by their pieces in an area; without one nothing is
-    censored.
+    """Describe the lengths of traces by their pieces in an area.
+
+    Without an area nothing is censored.
     """
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)

@@ -135,7 +135,7 @@ class TracePlane:
         return Plane(self.dip_direction_deg, self.dip_deg).normal()
 
     def finding(self, lines: int) -> Finding:
-        """Return the finding that states the plane. lines : number of lines on it"""
+        """Return the finding that states the plane and the number of lines on it."""
         return Finding(
             "lines.not-planar",
             plane=self.name,
@@ -206,8 +206,23 @@ class TracePlane:
         return self.project(placed)
 
     def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
-        """Return the circle (x, y, radius) on the plane of one in World: (X, Y, R), whose centre is
-        projected vertically, or (X, Y, Z, R). Raises GeometryError as `project_window`."""
+        """Project a circle in World to the plane.
+
+        Parameters
+        ----------
+        circle : sequence of float
+            (X, Y, R), whose centre is projected vertically, or (X, Y, Z, R).
+
+        Returns
+        -------
+        tuple of float
+            (x, y, radius) on the plane.
+
+        Raises
+        ------
+        GeometryError
+            As `project_window`.
+        """
         *centre, radius = circle
         if self.is_horizontal:
             return centre[0], centre[1], radius

@@ -61,8 +61,9 @@ class LineFigures:
 
 @dataclass(frozen=True)
 class AxisConfidence:
-    """Semi-axes of the joint 95 % region of an axis, degrees, and the direction of the larger
-    one.
+    """Semi-axes of the joint 95 % region of an axis, degrees.
+
+    It also contains the direction of the larger one.
     """
 
     max_deg: float
@@ -123,8 +124,9 @@ class KentFigures:
 
 @dataclass(frozen=True)
 class UniformityFigures:
-    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions; p is None for fewer than
-    5.
+    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
+
+    p is None for fewer than 5 vectors.
     """
 
     test: str
@@ -216,8 +218,13 @@ def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> Axis
 def fit_bingham(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
-    """Fit Bingham's distribution to axes (n, 3) with their tensor, or return the reason for not
-    fitting.
+    """Fit Bingham's distribution to axes (n, 3) with their tensor.
+
+    Returns
+    -------
+    figures : BinghamFigures or None
+    finding : Finding or None
+        Reason if it was not fitted.
     """
     n = len(v)
     if n < 4:
@@ -266,8 +273,9 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
 def fit_kent(
     v: FloatArray, directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
-    """Fit Kent's distribution to a cluster of directions (n, 3), or return the reason for not
-    fitting.
+    """Fit Kent's distribution to a cluster of directions (n, 3).
+
+    Returns the reason if it cannot be fitted.
 
     Axes must be flipped to one side.
     """

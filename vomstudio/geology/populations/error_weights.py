@@ -114,8 +114,9 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
 
 
 def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Return squared angles from the mean of a cluster, or else the great circle, and their
-    freedom.
+    """Return squared angles from the mean of a cluster, or from the great circle.
+
+    The second value is their degrees of freedom.
     """
     values, axes = orientation_tensor(v, weights)
     point, girdle, _ = vollmer(values)

@@ -121,8 +121,9 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
 
 
 def kent_nodes(kappa: float, beta: float) -> Nodes:
-    """Return nodes in the frame (mean, major, minor axis), on the equal-area plane about the
-    mean.
+    """Return nodes on the equal-area plane about the mean.
+
+    Their frame is (mean, major, minor axis).
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
     minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
@@ -143,8 +144,9 @@ def kent_nodes(kappa: float, beta: float) -> Nodes:
 
 
 def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
-    """Estimate Kent's distribution by maximum likelihood along the axes of the moments (his section
-    4).
+    """Estimate Kent's distribution by maximum likelihood along the axes of the moments.
+
+    See section 4 of his paper.
 
     None if the directions are not a cluster (kappa below 5) or scatter in one direction only.
     """
@@ -306,8 +308,9 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
 
 
 def kent_p(model: Kent, x: FloatArray) -> float:
-    """Return the p-value of Kent's model for directions (n, 3) in its frame, by skewness and
-    kurtosis.
+    """Return the p-value of Kent's model by skewness and kurtosis.
+
+    The directions `x` (n, 3) are in its frame.
     """
     places = model.nodes.places
     return smooth_test(

@@ -256,8 +256,10 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 
 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
-    """Return relative cosine and sine terms (2, k, n) of twice the direction in mean squares (d, k,
-    n).
+    """Return relative cosine and sine terms (2, k, n) of twice the direction.
+
+    The mean squares are (d, k, n). By least squares, because cells do not allow regular steps of
+    direction and length.
 
     By least squares, because cells do not allow regular steps of direction and length.
     """
@@ -359,8 +361,9 @@ def _error95(jackknife: FloatArray) -> float:
 
 
 def _slope(lengths: FloatArray, squares: FloatArray) -> float:
-    """Return the slope of logarithms, weighted by the number (size / h)^2 of independent
-    differences.
+    """Return the slope of logarithms.
+
+    The weights are the numbers (size / h)^2 of independent differences.
     """
     x, y = np.log(lengths), np.log(np.maximum(squares, 1e-300))
     weight = 1.0 / lengths**2

@@ -314,8 +314,9 @@ def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
 
 @functools.cache
 def _spreads() -> tuple[FloatArray, FloatArray]:
-    """Return variances of Watson's distribution in one direction, ascending, and log
-    concentrations.
+    """Return the variances of Watson's distribution in one direction, and log concentrations.
+
+    The variances ascend.
 
     Half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
     """

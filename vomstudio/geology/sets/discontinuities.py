@@ -1,5 +1,4 @@
-"""Discontinuities of a set: parallel planes separated by position, with spacing, persistence and
-area.
+"""Discontinuities of a set: its parallel planes, with spacing, persistence and area.
 
 Pieces of one set whose positions along its mean normal differ by more than their scatter are
 different discontinuities; the others are pieces of one. Riquelme, Abellan, Tomas & Jaboyedoff

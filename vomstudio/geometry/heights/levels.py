@@ -98,8 +98,9 @@ def bend_findings(is_bent: bool) -> list[Finding]:
 
 
 def grid_steps(points: FloatArray) -> FloatArray:
-    """Return the grid (3,) to which a file's coordinates were rounded, 0 if there was no
-    rounding.
+    """Return the grid (3,) to which a file's coordinates were rounded.
+
+    0 if they were not rounded.
     """
     steps = np.zeros(3)
     for axis in range(3):
@@ -126,8 +127,9 @@ def grid_steps(points: FloatArray) -> FloatArray:
 def _gap_between_cells(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, max_scatter: float
 ) -> float | None:
-    """Return the gap between levels of cells, whose scatter without a step is below
-    `max_scatter`.
+    """Return the gap between levels of cells.
+
+    Without a step, their scatter is below `max_scatter`.
     """
     for start_slopes in (slopes, np.zeros(2)):
         if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:
@@ -189,8 +191,9 @@ def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
 
 
 def _round_places(x: FloatArray) -> Int16Array:
-    """Round positions so that points of a lattice row are in one cell regardless of the plane's
-    tilt.
+    """Round positions so that points of a lattice row are in one cell.
+
+    This does not depend on the tilt of the plane.
 
     Short integers are sorted ten times faster.
     """

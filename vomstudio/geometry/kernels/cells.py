@@ -22,8 +22,19 @@ def slot_of(names, name):  # type: ignore[no-untyped-def]
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
 def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
-    """The table of rows of cells that hold points. rows : (r,) their numbers, begins : (r + 1,)
-    where the points of each begin; names come full of -1, more than r, a power of two of them."""
+    """Fill the table of rows of cells that contain points.
+
+    Parameters
+    ----------
+    rows : (r,) ndarray
+        Numbers of the rows of cells.
+    begins : (r + 1,) ndarray
+        First point of each.
+    names : ndarray
+        Output, -1 on entry; its length is a power of two above r.
+    ends : (len(names), 2) ndarray
+        Output: first point of the row and of the next one.
+    """
     for at in range(len(rows)):
         slot = slot_of(names, rows[at])
         names[slot] = rows[at]
@@ -32,7 +43,7 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
 
 @part
 def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
-    """The first of sorted keys in a range that is not below the wanted one."""
+    """Return the first position of a range of sorted keys whose key is not below `wanted`."""
     while low < high:
         middle = (low + high) // 2
         if keys[middle] < wanted:
@@ -49,8 +60,10 @@ def cell_of(value, size, count):  # type: ignore[no-untyped-def]
 
 @part
 def _rotation(p, q, m):  # type: ignore[no-untyped-def]
-    """(tangent, cosine, sine) of the turn that makes the element m between the diagonal elements p
-    and q vanish."""
+    """Return tangent, cosine and sine of the rotation that eliminates an element.
+
+    The element m is between the diagonal elements p and q.
+    """
     if m == 0.0:
         return 0.0, 1.0, 0.0
     t = (q - p) / (2.0 * m)
@@ -66,9 +79,11 @@ def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
-    """(unit eigenvector of the least eigenvalue, the eigenvalues from the least on) of the
-    symmetric matrix with the rows (a, d, e), (d, b, f), (e, f, c): cyclic Jacobi rotations
-    (Golub & Van Loan, Matrix Computations, 8.5)."""
+    """Return the eigenvector of the smallest eigenvalue, then the ascending eigenvalues.
+
+    The symmetric matrix has the rows (a, d, e), (d, b, f), (e, f, c). Cyclic Jacobi rotations
+    (Golub & Van Loan, Matrix Computations, 8.5).
+    """
     v00, v01, v02 = 1.0, 0.0, 0.0
     v10, v11, v12 = 0.0, 1.0, 0.0
     v20, v21, v22 = 0.0, 0.0, 1.0
@@ -110,9 +125,12 @@ def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
 def planes_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
 ):
-    """Of the points in a ball around each place: how many, their mean, the unit normal of their
-    plane and the eigenvalues of their covariance, from the least on; a normal of NaN where there
-    are fewer than three. Points and places are relative to the grid's corner."""
+    """Fit a plane to the points in a ball around each place.
+
+    Outputs are the number of points, their mean, the unit normal of their plane, and the
+    eigenvalues of their covariance in ascending order; the normal is NaN for fewer than three
+    points. Points and places are relative to the grid's corner.
+    """
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
@@ -164,9 +182,12 @@ def planes_near(  # type: ignore[no-untyped-def]
 def along_axes(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, axes, radius, reach, count, means, spreads
 ):
-    """Of the points in a cylinder around each place, `reach` to either side along a unit axis: how
-    many, the mean of their positions along it and the standard deviation (n - 1). Points and places
-    are relative to the grid's corner."""
+    """Measure the points in a cylinder around each place along a unit axis.
+
+    The cylinder extends `reach` to either side. Outputs are the number of points, and the mean and
+    the standard deviation (n - 1) of their positions along the axis. Points and places are relative
+    to the grid's corner.
+    """
     pieces = max(1, math.ceil(reach / size))
     half = reach / pieces
     for row in range(len(places)):

@@ -105,8 +105,9 @@ def make_ready(*modules: ModuleType) -> None:
 
 
 def part(function: Callable[..., Any]) -> Part:
-    """Declare a part of kernels, compiled with the first one that calls it and contained in its
-    code.
+    """Declare a part of kernels.
+
+    It is compiled with the first kernel that calls it and contained in its code.
     """
     return Part(function)
 
@@ -126,8 +127,9 @@ def fast_part(function: Callable[..., Any]) -> Part:
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """Return the array as a kernel needs it: contiguous, of this type and writable; copied if
-    needed.
+    """Return the array as a kernel needs it: contiguous, of this type and writable.
+
+    It is copied only if needed.
     """
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
 

@@ -57,8 +57,9 @@ class _CannotCache(Exception):
 def entry(
     source: Source, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
-    """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
-    numba.
+    """Return the kernel as machine code, compiled if it is not in the cache.
+
+    None if numba must compile it.
 
     `compile_by_numba` makes the kernel that reports errors inside the code.
     """
@@ -114,7 +115,7 @@ def _address(symbol: str, code: bytes) -> int:
 
 
 def _missing_symbols(code: bytes) -> list[str]:
-    """What an ELF object file does not bring itself, by the *System V ABI*, ch. 4."""
+    """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
     if code[:6] != b"\x7fELF\x02\x01":  # 64 bits, little-endian
         raise _CannotCache
     (sections_at,) = struct.unpack_from("<Q", code, 0x28)
@@ -207,7 +208,7 @@ def numba_cache_folder(source: Source) -> Path | None:
 
 
 def load_code(name: str) -> bytes | None:
-    """What was kept under a name, None where nothing is or it was damaged."""
+    """Return the code stored under a name; None if there is none or it is damaged."""
     for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
             whole = read_whole(folder / name)
@@ -275,8 +276,10 @@ def _environment() -> tuple[str, ...]:
 
 
 def compiler() -> tuple[str, ...]:
-    """What compiles kernels and how it is set, told without importing it: first numba's version,
-    "" where it is not installed."""
+    """Return the version and the settings of the compiler without importing it.
+
+    The first item is numba's version, "" if it is not installed.
+    """
     spec = find_spec("numba")
     where = None if spec is None else spec.origin
     settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
@@ -288,8 +291,10 @@ def compiler() -> tuple[str, ...]:
 
 
 def _meaning(function: Callable[..., Any]) -> Iterator[str]:
-    """All that the function's machine code is made of: instructions, constants, and the values of
-    the names it uses, through its parts."""
+    """Yield everything that determines the function's machine code.
+
+    These are instructions, constants, and the values of the names it uses, through its parts.
+    """
     assert isinstance(function, FunctionType)
     codes = all_code(function)
     for code in codes:
@@ -308,7 +313,7 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
 
 
 def _ordered(constant: Any) -> Any:
-    """Sets have another order in each process."""
+    """Sort a set, whose order differs between processes."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 

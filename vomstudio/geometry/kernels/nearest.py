@@ -30,9 +30,11 @@ def _edge(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
 
 @part
 def _on_triangle(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: ignore[no-untyped-def]
-    """Weights of the second and third corner of the point of a triangle that is nearest to a
-    place, exactly 0 or 1 on an edge; corner a, and the edges from it. See Ericson (2004),
-    Real-Time Collision Detection, 5.1.5."""
+    """Return the weights of the second and third corner at the nearest point of a triangle.
+
+    They are exactly 0 or 1 on an edge. The triangle is corner a and the edges from it. See Ericson
+    (2004), Real-Time Collision Detection, 5.1.5.
+    """
     px, py, pz = x - ax, y - ay, z - az
     ee = ex * ex + ey * ey + ez * ez
     ff = fx * fx + fy * fy + fz * fz
@@ -69,8 +71,10 @@ def _on_triangle(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: ignore[n
 def nearest_faces(  # type: ignore[no-untyped-def]
     points, faces, order, low, high, places, index, weights, stack, entry
 ):
-    """The face that is nearest to each place, and the weights of its corners there; index comes
-    full of -1, weights of NaN."""
+    """Find the nearest face of each place, and the weights of its corners there.
+
+    `index` is -1 and `weights` NaN on entry.
+    """
     leaves = (len(low) + 1) // 2
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]

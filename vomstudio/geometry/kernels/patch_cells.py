@@ -39,8 +39,18 @@ def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignor
 
 @kernel("void(f8[:,::1], f8[::1], f8[::1], f8[:,::1])")
 def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untyped-def]
-    """The sum of the points' outer products about their mean. weights : (k,), or (1,) for all;
-    centre : a place near the points, which becomes their mean; scatter : zeros"""
+    """Sum the weighted outer products of points about their mean.
+
+    Parameters
+    ----------
+    points : (k, 3) ndarray
+    weights : (k,) ndarray
+        Or (1,) for all.
+    centre : (3,) ndarray
+        A place near the points, which becomes their mean.
+    scatter : (3, 3) ndarray
+        Output, zeros on entry.
+    """
     x, y, z = centre[0], centre[1], centre[2]
     for turn in range(2):
         w, sx, sy, sz = 0.0, 0.0, 0.0, 0.0

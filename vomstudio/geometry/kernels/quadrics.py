@@ -1,5 +1,7 @@
-"""Compiled fits of curved surfaces to the points near a place, which stand sorted by the cells of a
-grid."""
+"""Compiled fits of curved surfaces to the points near a place.
+
+The points are sorted by the cells of a grid.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,10 @@ _FEWEST = 10
 
 @part
 def _solved(rows):  # type: ignore[no-untyped-def]
-    """Gaussian elimination with pivots of rows (6, 7), in place; whether there is a solution, which
-    then stands in the last column."""
+    """Solve rows (6, 7) in place by Gaussian elimination with pivots.
+
+    Returns whether there is a solution, which is then the last column.
+    """
     for k in range(6):
         best = k
         for i in range(k + 1, 6):
@@ -54,11 +58,13 @@ def _across(x, y, z):  # type: ignore[no-untyped-def]
 def curvatures_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, found
 ):
-    """Mean curvature at each place of the quadric that is fitted, as a height along the unit normal
-    there, to the points in a ball around it (Goldman 2005, Computer Aided Geometric Design 22,
-    632); positive where the surface bends away from the normal, as on a ball whose normals point
-    out. Points and places are relative to the grid's corner; rows : (6, 7) to work in; found : NaN
-    where it stays unknown."""
+    """Compute the mean curvature at each place of the quadric fitted to the points in a ball.
+
+    The quadric is a height along the unit normal (Goldman 2005, Computer Aided Geometric Design 22,
+    632). The curvature is positive where the surface bends away from the normal, as on a ball whose
+    normals point out. Points and places are relative to the grid's corner. `rows` (6, 7) is working
+    space; `found` is NaN on entry and stays so if the curvature is unknown.
+    """
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]

@@ -12,8 +12,10 @@ INSIDE = -1e-9
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], f8[:,::1], f8[:,:,::1])")
 def grid_hits(points, faces, chosen, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
-    """First hits of rays along +z through the centres of a grid's pixels; see `cast_grid`. face
-    comes full of -1, depth of infinity."""
+    """Find the first hits of rays along +z through the centres of a grid's pixels.
+
+    See `cast_grid`. `face` is -1 and `depth` infinity on entry.
+    """
     h, w = face.shape
     for at in range(len(chosen)):
         f = chosen[at]

@@ -14,8 +14,9 @@ COMPILING = threading.RLock()
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Function of a kernel, its signature in numba's notation, and whether sums may be
-    reordered.
+    """Function of a kernel with its signature in numba's notation.
+
+    `fastmath` allows sums to be reordered.
     """
 
     function: Callable[..., Any]

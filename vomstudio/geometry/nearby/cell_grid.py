@@ -111,8 +111,9 @@ def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
 
 
 def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
-    """Determine the side of a cell iteratively; on a surface, counts grow with the square of the
-    side.
+    """Determine the side of a cell iteratively.
+
+    On a surface, counts grow with the square of the side.
     """
     n = len(local)
     size = np.sort(high)[::-1]

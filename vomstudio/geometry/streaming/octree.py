@@ -260,8 +260,12 @@ class NodeStore(CloudNodes):
         return np.asarray(self._order[index], np.int64)
 
     def points_of(self, ids: IntArray) -> FloatArray:
-        """Return coordinates (k, 3) float64 as in the file; missing nodes are read. Raises
-        InputError.
+        """Return coordinates (k, 3) float64 as in the file; missing nodes are read.
+
+        Raises
+        ------
+        InputError
+            If a node cannot be read.
         """
         ids = np.asarray(ids, np.int64)
         points = np.empty((len(ids), 3))
@@ -295,8 +299,9 @@ class NodeStore(CloudNodes):
 
 
 def parent_rows(keys: IntegerArray) -> IntArray:
-    """Return the rows (n,) of the parents of nodes with keys (level, x, y, z) (n, 4), -1 for
-    none.
+    """Return the rows (n,) of the parents of nodes, -1 for none.
+
+    The keys (n, 4) are (level, x, y, z).
     """
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
     parent_keys = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
@@ -305,8 +310,9 @@ def parent_rows(keys: IntegerArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class StreamedCloud(PointCloud):
-    """First levels of a large cloud, which represent all of it as a sample, and the store of its
-    nodes.
+    """First levels of a large cloud, which represent all of it as a sample.
+
+    The store contains all its nodes.
     """
 
     store: NodeStore = field(kw_only=True)

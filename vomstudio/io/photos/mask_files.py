@@ -31,6 +31,8 @@ def is_mask(path: Path, root: Path) -> bool:
 
 
 class MaskFinder:
+    """Search for the masks of photos by their file names."""
+
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._masks_by_name = {self._key(path): path for path in masks}
         self._stems: dict[Path, Counter[str]] = {}

@@ -172,7 +172,7 @@ def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]
 
 
 def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
-    """Number of distinct mutual nearest neighbours."""
+    """Count the distinct mutual nearest neighbours."""
     if len(a) < 2 or len(b) < 2:
         return 0
     cosine = a @ b.T

@@ -102,7 +102,13 @@ class Checkpoints:
     """All stages below one folder."""
 
     def __init__(self, root: Path) -> None:
-        """Raises TargetError if the folder cannot be created."""
+        """Create the folder if needed.
+
+        Raises
+        ------
+        TargetError
+            If the folder cannot be created.
+        """
         self.root = root
         try:
             root.mkdir(parents=True, exist_ok=True)

@@ -221,7 +221,7 @@ class PlacedPhotos:
         return cls(tuple(parts))
 
     def part_of(self, photo: str) -> int | None:
-        """Number of the component that a photo is in; None without a pose."""
+        """Return the number of the component that contains a photo; None without a pose."""
         for number, views in enumerate(self._views):
             if photo in views:
                 return number

@@ -123,7 +123,10 @@ def blend(
     texel: float,
     progress: Progress,
 ) -> Blend:
-    """Compute the contribution of each photo. texel : edge in the unit of the vertices"""
+    """Compute the contribution of each photo.
+
+    `texel` is its edge in the unit of the vertices.
+    """
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
     count, m, n = len(visible), len(faces), len(vertices)

@@ -68,7 +68,14 @@ class TileTask:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """Result of a tile. rgb (h, w, 3); filled (h, w) : charts with their gutters"""
+    """Result of a tile.
+
+    Attributes
+    ----------
+    rgb : (h, w, 3) ndarray
+    filled : (h, w) ndarray
+        Pixels of charts with their gutters.
+    """
 
     rgb: ByteArray
     filled: BoolArray

@@ -58,6 +58,8 @@ class FieldRow:
 
 @dataclass(frozen=True)
 class BadRow:
+    """Skipped row of a table, and the reason."""
+
     line: int
     reason: Finding
 

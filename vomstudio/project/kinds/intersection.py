@@ -54,6 +54,8 @@ from vomstudio.project.registration_errors import model_of, turns_of
 
 @dataclass(frozen=True)
 class Intersection(Typed):
+    """Intersection line of the (mean) planes of two groups."""
+
     id: str
     name: str
     type_id: str

@@ -176,7 +176,10 @@ def _linearise(
     scale: bool,
     previous: Refinement | None = None,
 ) -> Refinement:
-    """Linearise the fit at a similarity. like : keep its middle, size and sigma"""
+    """Linearise the fit at a similarity.
+
+    With `previous`, its centre, size and sigma are used.
+    """
     matches = reference.match(model, fit)
     if len(matches.miss) < _MIN_PLACES:
         raise GeometryError(Finding("reference.few-places", places=len(matches.miss)))

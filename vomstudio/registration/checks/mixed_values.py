@@ -31,7 +31,10 @@ _MAX_TRIPLES = 150
 
 
 class MixedValues(NamedTuple):
-    """Rows that are read in another way. offset_m : added to their heights, None for other kinds"""
+    """Rows that are read in another way.
+
+    `offset_m` is added to their heights; None for other kinds.
+    """
 
     kind: str
     which: BoolArray

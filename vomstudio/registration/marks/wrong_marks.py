@@ -124,7 +124,7 @@ def find_misplaced(
 
 
 def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
-    """place : (3,) where the other marks of the point meet, NaN if it is not known"""
+    """Return the wrong mark; `place` (3,) is where the other marks meet, NaN if unknown."""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
     pixels = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)

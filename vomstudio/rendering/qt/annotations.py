@@ -96,6 +96,8 @@ class _Ready:
 
 
 class Annotations:
+    """Labels, symbols and strokes that Qt paints over the view."""
+
     def __init__(self) -> None:
         self.labels = painting.LabelCache()
         self.label_boxes: list[tuple[str, QRectF]] = []

@@ -203,7 +203,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
 
 
 def _check_scans(file: BinaryIO, start: int) -> None:
-    """Raise HeaderError if a JPEG has too many scans. start : offset of the first scan"""
+    """Raise HeaderError if a JPEG has too many scans after offset `start`."""
     at, scans = start, 1
     for _ in range(_MAX_PARTS):
         place, marker = _next_segment(file, at)

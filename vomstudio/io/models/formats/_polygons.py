@@ -25,7 +25,10 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 @part
 def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
-    """The corners of the polygon whose fan begins with triangle t0; whether all are sound."""
+    """Load the corners of the polygon whose fan begins with triangle t0.
+
+    Returns whether all are valid.
+    """
     ring[0] = corners[t0, 0]
     ring[1] = corners[t0, 1]
     for k in range(n - 2):
