@@ -122,12 +122,19 @@ def to_orientation_table(
 
     Parameters
     ----------
+    table : DataFrame, path or pair of array_like
+    azimuth : {"dipdir", "strike"}, optional
+        Meaning of the azimuths if the table does not state it.
     depth : int
         Stack depth of this call below the user's line.
     name : str
         Name of the argument.
     repeats : bool
         Whether rows that repeat a pick are included.
+
+    Returns
+    -------
+    OrientationTable
 
     Raises
     ------

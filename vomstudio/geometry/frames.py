@@ -112,7 +112,17 @@ class Frame:
 
 @lru_cache(maxsize=64)
 def crs_label(crs: str) -> str:
-    """Return the code of a CRS, or the name in its WKT."""
+    """Return the code of a CRS, or the name in its WKT.
+
+    Parameters
+    ----------
+    crs : str
+        "EPSG:n" or WKT.
+
+    Returns
+    -------
+    str
+    """
     match = re.match(r'\w+\["([^"]+)"', crs)
     return match[1] if match else crs
 

@@ -26,6 +26,16 @@ def transform_model(
     """Transform the model by a 4 x 4 similarity, in float64.
 
     Returns the model itself if the similarity changes nothing.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    rows : (4, 4) array_like
+        Similarity.
+
+    Returns
+    -------
+    Mesh or PointCloud
     """
     if np.array_equal(transform.matrix(rows), np.eye(4)):
         return data

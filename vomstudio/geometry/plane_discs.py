@@ -16,14 +16,30 @@ NOTHING_KNOWN_DEG = 45.0
 
 
 def known_well_enough(fit: PlaneFit) -> bool:
-    """Whether a disc says something: one that may as well stand across does not."""
+    """Return whether the attitude of a fit is known well enough to draw it as a disc.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+
+    Returns
+    -------
+    bool
+    """
     return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
 def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
-    """Return the ring (c, 3) of a disc as wide as the points of a fit.
+    """Return the ring of a disc as wide as the points of a fit.
 
-    None without a plane, without an extent, or if the attitude is practically unknown.
+    Parameters
+    ----------
+    fit : PlaneFit or None
+
+    Returns
+    -------
+    (c, 3) ndarray or None
+        None without a plane, without an extent, or if the attitude is practically unknown.
     """
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None
@@ -33,9 +49,21 @@ def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
 def disc(
     centre: npt.ArrayLike, normal: npt.ArrayLike, radius: float, corners: int = 48
 ) -> FloatArray:
-    """Return the ring (corners, 3) of a disc, in the frame of `centre` and `normal`.
+    """Return the ring of a disc.
 
-    `normal` is a unit vector; the ring runs anticlockwise as seen from its tip.
+    Parameters
+    ----------
+    centre : (3,) array_like
+    normal : (3,) array_like
+        Unit vector; the ring runs anticlockwise as seen from its tip.
+    radius : float
+    corners : int, optional
+        Number of vertices.
+
+    Returns
+    -------
+    (corners, 3) ndarray
+        In the frame of `centre`.
     """
     n = np.asarray(normal, dtype=np.float64)
     # Any direction that is not nearly the normal gives a stable pair of axes.

@@ -17,9 +17,18 @@ SIGNIFICANCE = 0.05
 
 
 def joint_quantile(dof: FloatArray) -> FloatArray:
-    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution with 2 and `dof` degrees.
+    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution.
 
-    It has the closed form P(F > f) = (1 + 2 f / dof)^(-dof / 2).
+    Its degrees of freedom are 2 and `dof`, for which it has the closed form P(F > f) = (1 + 2 f /
+    dof)^(-dof / 2).
+
+    Parameters
+    ----------
+    dof : (m,) ndarray
+
+    Returns
+    -------
+    (m,) ndarray
     """
     with np.errstate(over="ignore"):
         return np.asarray(np.expm1(-2.0 / dof * np.log(SIGNIFICANCE)))
@@ -62,13 +71,25 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
 def confidence_axes_rad(
     values: FloatArray, q1: FloatArray, q2: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
+    """Compute the semi-axes of the joint 95 % region of the normal.
 
     A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates:
     the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise,
     either normal to the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses
     the principal directions at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line);
     above 1 no tilt can be rejected, and t is 90 degrees.
+
+    Parameters
+    ----------
+    values : (m, 3) ndarray
+        Eigenvalues of the covariance, descending.
+    q1, q2 : (m,) ndarray
+        Quantiles q along both principal directions.
+
+    Returns
+    -------
+    largest, smallest : (m,) ndarray
+        Radians.
     """
     axes = []
     l3 = values[:, 2]
@@ -112,11 +133,22 @@ def regression_axes_rad(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Compute the axes and semi-axes of the confidence region of a regression.
 
-    Axes e1 and e2 (m, 3); the largest and smallest semi-axis, radians.
+    The ellipse of both slopes, exact for white noise along the coordinate, is projected to the
+    tangent plane to first order.
 
-    `leverage` (m, 3, 3) is the covariance of the normal's end per unit of q. The ellipse of both
-    slopes, exact for white noise along the coordinate, is projected to the tangent plane to first
-    order.
+    Parameters
+    ----------
+    leverage : (m, 3, 3) ndarray
+        Covariance of the normal's end per unit of q.
+    normal : (m, 3) ndarray
+    q : (m,) ndarray
+
+    Returns
+    -------
+    e1, e2 : (m, 3) ndarray
+        Directions of the smallest and of the largest semi-axis.
+    largest, smallest : (m,) ndarray
+        Radians.
     """
     values, vectors = np.linalg.eigh(leverage)
     # The normal itself is the direction of no variance.
@@ -144,6 +176,22 @@ def split_rad(
     both azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
     across the dip this is a / sin(dip), or t / tan(dip) with the tilt t = a / cos(dip) of the
     strike line. If the ellipse contains the vertical, every dip direction is possible: NaN.
+
+    Parameters
+    ----------
+    e1, e2 : (m, 3) ndarray
+        Directions of the smallest and of the largest semi-axis.
+    dip_direction_deg, dip_deg : (m,) ndarray
+    flat : (m,) ndarray of bool
+        True for planes without a dip direction.
+    largest, smallest : (m,) ndarray
+        Semi-axes, radians.
+
+    Returns
+    -------
+    dip : (m,) ndarray
+    dip_direction : (m,) ndarray
+    rake : (m,) ndarray
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
     t1 = np.minimum(np.tan(smallest), 1e8)

@@ -34,7 +34,18 @@ CURVE_RESOLUTIONS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
 def resolution_tilt_deg(resolution: float, width: float) -> float:
-    """Return the tilt of half the resolution over the shorter axis of a feature, degrees."""
+    """Return the tilt of half the resolution over the shorter axis of a feature.
+
+    Parameters
+    ----------
+    resolution, width : float
+        In the same unit.
+
+    Returns
+    -------
+    float
+        Degrees.
+    """
     return math.degrees(math.atan2(0.5 * resolution, width))
 
 

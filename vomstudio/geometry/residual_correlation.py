@@ -170,7 +170,25 @@ def inflate(
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compute quantiles with correlation, see `plane_errors.quantiles`.
 
-    `white` (m,) is the result for independent points.
+    Parameters
+    ----------
+    u, v, r : (n,) ndarray
+        Coordinates in each plane, and residuals.
+    starts, counts : (m,) ndarray of int
+        First point and number of points of each group.
+    dof : (m,) ndarray
+        Degrees of freedom.
+    white : (m,) ndarray
+        Quantile for independent points.
+
+    Returns
+    -------
+    q1, q2 : (m,) ndarray
+        Quantiles along e1 and e2.
+    effective : (m,) ndarray
+        Effective number of points.
+    long : (m,) ndarray of bool
+        Whether the roughness is as long as the trace.
     """
     q1, q2 = white.copy(), white.copy()
     effective = dof + 3.0

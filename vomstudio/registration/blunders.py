@@ -147,10 +147,14 @@ def find_blunders(
     Parameters
     ----------
     kinds : sequence of Observed
-    found : Adjustment
-        Of `kinds`.
+    fit_of_all : Adjustment
+        Adjustment of `kinds`.
     centre, size
-        As of `adjust`.
+        See `adjust`.
+
+    Returns
+    -------
+    list of Blunder
     """
     named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
     if not np.isfinite(fit_of_all.rows.sigma).any():
@@ -310,7 +314,15 @@ def _remaining(
 def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
     """Return a kind of observation reduced to a subset.
 
-    keep : (n,) which of its single observations
+    Parameters
+    ----------
+    kind : Observed
+    keep : (n,) sequence of bool
+        True for the single observations to keep.
+
+    Returns
+    -------
+    Observed
     """
     rows = np.flatnonzero(keep)
     n = len(kind.labels)

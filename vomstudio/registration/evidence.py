@@ -536,7 +536,17 @@ def _bowing_by_tilts(
 
 
 def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
-    """Return the difference of each photo attitude to that of the placed model."""
+    """Return the difference of each photo attitude to that of the placed model.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    placed : Placed
+
+    Returns
+    -------
+    list of AttitudeMiss
+    """
     table = evidence.attitudes
     if table is None:
         return []

@@ -35,7 +35,16 @@ def widen_by_likelihood(
 
     The result is unchanged if a direction is undetermined, or if observations share an error.
 
-    centre : (1, 3) model, as of `adjust`
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    result : Adjustment
+    centre : (1, 3) ndarray
+        See `adjust`; model frame.
+
+    Returns
+    -------
+    Adjustment
     """
     if result.free.shape[1] or result.rows.shared.shape[1]:
         return result

@@ -413,7 +413,16 @@ _KIND_NAMES: tuple[tuple[type, str], ...] = (
 
 
 def kind_name(kind: Observed) -> str:
-    """Return the name of a kind of observations in the record of a registration."""
+    """Return the name of a kind of observations in the record of a registration.
+
+    Parameters
+    ----------
+    kind : Observed
+
+    Returns
+    -------
+    str
+    """
     if isinstance(kind, Points):
         return kind.name
     return next((name for cls, name in _KIND_NAMES if isinstance(kind, cls)), "reference")

@@ -186,7 +186,14 @@ def _information(moves: FloatArray, rho: float) -> FloatArray:
 def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
     """Return a finding about each table of positions whose errors are correlated.
 
-    drift : correlation of neighbours by group, "points" or "cameras"
+    Parameters
+    ----------
+    drift : mapping
+        Correlation of neighbours by group, "points" or "cameras".
+
+    Returns
+    -------
+    list of Finding
     """
     codes = {"points": "control.drift", "cameras": "cameras.drift"}
     return [Finding(codes[group], correlation=rho) for group, rho in drift.items() if rho > 0.0]
@@ -195,7 +202,14 @@ def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
 def scale_findings(scale_error: float) -> list[Finding]:
     """Return a finding if a registration leaves lengths uncertain.
 
-    scale_error : relative, one sigma
+    Parameters
+    ----------
+    scale_error : float
+        Relative, one sigma.
+
+    Returns
+    -------
+    list of Finding
     """
     if not scale_error > _MAX_SCALE_ERROR:
         return []
@@ -224,7 +238,19 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
 
 
 def min_variance(pooled: float, free: FloatArray) -> FloatArray:
-    """Return the lower limit (k,) of variances estimated with few degrees of freedom."""
+    """Return the lower limits of variances estimated with few degrees of freedom.
+
+    Parameters
+    ----------
+    pooled : float
+        Variance of all groups together.
+    free : (k,) ndarray
+        Degrees of freedom of each.
+
+    Returns
+    -------
+    (k,) ndarray
+    """
     return np.asarray(_MIN_VARIANCE_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
 
 

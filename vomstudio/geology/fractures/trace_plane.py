@@ -177,8 +177,17 @@ class TracePlane:
 
         Parameters
         ----------
-        heights : (float, float)
+        shapes : (n,) ndarray of object
+            Shapely geometries.
+        option : {"area", "scanline"}
+            Option that the shapes belong to.
+        heights : tuple of float
             Lowest and highest Z of the traces.
+
+        Returns
+        -------
+        (n,) ndarray of object
+            Geometries on the plane.
 
         Raises
         ------

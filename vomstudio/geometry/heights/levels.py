@@ -88,19 +88,45 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
 
 
 def level_findings(gap_m: float | None) -> list[Finding]:
-    """Report levels that make a plane doubtful; no finding for None."""
+    """Report levels that make a plane doubtful; no finding for None.
+
+    Parameters
+    ----------
+    gap_m : float or None
+        Gap between the levels, m; None if there are none.
+
+    Returns
+    -------
+    list of Finding
+    """
     return [] if gap_m is None else [Finding("plane.levels", gap_m=gap_m)]
 
 
 def bend_findings(is_bent: bool) -> list[Finding]:
-    """Report a curved face that makes the plane of a piece doubtful."""
+    """Report a curved face that makes the plane of a piece doubtful.
+
+    Parameters
+    ----------
+    is_bent : bool
+
+    Returns
+    -------
+    list of Finding
+    """
     return [Finding("plane.bowed")] if is_bent else []
 
 
 def grid_steps(points: FloatArray) -> FloatArray:
-    """Return the grid (3,) to which a file's coordinates were rounded.
+    """Return the grid to which a file's coordinates were rounded.
 
-    0 if they were not rounded.
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    (3,) ndarray
+        Steps of x, y and z; 0 if they were not rounded.
     """
     steps = np.zeros(3)
     for axis in range(3):

@@ -59,9 +59,16 @@ def entry(
 ) -> Callable[..., Any] | None:
     """Return the kernel as machine code, compiled if it is not in the cache.
 
-    None if numba must compile it.
+    Parameters
+    ----------
+    source : Source
+    compile_by_numba : callable
+        Returns the kernel that reports errors inside the code.
 
-    `compile_by_numba` makes the kernel that reports errors inside the code.
+    Returns
+    -------
+    callable or None
+        None if numba must compile the kernel.
     """
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
@@ -189,6 +196,14 @@ def numba_cache_folder(source: Source) -> Path | None:
 
     numba recognises a changed kernel by the time and size of its file and misses changes of the
     parts that it calls from other files. So the folder's name contains the hash of all of them.
+
+    Parameters
+    ----------
+    source : Source
+
+    Returns
+    -------
+    Path or None
     """
     try:
         name = _file_name(source).removesuffix(".code")
@@ -208,7 +223,17 @@ def numba_cache_folder(source: Source) -> Path | None:
 
 
 def load_code(name: str) -> bytes | None:
-    """Return the code stored under a name; None if there is none or it is damaged."""
+    """Return the code stored under a name; None if there is none or it is damaged.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file in the cache.
+
+    Returns
+    -------
+    bytes or None
+    """
     for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
             whole = read_whole(folder / name)
@@ -223,7 +248,14 @@ def _sealed(code: bytes) -> bytes:
 
 
 def store_code(name: str, code: bytes) -> None:
-    """In the first folder that can be written; in none if it must be."""
+    """Store code in the first cache folder that can be written, if any.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file in the cache.
+    code : bytes
+    """
     for folder in cache_folders():
         draft = folder / f"{name}.{os.getpid()}.part"
         try:

@@ -231,9 +231,23 @@ class PointGrid:
 def run_in_blocks(
     work: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
 ) -> None:
-    """Run work on k rows in blocks of `size` rows and in threads; it must release the GIL.
+    """Run work on rows in blocks and in threads.
 
-    The steps of `progress` are rows. Raises Cancelled through `progress`.
+    Parameters
+    ----------
+    work : callable
+        Called with the slice of each block; must release the GIL.
+    k : int
+        Number of rows.
+    progress : Progress
+        Its steps are rows.
+    size : int, optional
+        Number of rows per block.
+
+    Raises
+    ------
+    Cancelled
+        If the user cancels through `progress`.
     """
     blocks = [slice(start, min(start + size, k)) for start in range(0, k, size)]
     results = map_parallel(work, blocks, min(_MAX_THREADS, PROCESSORS))

@@ -62,11 +62,17 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
 
 
 def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
-    """Return the triangles (k, 3, 3) of the part of a surface inside an outline.
+    """Return the part of a surface inside an outline, cut at the outline.
 
-    They are cut at the outline.
+    Parameters
+    ----------
+    corners, ring : array_like
+        See `area_inside`.
 
-    The arguments are those of `area_inside`.
+    Returns
+    -------
+    (k, 3, 3) ndarray or None
+        Triangles; None as in `area_inside`.
     """
     enclosed = _find_enclosed(corners, ring)
     if enclosed is None:

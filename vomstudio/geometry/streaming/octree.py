@@ -299,9 +299,17 @@ class NodeStore(CloudNodes):
 
 
 def parent_rows(keys: IntegerArray) -> IntArray:
-    """Return the rows (n,) of the parents of nodes, -1 for none.
+    """Return the rows of the parents of nodes.
 
-    The keys (n, 4) are (level, x, y, z).
+    Parameters
+    ----------
+    keys : (n, 4) ndarray of int
+        Level, x, y and z of each node.
+
+    Returns
+    -------
+    (n,) ndarray of int
+        -1 for none.
     """
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
     parent_keys = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
@@ -336,7 +344,18 @@ class StreamedCloud(PointCloud):
 
 
 def split_cloud(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
-    """Split a cloud into runs of points, which share its memory."""
+    """Split a cloud into runs of points, which share its memory.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    counts : iterable of int
+        Number of points of each run.
+
+    Returns
+    -------
+    list of PointCloud
+    """
     clouds, start = [], 0
     for count in counts:
         clouds.append(cloud.of_rows(slice(start, start + count)))

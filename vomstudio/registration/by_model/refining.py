@@ -223,10 +223,17 @@ def _linearise(
 
 
 def determined_directions(information: FloatArray, noise: FloatArray) -> FloatArray:
-    """Return the determined directions (7, d), scaled to unit information.
+    """Return the determined directions, scaled to unit information.
 
-    The others have no more information (7, 7) than rounding, or mostly such as noise (7, 7)
-    contributes.
+    The others have no more information than rounding, or mostly such as the noise contributes.
+
+    Parameters
+    ----------
+    information, noise : (7, 7) ndarray
+
+    Returns
+    -------
+    (7, d) ndarray
     """
     values, axes = np.linalg.eigh(information)
     has_information = values > _MIN_INFORMATION * max(values[-1], 1e-300)

@@ -133,7 +133,18 @@ def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
 
 
 def meet(marks: Marks, limit_px: float) -> bool:
-    """Return whether the rays of the marks meet within a limit of each mark."""
+    """Return whether the rays of marks meet near each mark.
+
+    Parameters
+    ----------
+    marks : Marks
+    limit_px : float
+        Maximum distance from a mark.
+
+    Returns
+    -------
+    bool
+    """
     place = triangulate(*marks)
     return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
 
