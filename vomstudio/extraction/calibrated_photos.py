@@ -184,7 +184,18 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
 
 
 def scale_view(view: View, file: Path | None) -> View:
-    """Return the view scaled to its photo's file, which may be a reduced copy."""
+    """Return the view scaled to its photo's file.
+
+    Parameters
+    ----------
+    view : View
+    file : Path or None
+        File of the photo, which may be a reduced copy.
+
+    Returns
+    -------
+    View
+    """
     from vomstudio.io.photos.pixels import open_photo
 
     if file is None:

@@ -87,7 +87,16 @@ class CellPlanes:
 
 
 def approximate_median(values: FloatArray) -> float:
-    """Return the median, for many values that of a regular sample."""
+    """Return the median, for many values that of a regular sample.
+
+    Parameters
+    ----------
+    values : (n,) ndarray
+
+    Returns
+    -------
+    float
+    """
     return float(np.median(values[:: max(1, len(values) // _MAX_MEDIAN_SAMPLE)]))
 
 

@@ -82,14 +82,41 @@ class FollowedTrace(PrintableResult):
 def find_way_point_off_model(
     surface: SurfaceGraph, way_points: FloatArray, resolution: float
 ) -> int | None:
-    """Return the row of the first way-point that is not on the model, or None."""
+    """Return the row of the first way-point that is not on the model, or None.
+
+    Parameters
+    ----------
+    surface : SurfaceGraph
+    way_points : (n, 3) ndarray
+        World.
+    resolution : float
+        Effective resolution of the model, m.
+
+    Returns
+    -------
+    int or None
+    """
     limit = MAX_SNAP_RESOLUTIONS * resolution
     rows = np.flatnonzero(~(surface.snap_distances(way_points) <= limit))
     return int(rows[0]) if len(rows) and np.isfinite(resolution) else None
 
 
 def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Finding:
-    """Report a way-point, counted from 1, that is not on the model."""
+    """Report a way-point that is not on the model.
+
+    Parameters
+    ----------
+    number : int
+        Number of the way-point, counted from 1.
+    distance_m : float
+        Distance from the model.
+    resolution_m : float
+        Effective resolution of the model.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding(
         "path.off-model",
         number=number,
@@ -184,7 +211,16 @@ def followed_trace(
 
 
 def index_vertices(surface: SurfaceGraph) -> VertexSurface:
-    """Index the vertices of a surface for queries around the points of a path."""
+    """Index the vertices of a surface for queries around the points of a path.
+
+    Parameters
+    ----------
+    surface : SurfaceGraph
+
+    Returns
+    -------
+    VertexSurface
+    """
     data = surface.data
     undivided = None
     if isinstance(data, Mesh) and data.undivided is not data:

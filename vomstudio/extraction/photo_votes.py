@@ -89,9 +89,17 @@ class Voter:
 
 
 def blurred_grey(picture: ByteArray) -> Float32Array:
-    """Convert a picture (h, w, 3) to lightness (h, w), slightly blurred.
+    """Convert a picture to lightness, slightly blurred.
 
     Pixels of two photos never match exactly.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) ndarray of uint8
+
+    Returns
+    -------
+    (h, w) ndarray of float32
     """
     import cv2
 
@@ -100,7 +108,17 @@ def blurred_grey(picture: ByteArray) -> Float32Array:
 
 
 def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
-    """Interpolate values (h, w) at pixels (n, 2), linearly between pixel centres."""
+    """Interpolate values linearly between pixel centres.
+
+    Parameters
+    ----------
+    values : (h, w) ndarray
+    pixels : (n, 2) ndarray
+
+    Returns
+    -------
+    (n,) ndarray
+    """
     height, width = values.shape
     x, y = np.clip(pixels - 0.5, 0.0, [width - 1.0, height - 1.0]).T
     x0, y0 = np.minimum(x.astype(np.int64), width - 2), np.minimum(y.astype(np.int64), height - 2)

@@ -65,7 +65,18 @@ class OneAxisFigures:
 
 
 def describe_domain(domain: DomainFigures, decimals: int) -> str:
-    """Describe a domain in one line: its count and its axis, or the reason for not having one."""
+    """Describe a domain in one line: its count and its axis, or the reason for not having one.
+
+    Parameters
+    ----------
+    domain : DomainFigures
+    decimals : int
+        Number of decimals of angles.
+
+    Returns
+    -------
+    str
+    """
     if domain.axis is None:
         return tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
     if domain.axis.verdict == "homoclinal":
@@ -81,7 +92,18 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
 
 
 def apply_domain_verdict(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
-    """Return the axis of all planes with the verdict that its domains allow."""
+    """Return the axis of all planes with the verdict that its domains allow.
+
+    Parameters
+    ----------
+    axis : FoldAxis
+        Axis of all planes.
+    one_axis : OneAxisFigures
+
+    Returns
+    -------
+    FoldAxis
+    """
     if one_axis.serves_all:
         return replace(axis, reasons=(*axis.reasons, *one_axis.reasons))
     reasons = (*one_axis.reasons, *axis.reasons)

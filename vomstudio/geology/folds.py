@@ -428,7 +428,16 @@ def build_axis(
 
 
 def plane_figures(plane: Plane) -> PlaneFigures:
-    """Return the angles of a plane as plain numbers."""
+    """Return the angles of a plane as plain numbers.
+
+    Parameters
+    ----------
+    plane : Plane
+
+    Returns
+    -------
+    PlaneFigures
+    """
     return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 
 

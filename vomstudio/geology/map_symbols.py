@@ -89,9 +89,17 @@ def _head(tip: FloatArray, ahead: FloatArray, sideways: FloatArray) -> FloatArra
 
 
 def symbol_size(places: npt.ArrayLike) -> float:
-    """Return a length at which the symbols of places (n, 3) do not overlap.
+    """Return a length at which the symbols of places do not overlap.
 
     It is a fortieth of their extent on the map, at least of a metre.
+
+    Parameters
+    ----------
+    places : (n, 3) array_like
+
+    Returns
+    -------
+    float
     """
     points = np.asarray(places, np.float64).reshape(-1, 3)
     if not len(points):

@@ -177,7 +177,7 @@ def _excess(count: GenericArray, sums: GenericArray) -> float:
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
     """Return the variance that would tilt the plane to the median attitude of its cells.
 
-    There are side x side cells. 0 if these do not differ significantly from the plane.
+    There are side x side cells.
 
     0 if these do not differ significantly from the plane.
     """

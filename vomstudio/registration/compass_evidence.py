@@ -71,7 +71,7 @@ def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Fin
 
 
 def compass_alone(kinds: Sequence[Observed]) -> bool:
-    """Return whether north is determined by azimuths and compass readings, and by nothing else.
+    """Return whether only azimuths and compass readings determine north.
 
     Parameters
     ----------

@@ -155,7 +155,19 @@ def simulate_strengths(
 
 
 def line_p_value(strength: float, strongest: FloatArray) -> float:
-    """Return the p-value of a line: the probability of one as strong in noise, 1 / 50 to 1."""
+    """Return the p-value of a line: the probability of one as strong in noise.
+
+    Parameters
+    ----------
+    strength : float
+    strongest : (k,) ndarray
+        Sorted strengths of the strongest lines in noise.
+
+    Returns
+    -------
+    float
+        From 1 / (k + 1) to 1.
+    """
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
 

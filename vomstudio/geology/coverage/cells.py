@@ -187,7 +187,18 @@ def measure_faces(
 
 
 def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> ExposedArea:
-    """Measure the area of a cloud (n, 3), whose points cover squares as wide as the spacing."""
+    """Measure the area of a cloud, whose points cover squares as wide as the spacing.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    points : (n, 3) ndarray
+    spacing : float
+
+    Returns
+    -------
+    ExposedArea
+    """
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2

@@ -166,9 +166,22 @@ class Shape:
 def describe_shape(
     poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> Shape:
-    """Describe the shape of unit poles (n, 3) with the eigenvalues and axes of their tensor.
+    """Describe the shape of poles with the eigenvalues and axes of their tensor.
 
-    `overturned` (n,) is None if unknown.
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+        Unit vectors.
+    values : (3,) ndarray
+        Eigenvalues.
+    axes : (3, 3) ndarray
+        Eigenvectors.
+    overturned : (n,) ndarray of bool, optional
+        None if unknown.
+
+    Returns
+    -------
+    Shape
     """
     off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
@@ -230,6 +243,16 @@ def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     side; but a scatter about a great circle also fits two small circles beside it, if each pole may
     choose its end. The second fit is therefore judged as a mixture of both ends, and is used only
     if its likelihood is clearly higher.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    axes : (3, 3) ndarray
+        Eigenvectors of the orientation tensor.
+
+    Returns
+    -------
+    Cone or None
     """
     n = len(poles)
     if n < 4:

@@ -202,13 +202,36 @@ def _power_law(minimum: float) -> LengthLaw:
 
 
 def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
-    """Return the four laws; the power law begins at the shortest complete length of (n,)."""
+    """Return the four laws; the power law begins at the shortest complete length.
+
+    Parameters
+    ----------
+    lengths : (n,) ndarray
+        Metres.
+    cut : (n,) ndarray of int
+        Number of censored ends, 0 to 2.
+
+    Returns
+    -------
+    list of LengthLaw
+    """
     complete = lengths[cut == 0]
     return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete.min()))]
 
 
 def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
-    """Return the law of a fit with the logarithms of its parameters."""
+    """Return the law of a fit with the logarithms of its parameters.
+
+    Parameters
+    ----------
+    fit : LengthFit
+
+    Returns
+    -------
+    law : LengthLaw
+    logarithms : ndarray
+        Of the parameters.
+    """
     minimum = fit.parameters.get("minimum_m")
     laws = [_exponential(), _lognormal(), _weibull()]
     laws += [] if minimum is None else [_power_law(minimum.value)]
@@ -251,9 +274,23 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
 def fit_law(
     law: LengthLaw, lengths: FloatArray, cut: IntArray, window: Window | None = None
 ) -> LengthFit | None:
-    """Fit one law; None if its likelihood has no maximum.
+    """Fit one law to lengths.
 
-    An example is a power law in a window with an infinite mean length.
+    Parameters
+    ----------
+    law : LengthLaw
+    lengths : (n,) ndarray
+        Metres.
+    cut : (n,) ndarray of int
+        Number of censored ends, 0 to 2.
+    window : Window, optional
+        Area in which the traces were mapped.
+
+    Returns
+    -------
+    LengthFit or None
+        None if the likelihood has no maximum, as for a power law in a window with an infinite mean
+        length.
     """
     from scipy.optimize import minimize
 

@@ -33,13 +33,35 @@ LINE_TYPES = (1, 2, 5)
 
 
 def map_azimuths_deg(directions: FloatArray) -> FloatArray:
-    """Return the angles (n,) of lines (n, 2) in [0, 180), clockwise from y."""
+    """Return the azimuths of lines on a map.
+
+    Parameters
+    ----------
+    directions : (n, 2) ndarray
+
+    Returns
+    -------
+    (n,) ndarray
+        In [0, 180), clockwise from y.
+    """
     x, y = directions.T
     return np.asarray(np.degrees(np.arctan2(x, y)) % 180.0)
 
 
 def trace_azimuths_deg(directions: FloatArray, plane: TracePlane | None) -> FloatArray:
-    """Return the angles (n,) of traces (n, 2) in [0, 180), on a plane or on the map."""
+    """Return the angles of traces on a plane or on the map.
+
+    Parameters
+    ----------
+    directions : (n, 2) ndarray
+    plane : TracePlane or None
+        None for the map.
+
+    Returns
+    -------
+    (n,) ndarray
+        In [0, 180).
+    """
     return map_azimuths_deg(directions) if plane is None else plane.azimuths_deg(directions)
 
 

@@ -199,7 +199,20 @@ def fit_exponent(
 def fit_directional_exponents(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> list[DirectionExponent]:
-    """Fit the Hurst exponent of each direction that allows one."""
+    """Fit the Hurst exponent of each direction that allows one.
+
+    Parameters
+    ----------
+    variations : Variations
+    noise : float
+        Standard deviation of the noise, m.
+    missing_variance : float, optional
+        Variance that the model does not contain, m2.
+
+    Returns
+    -------
+    list of DirectionExponent
+    """
     exponents = []
     for i, angle in enumerate(variations.angles_deg.tolist()):
         exponent = _fit_exponent(variations, noise, np.array([i]), NOISE_FACTOR * missing_variance)
@@ -246,7 +259,19 @@ def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestD
 
 
 def resolved_range(variations: Variations, noise: float) -> tuple[float, float] | None:
-    """Return the range of distances that noise does not dominate, m."""
+    """Return the range of distances that noise does not dominate.
+
+    Parameters
+    ----------
+    variations : Variations
+    noise : float
+        Standard deviation of the noise, m.
+
+    Returns
+    -------
+    tuple of float or None
+        Metres.
+    """
     resolved = np.flatnonzero(_is_resolved(variations, noise))
     return (
         (float(variations.lags[resolved[0]]), float(variations.lags[resolved[-1]]))
@@ -258,8 +283,7 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
     """Return relative cosine and sine terms (2, k, n) of twice the direction.
 
-    The mean squares are (d, k, n). By least squares, because cells do not allow regular steps of
-    direction and length.
+    The mean squares are (d, k, n).
 
     By least squares, because cells do not allow regular steps of direction and length.
     """

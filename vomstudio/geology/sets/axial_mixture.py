@@ -170,7 +170,17 @@ def propose_clusters(
 
 
 def clusters_from_seeds(poles: FloatArray, seeds: FloatArray) -> Mixture:
-    """Fit the mixture with one cluster per seed (k, 3), in their order."""
+    """Fit the mixture with one cluster per seed, in their order.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    seeds : (k, 3) ndarray
+
+    Returns
+    -------
+    Mixture
+    """
     k = len(seeds)
     weights = np.append(np.full(k, 0.9 / k), 0.1)
     axes = np.array([_frame(seed) for seed in seeds])
@@ -333,10 +343,20 @@ def _concentration(variance: FloatArray) -> FloatArray:
 
 
 def expected_random_groups(n: int, members: FloatArray) -> float:
-    """Return the expected number of random groups as close as members (k, 3) among n poles.
+    """Return the expected number of random groups as close as the members of a set.
 
     Groups are k poles with pairwise angles up to the widest angle between the members. The share of
     uniform poles within an angle of a pole is 1 - cos(angle).
+
+    Parameters
+    ----------
+    n : int
+        Number of poles.
+    members : (k, 3) ndarray
+
+    Returns
+    -------
+    float
     """
     k = len(members)
     min_cosine = float(np.abs(members @ members.T).min())

@@ -96,8 +96,6 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
     """Parse the token from `start` to a blank or `end`; return its value, state and end.
 
     State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
-
-    State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
     """
     i = start
     negative = False
