@@ -140,21 +140,25 @@ CHECKS: dict[str, Callable[[str], Iterator[str]]] = {
 }
 
 
+def run_functions() -> Iterator[tuple[str, Function]]:
+    """Yield the path and the function of each command that runs an operation."""
+    for path, function in _functions("cli", methods=False):
+        if function.name == "run":
+            yield path.as_posix(), function
+
+
 def _functions(package: str, *, methods: bool) -> Iterator[tuple[Path, Function]]:
     for path in sorted((ROOT / "vomstudio" / package).rglob("*.py")):
         for function in public_functions(path.read_text("utf-8"), methods=methods):
             yield path.relative_to(ROOT), function
 
 
-def counts() -> dict[str, dict[str, int]]:
-    """Return the number of places of each check, by check and package."""
+def counts(check: str) -> dict[str, int]:
+    """Return the number of places of a check, by package."""
     packages = sorted(
         p.name for p in (ROOT / "vomstudio").iterdir() if (p / "__init__.py").is_file()
     )
-    return {
-        name: {package: sum(1 for _ in check(package)) for package in packages}
-        for name, check in CHECKS.items()
-    }
+    return {package: sum(1 for _ in CHECKS[check](package)) for package in packages}
 
 
 if __name__ == "__main__":
@@ -165,5 +169,5 @@ if __name__ == "__main__":
         for title, listing in CHECKS.items():
             print(title, *listing(arguments.list), sep="\n")
     else:
-        CEILINGS.write_text(json.dumps(counts(), indent=1) + "\n")
+        CEILINGS.write_text(json.dumps({name: counts(name) for name in CHECKS}, indent=1) + "\n")
         print(CEILINGS.read_text())

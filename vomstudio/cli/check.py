@@ -29,6 +29,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio check``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options, scene = options_from(args, CheckOptions), None

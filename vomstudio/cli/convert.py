@@ -37,6 +37,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio convert``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.core.findings import unique_findings
     from vomstudio.geometry.registration_frames import change_file_frame

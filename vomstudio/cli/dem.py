@@ -28,6 +28,20 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio dem``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    InputError
+        If the model is not suitable.
+    """
     import numpy as np
 
     from vomstudio.cli.common.frames_of_models import frame_options

@@ -46,7 +46,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio facets``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.facet_search import search
     from vomstudio.geology.profiles import DEFAULTS

@@ -46,6 +46,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio ortho``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests

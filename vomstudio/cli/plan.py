@@ -38,6 +38,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio plan``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.photogrammetry.survey.plan_camera import camera_of
     from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts

@@ -32,6 +32,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio reconstruct``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.studio.jobs.run_job import run_job

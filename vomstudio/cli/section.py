@@ -41,6 +41,20 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio section``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    InputError
+        If the model is not suitable.
+    """
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model

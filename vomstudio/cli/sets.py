@@ -32,6 +32,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio sets``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places

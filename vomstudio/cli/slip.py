@@ -32,6 +32,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio slip``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips

@@ -40,7 +40,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio slope``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     faces = options_from(args, SlopeFaces)
     if faces.facets is not None:
         _run_facets(args, out)

@@ -28,6 +28,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio stats``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 

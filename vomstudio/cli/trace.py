@@ -57,7 +57,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio trace``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     source = options_from(args, TraceSource)
     _check_form(args, next(name for name in FORM_OPTIONS if getattr(source, name)))
     if source.propose:

@@ -40,6 +40,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio repeats``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.coverage.table_repeats import table_repeats
     from vomstudio.project.repeated_picks import read_repeated_picks
 
