@@ -193,7 +193,7 @@ def followed_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        rest=reliable,
+        reliable_trace=reliable,
     )
     return FollowedTrace(
         points=path.points,
@@ -254,7 +254,7 @@ def fit_trace_plane(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-    rest: RemainingTrace | None = None,
+    reliable_trace: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """Fit the plane of a trace and judge it.
 
@@ -268,7 +268,7 @@ def fit_trace_plane(
         Values for the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
-    rest : Rest, optional
+    reliable_trace : RemainingTrace, optional
         The trace without its doubtful stretches.
 
     Returns
@@ -280,19 +280,23 @@ def fit_trace_plane(
     findings : tuple of Finding
         Why there is no plane, and which stretches are doubtful.
     """
-    findings = () if rest is None else tuple(rest.findings())
+    findings = () if reliable_trace is None else tuple(reliable_trace.findings())
     try:
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (cause_of(error), *findings)
     resolution, outcrop_normal = near.resolution_near(points), near.outcrop_normal(points)
-    stretch = None if rest is None else rest.error95_deg(fit, resolution, outcrop_normal)
+    stretch = (
+        None
+        if reliable_trace is None
+        else reliable_trace.error95_deg(fit, resolution, outcrop_normal)
+    )
     verdict = judge(
         fit,
         resolution_m=resolution,
         outcrop_normal=outcrop_normal,
         thresholds=thresholds,
-        surface_findings=() if rest is None else rest.findings(),
+        surface_findings=() if reliable_trace is None else reliable_trace.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(

@@ -153,9 +153,9 @@ def count_agreeing_photos(
     seen, agreeing : (n,) int arrays
     """
     n = len(pixels)
-    seen, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    visible_count, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
-        return seen, same
+        return visible_count, same
     tested = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
     step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
@@ -177,7 +177,7 @@ def count_agreeing_photos(
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(n,) normalised correlation of rows; NaN where one of them has no texture."""
+    """Return the normalised correlation (n,) of rows; NaN if one of them has no texture."""
     a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))
     flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)

@@ -521,7 +521,7 @@ def _is_bearing(raw: list[_Token], first: int) -> bool:
 def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
     """Return the two labelled angles in the order (first, second), then the other tokens."""
     values: dict[str, _Token] = {}
-    rest: list[_Token] = []
+    other_tokens: list[_Token] = []
     label: str | None = None
     for token in tokens:
         if token.kind == "label":
@@ -532,14 +532,14 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
             values[label] = token
             label = None
         else:
-            rest.append(token)
+            other_tokens.append(token)
     if label is not None:
         raise _refused("notation.no-number", text, label=label)
-    return [values[first], values[second], *rest]
+    return [values[first], values[second], *other_tokens]
 
 
 def _split_comma(tokens: list[_Token]) -> list[_Token]:
-    """One number 132,41 where two are needed: then the comma parts them."""
+    """Split one number such as 132,41 at its comma if two are needed."""
     comma = tokens[0].comma
     if comma is None:
         return tokens

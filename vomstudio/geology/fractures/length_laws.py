@@ -88,7 +88,7 @@ class LengthLaw:
     log_h: Callable[[FloatArray, FloatArray], FloatArray]
     log_mean: Callable[[FloatArray], float]
     free: int
-    given: Mapping[str, float]
+    constants: Mapping[str, float]
 
 
 def _exponential() -> LengthLaw:
@@ -104,7 +104,7 @@ def _exponential() -> LengthLaw:
         log_h=lambda x, u: log_s(x, u) + u[0],
         log_mean=lambda u: float(u[0]),
         free=1,
-        given={},
+        constants={},
     )
 
 
@@ -131,7 +131,7 @@ def _lognormal() -> LengthLaw:
         log_h=log_h,
         log_mean=lambda u: float(u[0] + 0.5 * math.exp(2 * u[1])),
         free=2,
-        given={},
+        constants={},
     )
 
 
@@ -162,7 +162,7 @@ def _weibull() -> LengthLaw:
         log_h=log_h,
         log_mean=lambda u: float(u[0] + gammaln(1 + math.exp(-u[1]))),
         free=2,
-        given={},
+        constants={},
     )
 
 
@@ -197,7 +197,7 @@ def _power_law(minimum: float) -> LengthLaw:
         log_h=log_h,
         log_mean=log_mean,
         free=2,
-        given={"minimum_m": minimum},
+        constants={"minimum_m": minimum},
     )
 
 
@@ -331,7 +331,7 @@ def fit_law(
         name: _interval(float(best.x[i]), math.sqrt(covariance[i, i]))
         for i, name in enumerate(law.parameters)
     }
-    parameters.update({name: Parameter(v, None, None) for name, v in law.given.items()})
+    parameters.update({name: Parameter(v, None, None) for name, v in law.constants.items()})
     mean = None
     if (log_mean := law.log_mean(best.x)) < -MIN_LOG:
         slope = _gradient(law.log_mean, best.x)

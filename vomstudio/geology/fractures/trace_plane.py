@@ -230,9 +230,9 @@ class TracePlane:
             if is_level is None or (is_level and (option == "area" or not is_within_heights)):
                 placed[i] = self._above(shape, option)
             else:
-                on_plane = shapely.force_3d(self.project(shapes[i : i + 1])[0])
+                projected = shapely.force_3d(self.project(shapes[i : i + 1])[0])
                 min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
-                if _extent(on_plane, option) < min_extent:
+                if _extent(projected, option) < min_extent:
                     raise self._edge_on(option)
         return self.project(placed)
 

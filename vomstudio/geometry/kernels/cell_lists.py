@@ -10,7 +10,7 @@ import math
 from vomstudio.geometry.kernels.cells import eigen_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_ODD = 0x9E3779B97F4A7C15 - (1 << 64)
+_HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 """Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
 
 
@@ -51,7 +51,7 @@ def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-d
 
 @kernel("b1(f8[:,::1], i8[::1])")
 def has_twins(points, begins):  # type: ignore[no-untyped-def]
-    """Whether two points of a cell are at one place."""
+    """Return whether two points of a cell have the same coordinates."""
     for c in range(len(begins) - 1):
         for a in range(begins[c], begins[c + 1]):
             for b in range(a + 1, begins[c + 1]):
@@ -70,7 +70,7 @@ def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
 
     `low` and `high` are inf and -inf on entry and the bounds on return.
     """
-    odd = 0
+    non_finite = 0
     ax, ay, az = low[0], low[1], low[2]
     bx, by, bz = high[0], high[1], high[2]
     for p in range(len(points)):
@@ -78,13 +78,13 @@ def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
         if not math.isfinite(x + y + z) and not (
             math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
         ):
-            odd += 1
+            non_finite += 1
             continue
         ax, ay, az = min(ax, x), min(ay, y), min(az, z)
         bx, by, bz = max(bx, x), max(by, y), max(bz, z)
     low[0], low[1], low[2] = ax, ay, az
     high[0], high[1], high[2] = bx, by, bz
-    return odd
+    return non_finite
 
 
 @part
@@ -116,7 +116,7 @@ def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
     count = 0
     for p in range(len(points)):
         key = _number(points, p, per, row, layer)
-        if (key * _ODD) >> 60 == 0:
+        if (key * _HASH_FACTOR) >> 60 == 0:
             keys[count] = key
             count += 1
     return count
@@ -231,7 +231,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
 def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
-    """Of each cell's points the mean, and the covariance about it (xx, yy, zz, xy, xz, yz)."""
+    """Compute the mean and the covariance (xx, yy, zz, xy, xz, yz) of each cell's points."""
     for c in range(len(begins) - 1):
         first, last = begins[c], begins[c + 1]
         n = last - first
@@ -283,7 +283,7 @@ def block_planes(  # type: ignore[no-untyped-def]
             zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
             xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
         sx, sy, sz = sx / n, sy / n, sz / n
-        found = eigen_of(
+        eigen = eigen_of(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
@@ -292,5 +292,5 @@ def block_planes(  # type: ignore[no-untyped-def]
             yz / n - sy * sz,
         )
         count[c] = int(n)
-        normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
-        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]
+        normals[c, 0], normals[c, 1], normals[c, 2] = eigen[0], eigen[1], eigen[2]
+        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(eigen[3], 0.0), eigen[4], eigen[5]

@@ -6,15 +6,15 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_SPREAD = 0x9E3779B97F4A7C15 - (1 << 64)
+_HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 """Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
 
 
 @part
 def slot_of(names, name):  # type: ignore[no-untyped-def]
-    """Where a row of cells stands in the table, or the empty place where it would."""
+    """Return the slot of a row of cells in the table, or the free slot for it."""
     last = len(names) - 1
-    at = ((name * _SPREAD) >> 20) & last
+    at = ((name * _HASH_FACTOR) >> 20) & last
     while names[at] != -1 and names[at] != name:
         at = (at + 1) & last
     return at
@@ -42,11 +42,11 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
 
 
 @part
-def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
-    """Return the first position of a range of sorted keys whose key is not below `wanted`."""
+def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
+    """Return the first position of a range of sorted keys whose key is not below `bound`."""
     while low < high:
         middle = (low + high) // 2
-        if keys[middle] < wanted:
+        if keys[middle] < bound:
             low = middle + 1
         else:
             high = middle
@@ -163,7 +163,7 @@ def planes_near(  # type: ignore[no-untyped-def]
         means[row, 0], means[row, 1], means[row, 2] = x + sx, y + sy, z + sz
         if n < 3:
             continue
-        found = eigen_of(
+        eigen = eigen_of(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
@@ -171,8 +171,8 @@ def planes_near(  # type: ignore[no-untyped-def]
             xz / n - sx * sz,
             yz / n - sy * sz,
         )
-        normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
-        spreads[row, 0], spreads[row, 1], spreads[row, 2] = found[3], found[4], found[5]
+        normals[row, 0], normals[row, 1], normals[row, 2] = eigen[0], eigen[1], eigen[2]
+        spreads[row, 0], spreads[row, 1], spreads[row, 2] = eigen[3], eigen[4], eigen[5]
 
 
 @kernel(

@@ -83,14 +83,14 @@ class CloudNodes:
         Maximum number of points in memory.
     first : tuple of int
         Rows of the nodes that represent the whole.
-    in_order : bool
+    is_ordered : bool
         True if consecutive points of a node are neighbours.
-    at_once : int
+    batch_points : int
         Number of points of a batch to fetch.
     """
 
-    in_order = False
-    at_once = 0
+    is_ordered = False
+    batch_points = 0
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class CloudNodes:
 class ArrangedNodes(CloudNodes):
     """Nodes of a cloud in memory."""
 
-    in_order = True
+    is_ordered = True
 
     def __init__(self, cloud: PointCloud, arrangement: Arrangement, budget: int) -> None:
         self._cloud, self._arrangement = cloud, arrangement
@@ -192,7 +192,7 @@ class NodeStore(CloudNodes):
         Reads the points of nodes in order; raises InputError.
     """
 
-    at_once = FETCH_BATCH_POINTS
+    batch_points = FETCH_BATCH_POINTS
 
     def __init__(
         self,
@@ -358,6 +358,6 @@ def split_cloud(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
     """
     clouds, start = [], 0
     for count in counts:
-        clouds.append(cloud.of_rows(slice(start, start + count)))
+        clouds.append(cloud.select_rows(slice(start, start + count)))
         start += count
     return clouds

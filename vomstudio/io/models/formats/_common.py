@@ -162,7 +162,7 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
     if n_bad == len(finite):
         raise InputError(Finding("model.no-points"), file=path)
     messages.append(Finding("model.points-invalid", count=n_bad))
-    return cloud.of_rows(finite)
+    return cloud.select_rows(finite)
 
 
 def join_corners(

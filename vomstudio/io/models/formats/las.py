@@ -256,9 +256,9 @@ def _drop_withheld(
         messages.append(Finding("model.withheld-hidden"))
         rows = replacement_rows(withheld)
         assert rows is not None
-        return cloud.of_rows(rows)
+        return cloud.select_rows(rows)
     messages.append(Finding("model.points-withheld", count=count))
-    return cloud.of_rows(np.logical_not(withheld))
+    return cloud.select_rows(np.logical_not(withheld))
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)
