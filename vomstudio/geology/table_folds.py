@@ -63,7 +63,7 @@ class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
         Number of rows, and of rows that were used.
     not_good : int or None
         Number of used planes whose verdict is not good; None if no plane has a verdict.
-    left_out : tuple of LeftOut
+    left_out : tuple of ExcludedRows
         Rows that were not used, with the reasons.
     domains : mapping or None
         Axis of each domain; None if no column of domains was given.

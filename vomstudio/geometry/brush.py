@@ -326,7 +326,7 @@ def _reached(nodes: IntArray, start: int) -> BoolArray:
 
 
 def _linked(pairs: IntArray, count: int, start: int) -> BoolArray:
-    """Which of `count` points hang together with the point `start`."""
+    """Find the points connected with the point `start`, among `count` points."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -138,7 +138,7 @@ class Intrinsics:
 
     # ------------------------------------------------------------------------------------------
     def _bend(self, flat: FloatArray) -> FloatArray:
-        """Ideal to real image coordinates, (n, 2) in units of the focal length."""
+        """Convert ideal to real image coordinates (n, 2), in units of the focal length."""
         named = self._named
         r2 = (flat**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
@@ -162,7 +162,7 @@ class Intrinsics:
         return above / below
 
     def _radius(self, r: FloatArray) -> FloatArray:
-        """Real radius of an ideal one."""
+        """Convert an ideal radius to the real one."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
         named, angle = self._named, np.arctan(r)

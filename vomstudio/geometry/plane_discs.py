@@ -84,6 +84,6 @@ def _cross(a: list[float], b: list[float]) -> list[float]:
 
 @lru_cache(maxsize=8)
 def _circle(corners: int) -> tuple[FloatArray, FloatArray]:
-    """(corners, 1) cosine and sine once round."""
+    """Return cosine and sine (corners, 1) of one turn."""
     angle = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)[:, None]
     return np.cos(angle), np.sin(angle)

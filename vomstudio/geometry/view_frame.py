@@ -57,14 +57,14 @@ class ViewFrame:
         return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
 
     def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> FloatArray:
-        """(n, 3) metres right of, below and behind `reference` (3,) of World points (n, 3)."""
+        """Return World points (n, 3) in metres right of, below and behind a reference (3,)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return (p - np.asarray(reference, np.float64)) @ self.axes
 
     def pixel_to_world(
         self, gsd: float, reference: npt.ArrayLike, left: float, top: float
     ) -> FloatArray:
-        """(4, 4) matrix that takes (column, row, depth, 1) to World.
+        """Return the matrix (4, 4) that transforms (column, row, depth, 1) to World.
 
         gsd : metres per pixel. left, top : metres to the right of and below `reference` of the
         outer corner of the top left pixel. Depth is 0 on the plane through `reference`.

@@ -125,6 +125,10 @@ def write_compacted_journal(
 
     Parameters
     ----------
+    new : Path
+        File to write.
+    session : Session
+        Session whose reachable rows are written.
     journal : SqliteJournal or None
         The previous journal with times and versions; None if it cannot be read.
     settings : mapping or None
@@ -191,6 +195,11 @@ def replace_journal(
 
     Parameters
     ----------
+    new : Path
+    folder : Path
+        Folder of the project.
+    session : Session
+    journal : SqliteJournal
     numbers : mapping of int to int
         Row numbers in the new journal, by those in the previous one.
 

@@ -183,6 +183,7 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
 
     Parameters
     ----------
+    records : Records
     measured : mapping
         By feature, "resolution" and, for traces, "outcrop_normal".
 

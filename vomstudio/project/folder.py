@@ -146,6 +146,10 @@ class Project:
 
         Parameters
         ----------
+        folder : Path
+            Folder NAME.vom.
+        settings : callable, optional
+            Returns the settings of a new session.
         allow_unlocked : bool
             Also open a project whose folder cannot be written and therefore not be locked. For
             programs that keep such steps in memory (`buffer_unwritten_steps`).

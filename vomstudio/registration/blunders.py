@@ -443,7 +443,7 @@ def leave_one_out(
 
     Returns
     -------
-    list of Without
+    list of LeaveOneOut
         Empty if the directions agree or if there are more of them.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))

@@ -19,12 +19,12 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def noted() -> bool:
-    """They were made ready, by this very program on this machine."""
+    """Return whether this version of the program compiled all kernels on this machine."""
     return load_code(_name()) is not None
 
 
 def note() -> None:
-    """All of them are ready now."""
+    """Record that all kernels are compiled."""
     store_code(_name(), b"")
 
 

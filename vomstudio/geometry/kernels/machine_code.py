@@ -102,7 +102,7 @@ def _linked(
 
 
 def _address(symbol: str, code: bytes) -> int:
-    """Where the entry lies, after the code was put into this process."""
+    """Load the code into this process and return the address of its entry."""
     import llvmlite.binding as llvm
 
     if any(llvm.address_of_symbol(name) is None for name in _missing_symbols(code)):
@@ -142,7 +142,10 @@ def _missing_symbols(code: bytes) -> list[str]:
 
 
 def _compiled(source: Source, signature: Signature) -> bytes:
-    """Name of the entry and object code; empty where the code cannot stand without numba."""
+    """Compile a kernel to the name of its entry and object code.
+
+    The result is empty if the code requires numba.
+    """
     import llvmlite.binding as llvm
     import numba
 
@@ -291,7 +294,7 @@ def _file_name(source: Source) -> str:
 
 @cache
 def _environment() -> tuple[str, ...]:
-    """Of what every kernel's code depends."""
+    """Return everything outside of a kernel that determines its code."""
     import llvmlite
     import llvmlite.binding as llvm
 

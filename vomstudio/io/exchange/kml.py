@@ -33,8 +33,14 @@ def kml_text(
 
     Parameters
     ----------
+    out : Path
+        File for which the text is written.
+    layers : sequence of Layer
+    crs : str or None
+        CRS of the layers.
     colors : mapping of str to str
         "#rrggbb" by lower-case name of the feature type.
+    title : str
 
     Raises
     ------

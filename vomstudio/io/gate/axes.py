@@ -102,6 +102,8 @@ def assumed_frame(
 
     Parameters
     ----------
+    file : Path
+    options : FrameOptions
     up, unit : str
         Up axis and unit in use.
     has_up, has_unit : bool

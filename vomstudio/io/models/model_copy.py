@@ -74,6 +74,10 @@ def copy_model(
 
     Parameters
     ----------
+    model : Path
+        File of the model.
+    folder : Path
+    progress : Progress, optional
     cameras : Path or None
         Cameras of its photos, by default `cameras.json` beside it. The copy is `cameras.json` and
         refers to the photos.

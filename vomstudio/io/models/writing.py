@@ -68,6 +68,15 @@ def write_model(
 
     Parameters
     ----------
+    data : Mesh or PointCloud
+    crs : str or None
+        CRS of x, y and z.
+    path : str or Path
+    force : bool, optional
+        Whether to replace existing files.
+    inputs : iterable of Path, optional
+        Files that must not be overwritten.
+    progress : Progress, optional
     axes : Axes
         Properties of x, y and z that the file states.
     registration : Registration or None

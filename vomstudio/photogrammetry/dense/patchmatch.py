@@ -65,7 +65,7 @@ def match(
     ----------
     view, gray : View, (h, w) array
         The photo, pinhole.
-    wanted : (h, w) array of bool
+    active : (h, w) array of bool
         Pixels to compute.
     known : (h, w) array
         Known inverse depths, 0 = none, whose planes are propagated.

@@ -36,7 +36,7 @@ def project_along_bends(
 
     Returns
     -------
-    tuple of Flat
+    tuple of ProjectedItem
     """
     points, is_vertex = _subdivide(item.points)
     best = np.full(len(points), np.inf)

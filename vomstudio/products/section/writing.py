@@ -161,7 +161,7 @@ def project_items(
 
     Returns
     -------
-    flats : tuple of Flat
+    flats : tuple of ProjectedItem
     left_out : int
         Number of features that are too far, or not in front of a panel.
     """

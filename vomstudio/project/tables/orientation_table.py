@@ -179,6 +179,8 @@ def write_orientation_csv(
 
     Parameters
     ----------
+    path : str or Path
+    rows : iterable of mapping
     crs : str or None
         CRS of x, y, z ("EPSG:32615"); None if none was declared.
     north : str or None
@@ -191,6 +193,8 @@ def write_orientation_csv(
         Thresholds by which the rows were judged; None if no row has a verdict.
     extra_columns : sequence of str
         Names of columns after `COLUMNS`.
+    force : bool, optional
+        Whether to replace existing files.
 
     Raises
     ------

@@ -133,6 +133,9 @@ class SymbolSet:
 
         Parameters
         ----------
+        camera : Camera
+        size : tuple of float
+            Width and height of the image.
         places : (n, 3) float64, optional
             World positions in place of the symbols' own.
         """

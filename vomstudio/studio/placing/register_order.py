@@ -74,6 +74,8 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     ----------
     model : str
         Path, or "-" for the placement alone.
+    options : RegisterOptions
+    progress : Progress
 
     Raises
     ------

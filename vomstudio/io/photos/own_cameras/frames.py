@@ -40,6 +40,8 @@ def select_frame(
 
     Parameters
     ----------
+    path : Path
+    candidates : sequence of Candidate
     bounds : (2, 3) float64 or None
         Lowest and highest corner of the model; None selects the first candidate.
 
