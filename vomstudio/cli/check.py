@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``check``."""
     parser = add_command(
         subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
     )

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``compare``."""
     parser = add_command(
         subparsers, "compare", run, help_=tr("Signed distances of a model from a benchmark")
     )

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``convert``."""
     parser = add_command(
         subparsers, "convert", run, help_=tr("Write a model or cloud in another format")
     )

@@ -16,6 +16,7 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``dem``."""
     parser = add_command(
         subparsers, "dem", run, help_=tr("Elevation model over a plane of reference, as GeoTIFF")
     )

@@ -39,6 +39,7 @@ PROJECT = "sample.vom"
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``demo``."""
     parser = add_command(
         subparsers,
         "demo",

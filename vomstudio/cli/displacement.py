@@ -18,6 +18,7 @@ from vomstudio.geology.faults.displacement_options import DisplacementOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``displacement``."""
     parser = add_command(
         subparsers,
         "displacement",

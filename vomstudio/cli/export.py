@@ -19,6 +19,7 @@ MAX_NAMED = 5
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``export``."""
     parser = add_command(
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )

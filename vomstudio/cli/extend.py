@@ -27,6 +27,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``extend``."""
     parser = add_command(
         subparsers,
         "extend",

@@ -30,6 +30,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``facets``."""
     parser = add_command(
         subparsers, "facets", run, help_=tr("Find the facets of an outcrop and fit their planes")
     )

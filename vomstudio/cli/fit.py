@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fit``."""
     parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fold``."""
     parser = add_command(
         subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
     )

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fractures``."""
     parser = add_command(
         subparsers,
         "fractures",

@@ -12,6 +12,7 @@ from vomstudio.photogrammetry.survey.survey_options import FrameOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``frames``."""
     parser = add_command(
         subparsers,
         "frames",

@@ -44,6 +44,7 @@ GRIDS = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``info``."""
     parser = add_command(
         subparsers, "info", run, help_=tr("Say what is in models, tables and photos")
     )

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``log``."""
     parser = add_command(
         subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
     )

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``ortho``."""
     parser = add_command(
         subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
     )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``plan``."""
     parser = add_command(
         subparsers,
         "plan",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``reconstruct``."""
     parser = add_command(
         subparsers, "reconstruct", run, help_=tr("Make a textured model of a folder of photos")
     )

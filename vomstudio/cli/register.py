@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``register``."""
     parser = add_command(
         subparsers,
         "register",

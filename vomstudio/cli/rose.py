@@ -28,6 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``rose``."""
     parser = add_command(
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``section``."""
     parser = add_command(
         subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
     )

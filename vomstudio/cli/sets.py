@@ -21,6 +21,7 @@ from vomstudio.geology.sets.set_options import SetOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``sets``."""
     parser = add_command(
         subparsers, "sets", run, help_=tr("Propose sets of planes, with what belongs to none")
     )

@@ -12,6 +12,7 @@ from vomstudio.core.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``slip``."""
     parser = add_command(
         subparsers,
         "slip",

@@ -29,6 +29,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``slope``."""
     parser = add_command(
         subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
     )

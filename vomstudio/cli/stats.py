@@ -19,6 +19,7 @@ from vomstudio.geology.populations.statistics_options import StatisticsOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``stats``."""
     parser = add_command(
         subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )

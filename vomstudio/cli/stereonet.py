@@ -28,6 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (StereonetOptions, StereonetFigure, SetC
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``stereonet``."""
     parser = add_command(
         subparsers,
         "stereonet",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``surface``."""
     parser = add_command(
         subparsers,
         "surface",

@@ -14,6 +14,7 @@ from vomstudio.geology.faults.displacement_options import ThreePointOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``threepoint``."""
     parser = add_command(
         subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
     )

@@ -43,6 +43,7 @@ FORM_OPTIONS: dict[str, type[Any]] = {
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``trace``."""
     parser = add_command(
         subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
     )

@@ -341,6 +341,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
 
 
 def remove(path: Path) -> None:
+    """Remove a journal with its auxiliary files."""
     for ending in ("", "-wal", "-shm", "-journal"):
         with contextlib.suppress(OSError):
             path.with_name(path.name + ending).unlink(missing_ok=True)

@@ -436,6 +436,7 @@ def project_folder(path: Path) -> Path:
 
 
 def is_project(path: Path) -> bool:
+    """Return whether a path is the folder of a project or a file in one."""
     return is_regular(path / JOURNAL) or (is_regular(path) and path.parent.suffix == SUFFIX)
 
 
@@ -445,6 +446,7 @@ def untitled_folder() -> Path:
 
 
 def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+    """Create a project without a name in the folder of untitled projects."""
     stamp = time.strftime("%Y%m%d-%H%M%S")
     folder = untitled_folder() / f"{stamp}{SUFFIX}"
     number = 1

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``measurable``."""
     parser = add_command(
         subparsers,
         "measurable",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``repeats``."""
     parser = add_command(
         subparsers,
         "repeats",

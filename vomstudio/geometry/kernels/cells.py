@@ -55,6 +55,7 @@ def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
 
 @part
 def cell_of(value, size, count):  # type: ignore[no-untyped-def]
+    """Return the cell of a coordinate, limited to the grid."""
     return min(max(math.floor(value / size), 0), count - 1)
 
 

@@ -70,6 +70,7 @@ def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ign
 def first_faces(  # type: ignore[no-untyped-def]
     points, faces, order, low, high, starts, ways, ends, index, distance, weights, stack, entry
 ):
+    """Find the first face that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]
@@ -125,6 +126,7 @@ def first_faces(  # type: ignore[no-untyped-def]
 def first_points(  # type: ignore[no-untyped-def]
     points, order, low, high, starts, ways, ends, reach, thick, index, distance, stack, entry
 ):
+    """Find the first surface of points that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]

@@ -48,6 +48,7 @@ class Offset:
 
 
 def offset_path(model: Path) -> Path:
+    """Return the path of the offset file of a model."""
     return model.with_name(f"{model.stem}.offset.txt")
 
 
@@ -71,6 +72,7 @@ def read_offset(model: Path) -> Offset:
 
 
 def named_crs(text: str) -> str | None:
+    """Return the CRS that a text states, as code or WKT."""
     code, wkt = _EPSG.search(text), _WKT.search(text)
     if wkt is not None:
         return wkt.group(1).strip()

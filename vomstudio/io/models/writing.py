@@ -33,12 +33,14 @@ GROUP = "vomstudio.writers"
 
 @functools.cache
 def find_all() -> LoadedPlugins[Writer]:
+    """Return the writers of models, including plugins and their errors."""
     from vomstudio.io.models import writers
 
     return find_plugins(writers, "WRITER", Writer, GROUP)
 
 
 def find_writers() -> tuple[Writer, ...]:
+    """Return the writers of models, including plugins."""
     return find_all().all
 
 

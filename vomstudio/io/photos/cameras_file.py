@@ -79,6 +79,7 @@ def has_known_scale(model: str | Path) -> bool | None:
 
 
 def view_to_dict(view: View) -> dict[str, Any]:
+    """Return a view as plain data for JSON."""
     lens = view.intrinsics
     return {
         "name": view.name,

@@ -24,6 +24,7 @@ _FOLDER_NAMES = {"mask", "masks"}
 
 
 def is_mask(path: Path, root: Path) -> bool:
+    """Return whether a picture is a mask, by its name or folder."""
     if path.suffix.lower() not in PICTURES:
         return False
     inside = path.relative_to(root).parts[:-1]

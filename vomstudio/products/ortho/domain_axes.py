@@ -24,10 +24,12 @@ _MIN_DEVIATION_DEG = 1.0
 
 
 def domains_of(items: Iterable[Item]) -> list[str]:
+    """Return the sorted names of the domains of items."""
     return sorted({item.domain for item in items if item.domain})
 
 
 def no_domains_error(field: str) -> UsageError:
+    """Return the error of items without domains."""
     return UsageError(Finding("domain.none"), field=field)
 
 

@@ -178,6 +178,7 @@ def choose_ticks(low: float, high: float) -> FloatArray:
 
 
 def number_text(value: float) -> str:
+    """Format a number for SVG."""
     return f"{value + 0.0:.12g}"
 
 

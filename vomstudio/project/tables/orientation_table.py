@@ -272,6 +272,7 @@ def _csv_column(values: Sequence[Any]) -> list[str]:
 
 
 def csv_cell(value: Any) -> str:
+    """Format a value for a CSV cell."""
     if value is None:
         return ""
     match value:
@@ -288,6 +289,7 @@ _QUOTED = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
+    """Escape and quote a text for a CSV cell."""
     text = escape_formula(text)
     # A leading # would turn the row into a comment.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():

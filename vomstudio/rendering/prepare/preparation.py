@@ -62,6 +62,7 @@ NEUTRAL = (190, 186, 178)
 
 
 def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
+    """Yield slices of a range; raise Stopped when `stop` is set."""
     for start in range(0, count, size):
         if stop.is_set():
             raise Stopped

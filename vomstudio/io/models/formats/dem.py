@@ -70,6 +70,7 @@ def unit_of(written: str) -> str | None:
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a TIFF."""
     return head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 

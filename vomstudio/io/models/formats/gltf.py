@@ -34,6 +34,7 @@ UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a binary glTF."""
     return head.startswith(b"glTF")
 
 

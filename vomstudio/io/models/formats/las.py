@@ -51,6 +51,7 @@ logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a LAS."""
     return head.startswith(b"LASF")
 
 

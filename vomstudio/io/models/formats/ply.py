@@ -49,6 +49,7 @@ STRIP_NAMES = {"tristrips", "tristrip"}
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a PLY."""
     return head.startswith(MAGIC)
 
 

@@ -63,6 +63,7 @@ def select_frame(
 
 
 def not_looking_finding(path: Path) -> Finding:
+    """Report cameras that do not look at the model."""
     return Finding("cameras.not-looking", file=path.name)
 
 
