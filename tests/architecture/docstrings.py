@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CEILINGS = Path(__file__).with_name("docstrings.json")
 # Compiled functions have their types in the decorator, overloads their docstring elsewhere.
 EXCLUDED_DECORATORS = frozenset(["kernel", "part", "step", "overload"])
+MAX_SUMMARY = 88
 SECTIONS = (
     "Parameters",
     "Other Parameters",
@@ -134,8 +135,19 @@ def without_sections(package: str) -> Iterator[str]:
             yield f"{path}:{function.lineno}: {function.name}"
 
 
+def long_summaries(package: str) -> Iterator[str]:
+    """Yield the docstrings whose first line is longer than MAX_SUMMARY."""
+    for path in _modules(package):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | Function):
+                summary = (ast.get_docstring(node) or "").partition("\n")[0]
+                if len(summary) > MAX_SUMMARY:
+                    yield f"{path.relative_to(ROOT)}:{node.body[0].lineno}: {summary}"
+
+
 CHECKS: dict[str, Callable[[str], Iterator[str]]] = {
     "incomplete_parameters": incomplete_parameters,
+    "long_summaries": long_summaries,
     "without_sections": without_sections,
 }
 
@@ -148,9 +160,13 @@ def run_functions() -> Iterator[tuple[str, Function]]:
 
 
 def _functions(package: str, *, methods: bool) -> Iterator[tuple[Path, Function]]:
-    for path in sorted((ROOT / "vomstudio" / package).rglob("*.py")):
+    for path in _modules(package):
         for function in public_functions(path.read_text("utf-8"), methods=methods):
             yield path.relative_to(ROOT), function
+
+
+def _modules(package: str) -> list[Path]:
+    return sorted((ROOT / "vomstudio" / package).rglob("*.py"))
 
 
 def counts(check: str) -> dict[str, int]:

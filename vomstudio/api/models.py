@@ -378,7 +378,7 @@ def read(
     project: str | Path | None = None,
     progress: Reported = None,
 ) -> Mesh | PointCloud:
-    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
+    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF or text (x, y, z).
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ _MAX_DISTANCE_RATIO = 2.0
 
 @dataclass(frozen=True, eq=False)
 class CellPlanes:
-    """Planes found on cells, transferred to the points (n,) of a cloud, which are sorted by cells.
+    """Planes of cells, transferred to the points (n,) of a cloud sorted by cells.
 
     Parameters
     ----------

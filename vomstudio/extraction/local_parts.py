@@ -72,7 +72,7 @@ def extract_visible_part(
 
 
 def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray) -> FloatArray:
-    """Return the first point near the line of sight; without one, the point nearest to its end."""
+    """Return the first point near the line of sight, or else the nearest to its end."""
     direction = toward - eye
     size = float(np.linalg.norm(direction))
     offsets = points - eye

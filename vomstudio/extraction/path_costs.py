@@ -150,7 +150,7 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
 
 
 def _valley(graph: Graph, value: FloatArray) -> FloatArray:
-    """Average values (n,) with their successive smoothings, so that the middle of a bed is lowest.
+    """Average values (n,) with their smoothings, so that the middle of a bed is lowest.
 
     Within a bed of one colour the shortest path cuts corners from side to side. That tilts the
     plane systematically, and the residuals do not show it.

@@ -331,7 +331,9 @@ def _fit_planes(
 
 
 def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
-    """Return the number of neighbours for normals that agree with adjacent ones, from a sample.
+    """Return the number of neighbours for normals that agree with adjacent ones.
+
+    It is determined from a sample.
 
     `share` is the share of the places that must agree.
     """

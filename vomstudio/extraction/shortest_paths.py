@@ -146,7 +146,10 @@ def path_with_turns(
 def _search(
     graph: Graph, one: int, other: int, costs: FloatArray, least: float
 ) -> tuple[FloatArray, Int32Array] | None:
-    """Return the cost to each node that was reached, and its predecessor; None if not connected."""
+    """Return the cost to each node that was reached, and its predecessor.
+
+    None if the nodes are not connected.
+    """
     from vomstudio.extraction.path_kernels import search_least_cost
 
     n = len(graph.places)

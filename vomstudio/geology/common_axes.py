@@ -114,7 +114,9 @@ def common_axis(
 def _mean_variances(
     members: Sequence[FloatArray], means: FloatArray, beta: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Return the variance of each mean along beta, radians squared, and its degrees of freedom.
+    """Return the variance of each mean along beta, and its degrees of freedom.
+
+    The variance is in radians squared.
 
     A single plane takes the scatter of the other sets, or `NATURAL_SCATTER_DEG`.
     """

@@ -1,4 +1,4 @@
-"""Domains of a structure, each with its own axis, and a test of whether one axis serves all.
+"""Structural domains with their own axes, and a test of whether one axis serves all.
 
 If no direction is valid for all domains (fig. 31c), a section projects each along its own axis. An
 F test (extra sum of squares of nested fits) compares one great circle through all poles with one

@@ -264,7 +264,9 @@ def fold_axis(
 
 
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
-    """Return the semi-axes of the joint 95 % region of beta for n poles, degrees, the larger first.
+    """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
+
+    They are in degrees.
 
     None without redundancy.
     """

@@ -112,7 +112,7 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from this plane, in the unit of the vector.
+    """Return the 95 % deviation of a vector in a plane from it, in the vector's unit.
 
     Parameters
     ----------

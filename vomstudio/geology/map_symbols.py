@@ -1,4 +1,4 @@
-"""Structural symbols of a map as lines: strike and dip of planes, trend and plunge of lines.
+"""Map symbols as lines: strike and dip of planes, trend and plunge of lines.
 
 Symbols are drawn in the horizontal plane through the feature (FGDC-STD-013-2006, sections 6 and 9):
 a bar along the strike with a tick down the dip, a tick on both sides if vertical, a cross if

@@ -399,7 +399,10 @@ def _kinds(tokens: list[_Token]) -> list[str]:
 
 
 def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
-    """Split a text into numbers, bearings, winds, labels, rules and arrows, without separators."""
+    """Split a text into numbers, bearings, winds, labels, rules and arrows.
+
+    Separators are dropped.
+    """
     if not text.strip():
         raise InputError(Finding("notation.empty"))
     raw: list[_Token] = []

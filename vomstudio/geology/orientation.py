@@ -458,7 +458,9 @@ def intersection(a: Plane, b: Plane) -> Line:
 
 
 def rake_of(line: Line, plane: Plane) -> float:
-    """Return the rake of a lineation (axial), [0, 180) degrees from the right-hand-rule strike.
+    """Return the rake of a lineation (axial) from the right-hand-rule strike.
+
+    It is in [0, 180) degrees.
 
     90 is down dip; on a vertical plane the strike is in [0, 180). A line off the plane is projected
     along the normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted

@@ -68,7 +68,9 @@ class Rose:
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Histogram of n dips or plunges from 0 to 90 degrees; the upper edge belongs to the last bin.
+    """Histogram of n dips or plunges from 0 to 90 degrees.
+
+    The upper edge belongs to the last bin.
 
     Attributes
     ----------

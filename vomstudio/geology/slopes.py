@@ -299,7 +299,7 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
 
 
 class PairCounts(NamedTuple):
-    """Numbers of intersections of all pairs, and of those in the zones, for k draws of the planes.
+    """Numbers of intersections of all pairs and of those in the zones, for k draws.
 
     `parallel` is the number of pairs without an intersection.
     """

@@ -170,7 +170,7 @@ def fold_of_table(
     selection_filter: FoldFilter,
     turn: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
-    """Return the fold axis that `table_fold` describes, and its number of planes that are not good.
+    """Return the fold axis that `table_fold` describes, and its number of not good planes.
 
     Parameters
     ----------

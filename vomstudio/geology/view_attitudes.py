@@ -1,4 +1,4 @@
-"""Attitudes of cameras: rotations from azimuth, elevation and roll of their views, and back.
+"""Attitudes of cameras as rotations, and as azimuth, elevation and roll of views.
 
 Angles are in degrees: yaw is the azimuth of the view, clockwise from north (for a view straight
 down that of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if

@@ -1,4 +1,4 @@
-"""Points at one place, found by sorting a number per place: much faster than sorting the rows."""
+"""Search for coincident points by one number per place, faster than sorting the rows."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def members(starts: IntArray, counts: IntArray) -> IntArray:
 def _sharpen(
     axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Return axes, coordinates along them and variances without the rounding of the covariance.
+    """Return axes, coordinates and variances without the rounding of the covariance.
 
     The covariance of a long straight trace contains its thickness only to 1e-8 of its length. In
     the frame of its eigenvectors e2 and e3 are therefore separated once more.

@@ -1,4 +1,4 @@
-"""Limits of points that a plane or a line is fitted to, and findings on points without one."""
+"""Limits of points for fits of planes and lines, and findings on unsuitable points."""
 
 from __future__ import annotations
 

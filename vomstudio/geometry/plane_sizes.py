@@ -1,4 +1,6 @@
-"""Required size of a plane for a given error; used by planner, survey check, report and verdict.
+"""Required size of a plane for a given error.
+
+It is used by planner, survey check, report and verdict.
 
 A plane is modelled as a disc with one independent point per square of the resolution and Gaussian
 noise across it; natural waviness of the rock is not included. The expected 95 % error is that of
@@ -78,7 +80,7 @@ def within_wander(second: float, extent: float, n: int, resolution: float) -> bo
 
 
 def _confidence95_deg(spread: float, noise: float, free: float) -> float:
-    """Return `plane_errors.confidence_axes_rad` for a round plane without importing its libraries.
+    """Return `plane_errors.confidence_axes_rad` of a round plane without its libraries.
 
     The window starts with this module. Arguments are the variances in the plane and across it.
     """

@@ -83,7 +83,7 @@ IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
 
 
 def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray]:
-    """Return correlations (models, n) of the means of n pieces, and their white share (models,).
+    """Return correlations (models, n) of the means of n pieces, and their white shares.
 
     The correlations exclude white noise; the white model is the first. Averaging reduces white
     noise and smooths rough noise.
@@ -333,7 +333,9 @@ def _normalize(logarithms: FloatArray) -> FloatArray:
 def _mixture_quantile(
     g: FloatArray, freedom: FloatArray, weight: FloatArray, dof: FloatArray
 ) -> FloatArray:
-    """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k), with F_j Fisher's with 2 and freedom_j.
+    """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
+
+    F_j is Fisher's with 2 and freedom_j degrees of freedom.
 
     Newton's method for the logarithm of the tail against x = log(1 + q), within bounds and
     separately for each element, so that results do not depend on the other elements.

@@ -117,7 +117,7 @@ def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | Non
 
 
 def _inner_share(near: FloatArray) -> float:
-    """Return the share of neighbours (q, k, 3), nearest first, within half the maximum distance."""
+    """Return the share of neighbours (q, k, 3), nearest first, within half the distance."""
     distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 

@@ -24,7 +24,10 @@ ROUNDING_DEG = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ViewFrame:
-    """Three unit vectors (3,) in World: `right` and `down` in the picture, `direction` into it."""
+    """Three unit vectors (3,) in World, of which `right` and `down` span the picture.
+
+    `direction` points into the picture.
+    """
 
     right: FloatArray
     down: FloatArray

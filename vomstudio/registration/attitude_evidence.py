@@ -1,4 +1,4 @@
-"""Observations from camera attitudes: complete attitudes, or vertical and north separately."""
+"""Observations from camera attitudes, complete or with vertical and north apart."""
 
 from __future__ import annotations
 

@@ -275,7 +275,7 @@ def _clear_consistent(
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove from both the observations that fit the others, and update the errors of the rest."""
+    """Remove the observations that fit the others from both, and update the other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]

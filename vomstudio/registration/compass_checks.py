@@ -1,4 +1,4 @@
-"""Check compass planes that do not agree with the others for strike and opposite direction.
+"""Check outlying compass planes for azimuths of the strike or of the opposite direction.
 
 The rotation of most planes is estimated by least median of squares over pairs of planes (Rousseeuw
 1984). The others are compared with it as they are and with other readings of their azimuth.
@@ -166,7 +166,7 @@ def rotations_by_pairs(
 
 
 def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
-    """Return axes (3, 3) by two directions, symmetric in both; None if they are nearly parallel."""
+    """Return axes (3, 3) by two directions, symmetric in both; None if nearly parallel."""
     across = np.cross(a, b)
     length = float(np.linalg.norm(across))
     if length < _MIN_SINE:

@@ -26,7 +26,7 @@ _READING_DEG = 3.0
 
 
 class Segment(NamedTuple):
-    """Two places on the model with the azimuth from the first to the second, or their distance.
+    """Two places on the model with the azimuth from first to second, or their distance.
 
     Attributes
     ----------

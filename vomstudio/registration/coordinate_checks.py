@@ -69,7 +69,7 @@ def point_findings(
     model: FloatArray | None = None,
     crs: str | None = None,
 ) -> list[Finding]:
-    """Check whether the coordinates of control points are something else than they are taken for.
+    """Check control points for coordinates of another meaning than assumed.
 
     Parameters
     ----------
@@ -349,7 +349,7 @@ def other_unit(axes: str, unit: str, factor: float) -> Finding:
 
 
 def _is_steep(world: FloatArray) -> bool:
-    """Return whether the vertical extent of points (n, 3) is much larger than the horizontal one.
+    """Return whether points (n, 3) extend much farther vertically than horizontally.
 
     Only such heights are tried in other units: smaller ones always fit flat ground better.
     """

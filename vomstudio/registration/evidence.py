@@ -384,7 +384,10 @@ def _match_photos(
 
 
 def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Finding]) -> Points:
-    """Return the camera positions that fit; appends to `messages`, and findings to `suspicions`."""
+    """Return the camera positions that fit.
+
+    Messages are appended to `messages`, and findings to `suspicions`.
+    """
     positions = evidence.positions
     assert positions is not None
     messages += positions.notes

@@ -1,4 +1,4 @@
-"""Widen the error about the weakest axis beyond linear least squares by profile likelihood.
+"""Profile likelihood of the turn about the weakest axis, beyond linear least squares.
 
 Points nearly on a line, such as cameras along a flight, determine the turn about it by their
 distances from it. If its error may be ten degrees or more, the squared residuals no longer grow as

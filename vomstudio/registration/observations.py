@@ -192,7 +192,9 @@ class Lengths:
 
 @dataclass(frozen=True, eq=False)
 class KeptScale(Lengths):
-    """A known scale, expressed as a length across the model; it is never excluded as an outlier.
+    """Known scale, expressed as a length across the model.
+
+    It is never excluded as an outlier.
 
     scale_error : relative error of the scale, one sigma; 0 if not known
     """
@@ -245,7 +247,7 @@ class Directions:
 
 @dataclass(frozen=True, eq=False)
 class Verticals:
-    """Directions of the model that point straight down, such as by the accelerometer of a phone.
+    """Directions of the model that point straight down, such as by a phone's accelerometer.
 
     model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
     cameras : (n, 3, 3) rotations from the cameras to the model; mount_sigma : as of `Attitudes`

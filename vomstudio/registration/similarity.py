@@ -156,7 +156,10 @@ def _triples(n: int, seed: int) -> IntArray:
 
 
 def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
-    """Return the outside point that fits best if it fits; of many points several that fit well."""
+    """Return the outside point that fits best, if it fits.
+
+    Of many points several that fit well are returned.
+    """
     from scipy.stats import chi2, f
 
     outside = np.flatnonzero(~used)

@@ -1,4 +1,7 @@
-"""Points that represent a model: those of a cloud, or vertices with more points on large faces."""
+"""Points that represent a model.
+
+They are the points of a cloud, or vertices with more points on large faces.
+"""
 
 from __future__ import annotations
 

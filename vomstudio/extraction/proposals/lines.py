@@ -1,4 +1,4 @@
-"""Lines that stand out of the noise of a surface, and the probability of such lines in noise.
+"""Lines on a surface that are stronger than noise, and their probability in noise.
 
 The evidence is the cost of a followed trace compared with its surroundings. Places with strong
 evidence form connected pieces, and a line is the longest path through one. The p-value is the share

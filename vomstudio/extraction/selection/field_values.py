@@ -88,7 +88,7 @@ def select_by_value(
 
 
 class ElementColours:
-    """Colours of the faces of a mesh, from its textures or vertices, or of the points of a cloud.
+    """Colours of the faces of a mesh (textures or vertices), or of the points of a cloud.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Kinematic analysis of a slope at each of its facets, with the facet's attitude as the face.
+"""Kinematic analysis of a slope with the attitude of each of its facets as the face.
 
 Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic analysis, ROKA, Applied
 Sciences 11, 1698) use local faces in the same way.
@@ -63,7 +63,10 @@ class FacetFace:
 
 @dataclass(frozen=True)
 class CriticalShare:
-    """Number of critical planes or intersections among `of`; `share` is None if there are none."""
+    """Number of critical planes or intersections among `of`.
+
+    `share` is None if there are none.
+    """
 
     critical: int
     of: int
@@ -257,7 +260,7 @@ def _exclude_own_plane(
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Subtract the own plane of a facet, in row `own_row`, and its intersections from the counts.
+    """Subtract a facet's own plane, in row `own_row`, and its intersections from counts.
 
     Nothing slides out of a face on its own plane or along a line in it.
     """

@@ -68,7 +68,7 @@ class LengthFit:
 
 @dataclass(frozen=True)
 class LengthLaw:
-    """Family of distributions by functions of lengths x (n,) and logarithms u (k,) of parameters.
+    """Family of distributions of lengths x (n,) with logarithms u (k,) of its parameters.
 
     Attributes
     ----------

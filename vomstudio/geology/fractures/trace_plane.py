@@ -423,7 +423,7 @@ def _no_plane() -> GeometryError:
 
 
 def _extent(shape: Any, option: str) -> float:
-    """Return the area enclosed by the rings of a shape with heights, or the length of its lines."""
+    """Return the area inside the rings of a shape with heights, or the length of its lines."""
     import shapely
 
     total = 0.0

@@ -1,4 +1,4 @@
-"""Effects of the size and edge of a sampling window on number, length and intensity of traces."""
+"""Effects of the sampling window on number, length and intensity of traces."""
 
 from __future__ import annotations
 

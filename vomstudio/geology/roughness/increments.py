@@ -1,4 +1,4 @@
-"""Roughness of a surface by second differences: growth with distance, and smoothest direction.
+"""Surface roughness by second differences: growth with distance, smoothest direction.
 
 z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane does not matter. For a
 self-affine surface its mean square grows as |h|^(2 H) with the Hurst exponent H (Kent & Wood 1997,
@@ -176,7 +176,7 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
 def fit_exponent(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> Exponent | None:
-    """Fit the Hurst exponent of all directions over the distances that noise does not dominate.
+    """Fit the Hurst exponent of all directions over distances not dominated by noise.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sets of planes among poles: a mixture of clusters on the sphere and a uniform background.
+"""Sets among poles: a mixture of clusters on the sphere and a uniform background.
 
 Each cluster is a Bingham (1974) distribution, which may be elongated and has equal densities for a
 pole and its opposite, so that sets of steep planes, whose poles lie on both sides of the net, need

@@ -1,4 +1,4 @@
-"""Levels of the points of a patch: two planes a step apart, or two layers of misaligned scans.
+"""Levels in the points of a patch: two parallel planes, or layers of misaligned scans.
 
 One plane of all points would lie between them. Steps are detected by the means of small cells,
 which scatter much less than points, so that steps of twice the noise are visible: after subtraction

@@ -1,4 +1,4 @@
-"""Whether all kernels of this program have been compiled on this machine, told without loading one.
+"""Record of whether all kernels are compiled on this machine.
 
 To look each one up takes a process of its own two seconds. So whoever has made all of them ready
 leaves a note beside them that is called by the program's files, what compiles them and the machine.

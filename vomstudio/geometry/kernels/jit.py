@@ -1,4 +1,4 @@
-"""Compiled kernels: written in Python, compiled by numba once, and loaded without it afterwards.
+"""Kernels in Python, compiled by numba once and loaded without it afterwards.
 
 `import numba` takes longer than most of a small command. Nothing here imports it before a kernel
 must be compiled: its machine code is cached on the disk and loaded into a later process by llvmlite

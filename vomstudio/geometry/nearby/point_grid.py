@@ -1,4 +1,4 @@
-"""Points sorted by the cells of a grid: sums over the neighbours of many places, in parallel.
+"""Points sorted by grid cells, for parallel sums over the neighbours of many places.
 
 Search trees return lists of neighbours, which for millions of places do not fit into memory; a
 compiled loop over the cells stores only the sums.
@@ -44,7 +44,9 @@ class LocalPlanes:
 
 @dataclass(frozen=True, eq=False)
 class CylinderStatistics:
-    """Positions of the points in a cylinder around each of k places, along its axis from the place.
+    """Positions of points in a cylinder around each of k places, along its axis.
+
+    They are relative to the place.
 
     Attributes
     ----------
@@ -133,7 +135,9 @@ class PointGrid:
         radius: float,
         progress: Progress | None = None,
     ) -> FloatArray:
-        """Compute the mean curvature (k,) of quadrics through the points within `radius` of places.
+        """Compute the mean curvature (k,) of quadrics through the points near places.
+
+        The points are within `radius`.
 
         In inverse units of the points, positive if the surface bends away from the unit normals (k,
         3); NaN for fewer than ten points. Raises Cancelled through `progress`, whose steps are

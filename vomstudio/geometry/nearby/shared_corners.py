@@ -1,4 +1,4 @@
-"""Shared vertices of faces: coincident vertices are one, and so are faces on the same vertices.
+"""Shared vertices of faces: coincident vertices become one, and so do equal faces.
 
 Free sides next to each other, such as at the seam of two tiles, are one side.
 """

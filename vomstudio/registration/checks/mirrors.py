@@ -1,4 +1,4 @@
-"""Check for points that fit as a mirror image, and models that a registration turns upside down.
+"""Checks for points that fit as a mirror image, and for models turned upside down.
 
 A similarity does not mirror: if easting and northing of points on flat ground are exchanged, it
 turns the model upside down, which fits nearly as well as the right position.

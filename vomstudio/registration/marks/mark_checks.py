@@ -302,7 +302,10 @@ def _group_by_photo(
 def _conversions(
     photos: Sequence[_PhotoMarks], targets: FloatArray
 ) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
-    """Return other conventions: description, size relative to the marked copies, and conversion."""
+    """Return other pixel conventions.
+
+    Each has a description, a size relative to the marked copies, and a conversion.
+    """
     for convention in _other_conventions():
         yield convention.words, 1.0, convention
 

@@ -164,7 +164,7 @@ def _scatter_px(located: Sequence[tuple[Marks, FloatArray]]) -> float:
 
 
 def _unfitted(count: int) -> float:
-    """Return how many times larger errors of marks are than their distances from a fitted place."""
+    """Return the ratio of the errors of marks to their distances from a fitted place."""
     if count == 2:
         # One number remains, shared by both marks.
         return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_SIZE
@@ -247,7 +247,7 @@ def agreement_px(mark_px: float) -> float:
 
 
 def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatArray:
-    """Return the covariance (3, 3) of a triangulated place, in the frame and unit of the views.
+    """Return the covariance (3, 3) of a triangulated place, in the frame of the views.
 
     Parameters
     ----------
