@@ -142,7 +142,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 def _way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[FloatArray, Sequence[Finding]]:
-    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings about them."""
+    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels

@@ -127,7 +127,13 @@ def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> S
 
 
 def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
-    """Return the axes with a unit that was given. Raise UsageError if their CRS has another one."""
+    """Return the axes with a unit that was given.
+
+    Raises
+    ------
+    UsageError
+        If their CRS has another unit.
+    """
     if axes.kind == "local":
         return StatedAxes()
     if axes.kind != "projected" or axes.crs is None or axes.unit_m is None:

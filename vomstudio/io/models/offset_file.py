@@ -1,4 +1,4 @@
-"""`NAME.offset.txt` beside a model: the integer origin, and the CRS, of float32 coordinates.
+"""Integer origin and CRS of float32 coordinates in `NAME.offset.txt` beside a model.
 
 One line of the form `EPSG:32615; World = (x, -z, y) + offset 576000 5188000 0`; a CRS without a
 code follows on a line of its own as `CRS: ` and its WKT.

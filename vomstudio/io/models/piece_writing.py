@@ -116,7 +116,7 @@ def write_piece(
 
 
 def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
-    """Return the selected faces of a mesh with their vertices and materials, or points of a cloud.
+    """Return the selected faces of a mesh with vertices and materials, or points of a cloud.
 
     `mask` (n,) selects them; all values and the file's frame are kept. Raises GeometryError for an
     empty selection, or a mask of another model.

@@ -193,7 +193,13 @@ def match_pairs(
     threads: int = -1,
     seed: int = 0,
 ) -> None:
-    """Match and verify pairs that are not yet in the database. Raises Cancelled within a block."""
+    """Match and verify pairs that are not yet in the database.
+
+    Raises
+    ------
+    Cancelled
+        Also within a block.
+    """
     pycolmap = colmap()
     with open_for_reading(path) as database:
         remaining_pairs = [pair for pair in pairs if not is_compared(database, pair)]

@@ -349,7 +349,7 @@ def usable_tables(
 
 # --- what is missing ------------------------------------------------------------------------------
 def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
-    """Return the control points that can place the model: those marked in two (of these) photos."""
+    """Return the control points that can place the model: those marked in two photos."""
     allowed = None if photos is None else set(photos)
     return [
         p.label

@@ -1,4 +1,4 @@
-"""Read data of a finished reconstruction for inspection: pairs, cameras, residuals, depth maps.
+"""Data of a finished reconstruction: pairs, cameras, residuals, depth maps.
 
 All functions read the folder of a reconstruction without changes, and raise InputError if a stage
 is unfinished or damaged. Pixels are those of the photos as stored.

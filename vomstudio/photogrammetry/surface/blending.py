@@ -237,7 +237,7 @@ def _unclipped(colors: Float32Array) -> BoolArray:
 def _balance(
     rows: _Rows, n: int, count: int, values: Float32Array, usable: BoolArray | None
 ) -> FloatArray:
-    """Return the excess (count, c) of each photo's values over the others' at the same vertices.
+    """Return the excess (count, c) of each photo's values over others at the same vertices.
 
     Least squares over the medians of all pairs, with a mean of about 0 in each connected group.
     """

@@ -179,7 +179,7 @@ def draw_pages(
 
 
 def _tile_memory(photos: Sequence[Photo]) -> int:
-    """Return the peak memory of `draw_tile`: the sums of a tile, and one photo with its pyramid."""
+    """Return the peak memory of `draw_tile`: sums of a tile, and a photo with its pyramid."""
     largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
     return 35 * _TILE**2 + 6 * largest + 20_000_000
 

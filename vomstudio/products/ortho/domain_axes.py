@@ -74,7 +74,7 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
 
 
 def off_axis_findings(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
-    """Return findings if a view is off the axis of a domain by more than its error and a degree."""
+    """Return findings if a view is off a domain's axis by more than its error and a degree."""
     try:
         axis = axes_of_domains(items, "")[name]
     except (UsageError, KeyError):

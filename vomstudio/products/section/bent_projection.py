@@ -1,4 +1,4 @@
-"""Projection of lines onto a section with bends, part by part onto the piece in front of them."""
+"""Projection of lines onto a section with bends, each part onto the piece in front."""
 
 from __future__ import annotations
 

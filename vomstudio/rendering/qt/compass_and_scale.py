@@ -1,4 +1,4 @@
-"""Compass and scale bar over the drawn outcrop, in logical pixels from the top left corner."""
+"""Compass and scale bar over the outcrop, in logical pixels from the top left corner."""
 
 from __future__ import annotations
 

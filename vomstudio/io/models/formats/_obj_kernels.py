@@ -31,7 +31,10 @@ _NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
 
 @part
 def _classify(data, i, end):  # type: ignore[no-untyped-def]
-    """Kind of the line that starts at i, and where its values start. data[end - 1] is a newline."""
+    """Return the kind of the line that starts at i, and where its values start.
+
+    data[end - 1] is a newline.
+    """
     while is_space(data[i]):
         i += 1
     c = data[i]

@@ -255,7 +255,7 @@ def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
 
 
 def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
-    """Return two triangles between four pixels, along the diagonal with the smaller height step.
+    """Return two triangles between four pixels, split by the smaller height step.
 
     One triangle between three pixels. Counterclockwise from above if rows run south.
     """

@@ -56,7 +56,9 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
+    """Read the points of a LAS or LAZ file.
+
+    Coordinates are float64 from the file's integers, scale and offset.
 
     Colours have 8 bits; fields are the standard ones that are not 0 everywhere, and all extra
     ones. The CRS is the file's own. A truncated file returns its points, with a warning. Raises
