@@ -273,7 +273,7 @@ class MainWindow(QMainWindow):
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
             self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
-        self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
+        self.tool_panel.set_title_callback(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
         from vomstudio.ui.shell.menus import make_bars
