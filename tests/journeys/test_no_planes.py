@@ -241,7 +241,7 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     key(window, Qt.Key.Key_Z, driver.CTRL)
     assert (len(studio.session.of(Station)), len(studio.session.of(Lithology))) == (1, 1)
     assert window.table.model.rowCount() == 2
-    place = window.table.model.place(one.id)
+    place = window.table.model.find_source_row(one.id)
     texts = [column.text(window.table.model.row(place)) for column in COLUMNS]
     shown = {column.title: text for column, text in zip(COLUMNS, texts, strict=True)}
     assert shown["Area"]

@@ -242,7 +242,7 @@ class MainWindow(QMainWindow):
         self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
-        photos.chosen.connect(self.photos_panel.choose)
+        photos.photo_selected.connect(self.photos_panel.choose)
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )

@@ -27,7 +27,7 @@ from vomstudio.ui.base.controls import ComboBox, Label, row_of
 from vomstudio.ui.base.number_formatting import area as area_text
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.measured_planes import measured_planes, planes_of
+from vomstudio.ui.panels.features.measured_planes import measured_planes, oriented_planes
 from vomstudio.ui.panels.surface.facet_texts import (
     agreement_text,
     share_text,
@@ -286,7 +286,9 @@ class FacetsPanel(ProposalsPanel):
             and getattr(f, "runs", None) not in same
         ]
         chosen = [(proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)]
-        agreement = compare_proposals(measured_planes(studio, picks), planes_of(studio, chosen))
+        agreement = compare_proposals(
+            measured_planes(studio, picks), oriented_planes(studio, chosen)
+        )
         if agreement.picked:
             lines.append(agreement_text(agreement))
         return "\n".join(line for line in lines if line)
