@@ -121,7 +121,7 @@ class Row(Subject):
         return kind_figure.text(self)
 
 
-def create_row(studio: Studio, feature: Feature, measured: Measurement) -> Row:
+def create_row(studio: Studio, feature: Feature, measurement: Measurement) -> Row:
     """Create the row of a feature of the project."""
-    subject = studio.subject(feature, measured)
-    return Row(feature, measured, subject.records, subject.nearest, studio.settings.notation)
+    subject = studio.subject(feature, measurement)
+    return Row(feature, measurement, subject.records, subject.nearest, studio.settings.notation)

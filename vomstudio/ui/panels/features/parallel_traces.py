@@ -36,10 +36,10 @@ def describe_parallel_beds(studio: Studio) -> list[str]:
     traces = [t for id_ in ids if (t := get(studio.records, id_, Trace)) is not None]
     if len(traces) < len(ids) or len({t.type_id for t in traces}) > 1:
         return []
-    measured = studio.measured(t.id for t in traces)
-    if _has_divergent_planes([measured[t.id] for t in traces]):
+    measurements = studio.measured(t.id for t in traces)
+    if _has_divergent_planes([measurements[t.id] for t in traces]):
         return []
-    points = [measured[t.id].points for t in traces]
+    points = [measurements[t.id].points for t in traces]
     offsets = np.cumsum([0, *map(len, points)])
     try:
         beds = parallel_beds([t.id for t in traces], np.concatenate(points), offsets)

@@ -56,9 +56,9 @@ def why_not_keep(studio: Studio) -> Finding | None:
     return studio.measure(relation).problem
 
 
-def why_no_line(measured: Measurement) -> Finding | None:
+def why_no_line(measurement: Measurement) -> Finding | None:
     """Return the finding that the intersection line is unknown; None if it is known."""
-    return None if measured.line is not None else Finding("action.no-intersection")
+    return None if measurement.line is not None else Finding("action.no-intersection")
 
 
 def keep_intersection(studio: Studio) -> None:
@@ -68,26 +68,26 @@ def keep_intersection(studio: Studio) -> None:
         studio.selection.set([relation.id])
 
 
-def format_relation(measured: Measurement) -> list[str]:
+def format_relation(measurement: Measurement) -> list[str]:
     """Format angle, intersection line, error and reasons as lines of rich text."""
-    if measured.line is None:
-        return [escape(str(measured.problem or "–"))]
+    if measurement.line is None:
+        return [escape(str(measurement.problem or "–"))]
     intersection = (
-        tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measured.attitude())
-        if measured.total95_deg is None
-        else tr("Intersection: <b>{line}</b> (95 %)", line=measured.attitude())
+        tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measurement.attitude())
+        if measurement.total95_deg is None
+        else tr("Intersection: <b>{line}</b> (95 %)", line=measurement.attitude())
     )
     registration_lines = []
-    if measured.registration_error_deg is not None:
-        error = degrees(measured.registration_error_deg)
+    if measurement.registration_error_deg is not None:
+        error = degrees(measurement.registration_error_deg)
         registration_lines.append(tr("Of that by the registration: {error}", error=error))
     return [
-        tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
+        tr("Angle between the planes: {angle}", angle=degrees(measurement.angle_deg)),
         intersection,
         *registration_lines,
         *(
             f"• {escape(reason.message)}"
-            for reason in (measured.verdict.reasons if measured.verdict else ())
+            for reason in (measurement.verdict.reasons if measurement.verdict else ())
         ),
     ]
 
@@ -166,9 +166,9 @@ class IntersectionDialog(QDialog):
             self.result_text.setText(same.message)
             allow(self.keep_button, same)
             return
-        measured = self._studio.measure(relation)
-        self.result_text.setText("<br>".join(format_relation(measured)))
-        allow(self.keep_button, why_no_line(measured))
+        measurement = self._studio.measure(relation)
+        self.result_text.setText("<br>".join(format_relation(measurement)))
+        allow(self.keep_button, why_no_line(measurement))
 
     def _keep_result(self) -> None:
         relation = self.relation()

@@ -237,16 +237,18 @@ class ProjectTree(QWidget):
         """Update the items of features; new items are added at the end of their group."""
         new_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         features = list(features)
-        measured = self._studio.measured(feature.id for feature in features)
+        measurements = self._studio.measured(feature.id for feature in features)
         for feature in features:
             item, parent = self._find_or_create_item(feature, group_of(feature))
-            self._update_item(item, feature, measured[feature.id])
+            self._update_item(item, feature, measurements[feature.id])
             if parent is not None:
                 new_items.setdefault(group_of(feature), (parent, []))[1].append(item)
         for parent, items in new_items.values():
             parent.addChildren(items)
 
-    def _update_item(self, item: QTreeWidgetItem, feature: Feature, measured: Measurement) -> None:
+    def _update_item(
+        self, item: QTreeWidgetItem, feature: Feature, measurement: Measurement
+    ) -> None:
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -258,17 +260,17 @@ class ProjectTree(QWidget):
                 else Qt.ItemFlag.NoItemFlags
             )
         )
-        row = create_row(self._studio, feature, measured)
+        row = create_row(self._studio, feature, measurement)
         item.setIcon(NAME, self._icons[kind_of(feature).name])
-        text = orientation_text(measured, self._studio.settings.notation)
+        text = orientation_text(measurement, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
         item.setToolTip(SET, as_words(row.set_name))
-        is_judged = measured.verdict is not None or measured.problem is not None
+        is_judged = measurement.verdict is not None or measurement.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if is_judged else QIcon())
         remarks = [tr("Overturned")] if row.overturned else []
-        verdict = measured.verdict
-        findings = (*verdict.reasons, *verdict.notes) if verdict else (measured.problem or "",)
+        verdict = measurement.verdict
+        findings = (*verdict.reasons, *verdict.notes) if verdict else (measurement.problem or "",)
         reasons = map(str, findings)
         item.setToolTip(ORIENTATION, as_words("\n".join([*remarks, *reasons])))
         tooltip_lines = [f"{feature.name}: {row.class_name}", *remarks]

@@ -190,26 +190,26 @@ class PropertiesPanel(QWidget):
     def _show_relation(self) -> None:
         """Show the relation of two selected planes, and of traces of one type as beds."""
         relation = plane_relations.selected_intersection(self._studio)
-        parallel = describe_parallel_beds(self._studio)
-        self._relation.setVisible(relation is not None or bool(parallel))
+        bed_lines = describe_parallel_beds(self._studio)
+        self._relation.setVisible(relation is not None or bool(bed_lines))
         self._keep.setVisible(relation is not None)
         if relation is None:
-            self._relation.setText("<br>".join(parallel))
+            self._relation.setText("<br>".join(bed_lines))
             return
         first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
         names = tr("{first} and {second}", first=first, second=second)
-        measured = self._studio.measure(relation)
+        measurement = self._studio.measure(relation)
         lines = [
-            *plane_relations.format_relation(measured),
+            *plane_relations.format_relation(measurement),
             *describe_crossing(self._studio),
-            *parallel,
+            *bed_lines,
         ]
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        allow(self._keep, plane_relations.why_no_line(measured))
+        allow(self._keep, plane_relations.why_no_line(measurement))
 
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()
-        measured = self._studio.measured([feature.id])[feature.id]
+        measurement = self._studio.measured([feature.id])[feature.id]
         kind = kind_of(feature)
         self._show_count(feature)
         attributes = {attribute.field: attribute for attribute in kind.attributes}
@@ -227,14 +227,14 @@ class PropertiesPanel(QWidget):
             else:
                 _show_value(widget, getattr(feature, name))
         lines = [
-            *describe_trace_band(self._studio, feature.id, measured),
-            *kind.about(self._studio.subject(feature, measured)),
+            *describe_trace_band(self._studio, feature.id, measurement),
+            *kind.about(self._studio.subject(feature, measurement)),
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
         # This call lays out the panel, so it comes last.
         self._fit.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
 
     def _show_count(self, current: Feature) -> None:
@@ -253,30 +253,30 @@ class PropertiesPanel(QWidget):
 
     def _show_model(self, model: Model) -> None:
         lines, bold = [model.name, model.path], [model.name]
-        opened = self._studio.models.get(model.id)
-        if opened is None:
+        open_model = self._studio.models.get(model.id)
+        if open_model is None:
             lines.append(tr("The file is not open."))
-        elif isinstance(opened.data, Mesh):
-            textures = sum(m.texture is not None for m in opened.data.materials)
+        elif isinstance(open_model.data, Mesh):
+            textures = sum(m.texture is not None for m in open_model.data.materials)
             lines.append(
                 tr_n(
                     "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} texture",
                     "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} textures",
                     textures,
-                    triangles=len(opened.data.faces),
-                    vertices=len(opened.data.vertices),
+                    triangles=len(open_model.data.faces),
+                    vertices=len(open_model.data.vertices),
                 )
             )
         else:
-            lines.append(tr("Point cloud: {count:,} points", count=opened.data.count))
-            if isinstance(opened.data, StreamedCloud):
+            lines.append(tr("Point cloud: {count:,} points", count=open_model.data.count))
+            if isinstance(open_model.data, StreamedCloud):
                 lines.append(
                     tr("Streamed: measurements use the points that are loaded for the view.")
                 )
         from vomstudio.registration.summary import placement_facts, summary_of
 
         lines.append(tr("Frame: {frame}", frame=model.frame.name()))
-        facts = placement_facts(model, None if opened is None else opened.resolution)
+        facts = placement_facts(model, None if open_model is None else open_model.resolution)
         lines += [f"{name}: {value}" for name, value in facts]
         if model.registration is not None:
             summary = summary_of(model.registration)
@@ -284,8 +284,8 @@ class PropertiesPanel(QWidget):
             lines += [summary.sentence] if summary.sentence else []
             bold.append(summary.sentence)
             lines += [f"• {warning}" for warning in summary.warnings]
-        if opened is not None:
-            lines += map(str, opened.warnings)
+        if open_model is not None:
+            lines += map(str, open_model.warnings)
         self._model.setText(rich_lines(lines, bold))
 
 

@@ -82,9 +82,9 @@ class SortedRows(QAbstractTableModel):
             return defined
         return defined + [source_row for source_row in passing if keys[source_row] is None]
 
-    def _set_shown_rows(self, shown: list[int]) -> None:
-        self._shown_rows = shown
-        self._positions = dict(zip(shown, count(), strict=False))
+    def _set_shown_rows(self, source_rows: list[int]) -> None:
+        self._shown_rows = source_rows
+        self._positions = dict(zip(source_rows, count(), strict=False))
 
     def _update_shown_rows(self, target: list[int]) -> None:
         """Show these source rows in order, with the smallest change for the views."""

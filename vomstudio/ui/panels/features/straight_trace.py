@@ -12,9 +12,9 @@ from vomstudio.project.straight_traces import band_of_measured, priors_among
 from vomstudio.ui.base.studio import Studio
 
 
-def describe_trace_band(studio: Studio, feature_id: str, measured: Measurement) -> list[str]:
+def describe_trace_band(studio: Studio, feature_id: str, measurement: Measurement) -> list[str]:
     """Describe the band of planes of a straight trace; empty for other features."""
-    band = band_of_measured(measured)
+    band = band_of_measured(measurement)
     if band is None:
         return []
     from vomstudio.geology.band_figures import band_lines, describe_band
@@ -42,8 +42,8 @@ def describe_trace_band(studio: Studio, feature_id: str, measured: Measurement) 
 def describe_crossing(studio: Studio) -> list[str]:
     """Describe the plane that contains two selected straight traces."""
     ids = studio.selection.ids
-    measured = studio.measured(ids)
-    bands = [band_of_measured(measured[id_]) for id_ in ids if id_ in measured]
+    measurements = studio.measured(ids)
+    bands = [band_of_measured(measurements[id_]) for id_ in ids if id_ in measurements]
     if len(ids) != 2 or len(bands) != 2 or bands[0] is None or bands[1] is None:
         return []
     from vomstudio.geology.plane_bands import crossing_plane

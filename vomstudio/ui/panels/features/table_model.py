@@ -173,8 +173,8 @@ class OrientationModel(QAbstractTableModel):
     def read_rows(self) -> list[Row]:
         """Create the rows of all features without showing them."""
         features = [f for f in self._studio.session.features() if _is_listed(f)]
-        measured = self._studio.measured(feature.id for feature in features)
-        return [create_row(self._studio, feature, measured[feature.id]) for feature in features]
+        measurements = self._studio.measured(feature.id for feature in features)
+        return [create_row(self._studio, feature, measurements[feature.id]) for feature in features]
 
     def reset(self, rows: list[Row] | None = None) -> None:
         """Show the given rows, or the rows of all features."""
@@ -189,12 +189,12 @@ class OrientationModel(QAbstractTableModel):
             self.reset()
             return
         self._remove_rows([i for i in ids if self._studio.records.get(i) is None])
-        measured = self._studio.measured(ids)
+        measurements = self._studio.measured(ids)
         for id_ in ids:
             feature = get_feature(self._studio.records, id_)
             if feature is None or not _is_listed(feature):
                 continue
-            row = create_row(self._studio, feature, measured[id_])
+            row = create_row(self._studio, feature, measurements[id_])
             source_row = self._source_rows.get(id_)
             if source_row is None:
                 source_row = len(self._rows)

@@ -161,21 +161,21 @@ class TablePanel(QWidget):
     def column_menu(self) -> QMenu:
         """Create the header's context menu, which shows and hides columns."""
         menu = QMenu(self)
-        hidden = self._studio.settings.hidden_columns
+        hidden_titles = self._studio.settings.hidden_columns
         for column in COLUMNS[1:]:
             action = menu.addAction(tr(column.title))
             action.setToolTip(tr(column.tip))
             action.setCheckable(True)
-            action.setChecked(column.title not in hidden)
+            action.setChecked(column.title not in hidden_titles)
             action.toggled.connect(partial(self._show_column, column.title))
         menu.setToolTipsVisible(True)
         menu.addSeparator()
         menu.addAction(tr("Show all columns"), lambda: self._hide_columns([]))
         return menu
 
-    def _show_column(self, title: str, shown: bool) -> None:
-        hidden = [t for t in self._studio.settings.hidden_columns if t != title]
-        self._hide_columns(hidden if shown else [*hidden, title])
+    def _show_column(self, title: str, is_shown: bool) -> None:
+        hidden_titles = [t for t in self._studio.settings.hidden_columns if t != title]
+        self._hide_columns(hidden_titles if is_shown else [*hidden_titles, title])
 
     def _hide_columns(self, titles: list[str]) -> None:
         self._studio.settings.hidden_columns = titles
@@ -243,11 +243,11 @@ class TablePanel(QWidget):
             self.view.setColumnWidth(i, min(420, self.view.columnWidth(i)))
 
     def _show_count(self) -> None:
-        total, shown = self.model.rowCount(), self._sorted.rowCount()
+        total, shown_count = self.model.rowCount(), self._sorted.rowCount()
         self._count.setText(
             tr_n("{count} feature", "{count} features", total)
-            if shown == total
-            else tr("{shown} of {total} features", shown=shown, total=total)
+            if shown_count == total
+            else tr("{shown} of {total} features", shown=shown_count, total=total)
         )
         self._empty_label.setVisible(total == 0)
         self.view.setVisible(total > 0)

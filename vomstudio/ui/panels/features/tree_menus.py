@@ -138,5 +138,5 @@ class TreeMenus(QObject):
     def _change_type_field(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
         if getattr(kind, field) != value:
             # The menu entries are valid values of the literal types.
-            changed = replace(kind, **{field: value})  # type: ignore[arg-type]
-            self._studio.attempt(edits.change_type, changed)
+            new_kind = replace(kind, **{field: value})  # type: ignore[arg-type]
+            self._studio.attempt(edits.change_type, new_kind)

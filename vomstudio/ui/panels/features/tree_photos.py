@@ -113,8 +113,8 @@ class TreePhotos(QObject):
 
     def apply_edit(self, edit: Edit) -> None:
         """Update the branches after an edit."""
-        changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
-        if not any(isinstance(r, _RECORD_KINDS) for r in changed):
+        records = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
+        if not any(isinstance(r, _RECORD_KINDS) for r in records):
             return
         with QSignalBlocker(self._tree):
             sets = {each.id: each for each in photo_sets(self._studio.records)}
@@ -127,7 +127,7 @@ class TreePhotos(QObject):
                     self._add_branch(photo_set)
                     self._tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
                 self._update_title(photo_set)
-            self._update_labels(_changed_photos(changed))
+            self._update_labels(_changed_photos(records))
 
     def _add_branch(self, photo_set: PhotoSet) -> None:
         item = TreeItem(self._tree)
@@ -159,8 +159,8 @@ class TreePhotos(QObject):
         item.setToolTip(NAME, "\n".join(lines))
 
     def _is_in_panel(self, id_: str) -> bool:
-        shown = self._survey.document.photo_set
-        return shown is not None and shown.id == id_
+        photo_set = self._survey.document.photo_set
+        return photo_set is not None and photo_set.id == id_
 
     def _list_names(self, id_: str) -> Sequence[str]:
         if self._is_in_panel(id_) and self._survey.rows:
@@ -168,15 +168,15 @@ class TreePhotos(QObject):
         return self._names.get(id_, ())
 
     def _update_shown_set(self) -> None:
-        shown = self._survey.document.photo_set
-        if shown is None or shown.id not in self._branches or not self._survey.rows:
+        photo_set = self._survey.document.photo_set
+        if photo_set is None or photo_set.id not in self._branches or not self._survey.rows:
             return
         with QSignalBlocker(self._tree):
-            self._update_title(shown)
-            names = self._list_names(shown.id)
-            if shown.id in self._names and list(self._names[shown.id]) != list(names):
-                self._branches[shown.id].takeChildren()
-                self._fill(shown.id, names)
+            self._update_title(photo_set)
+            names = self._list_names(photo_set.id)
+            if photo_set.id in self._names and list(self._names[photo_set.id]) != list(names):
+                self._branches[photo_set.id].takeChildren()
+                self._fill(photo_set.id, names)
 
     # --- photos of a set ---------------------------------------------------------------------
     def _expand(self, item: QTreeWidgetItem) -> None:
@@ -246,12 +246,12 @@ class TreePhotos(QObject):
             counts: dict[str, int] = {}
             for _, mark in marks_of(records, id_):
                 counts[mark.photo] = counts.get(mark.photo, 0) + 1
-            masked = masks_of(records, id_).keys()
+            masked_photos = masks_of(records, id_).keys()
             for number in numbers:
                 name = names[number]
                 count = counts.get(name, 0)
                 labels = [tr_n("{count} mark", "{count} marks", count)] if count else []
-                labels += [tr("mask")] if name in masked else []
+                labels += [tr("mask")] if name in masked_photos else []
                 row = branch.child(number)
                 if row is not None:
                     row.setText(ORIENTATION, " · ".join(labels))
@@ -302,5 +302,5 @@ class TreePhotos(QObject):
                 self.photo_selected.emit(photo)
 
 
-def _changed_photos(changed: Sequence[Record | None]) -> set[str]:
-    return {r.photo for r in changed if isinstance(r, ImageMark | Mask)}
+def _changed_photos(records: Sequence[Record | None]) -> set[str]:
+    return {r.photo for r in records if isinstance(r, ImageMark | Mask)}

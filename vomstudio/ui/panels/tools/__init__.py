@@ -32,8 +32,8 @@ def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidge
         for name, module in _MODULES.items()
         if hasattr(module, "PANEL")
     }
-    shared = {name: getattr(module, "SHARES", "") for name, module in _MODULES.items()}
-    return panels | {name: panels[other] for name, other in shared.items() if other}
+    shared_names = {name: getattr(module, "SHARES", "") for name, module in _MODULES.items()}
+    return panels | {name: panels[owner] for name, owner in shared_names.items() if owner}
 
 
 def commands(studio: Studio) -> dict[str, list[Command]]:

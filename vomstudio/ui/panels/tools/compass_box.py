@@ -141,8 +141,8 @@ class CompassBox(QWidget):
         current = next((i for i in reversed(features) if not _is_field_reading(studio, i)), None)
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
-        measured = None if current is None else studio.measured([current]).get(current)
-        return record, measured, why_not_read(record, model, measured)
+        measurement = None if current is None else studio.measured([current]).get(current)
+        return record, measurement, why_not_read(record, model, measurement)
 
     def _take_field_reading(self) -> None:
         """Enter the field reading that is selected together with a plane or line."""
@@ -152,12 +152,12 @@ class CompassBox(QWidget):
         if self._model is None or self._read_north is None or not self.reading.isEnabled():
             return
         readings = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
-        _, measured, _ = self._find_feature(self._model)
-        if len(readings) != 1 or measured is None:
+        _, measurement, _ = self._find_feature(self._model)
+        if len(readings) != 1 or measurement is None:
             return
         text = field_text(
             studio.measured(readings)[readings[0]],
-            reading_kind(measured),
+            reading_kind(measurement),
             self._read_north.turned_deg,
             studio.settings.notation,
         )
@@ -171,13 +171,13 @@ class CompassBox(QWidget):
         from vomstudio.studio.placing.known_planes import reading_kind
         from vomstudio.ui.base.number_formatting import orientation_text
 
-        record, measured, reason = self._find_feature(self._model)
+        record, measurement, reason = self._find_feature(self._model)
         notation = self._studio.settings.notation
         example = format_plane(Plane(213.0, 45.0), notation)
-        if reason is None and record is not None and measured is not None:
-            if reading_kind(measured) == "lineation":
+        if reason is None and record is not None and measurement is not None:
+            if reading_kind(measurement) == "lineation":
                 example = "130/25"
-            orientation = orientation_text(measured, notation)
+            orientation = orientation_text(measurement, notation)
             self.feature_label.setText(
                 tr(
                     "{feature}, as it stands {orientation}",
@@ -207,17 +207,17 @@ class CompassBox(QWidget):
         studio = self._studio
         if self._model is None:
             return
-        record, measured, reason = self._find_feature(self._model)
-        if reason is not None or measured is None:
+        record, measurement, reason = self._find_feature(self._model)
+        if reason is not None or measurement is None:
             return
         try:
             reading = parse_reading(
-                self.reading.text(), reading_kind(measured), studio.settings.notation
+                self.reading.text(), reading_kind(measurement), studio.settings.notation
             )
         except VomError as error:
             studio.warn(error)
             return
-        feature = create_reading(record, measured, reading, self._list_names())
+        feature = create_reading(record, measurement, reading, self._list_names())
         if studio.attempt(edits.add_features, [feature]):
             self.reading.clear()
 

@@ -65,8 +65,8 @@ class ContactPanel(QWidget):
     def refresh(self) -> None:
         """Show the current state of the tool."""
         tool, attributes = self._tool, self._tool.attributes
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
         self.type_box.choose(attributes.type_id)

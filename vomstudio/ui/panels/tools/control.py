@@ -228,20 +228,20 @@ class ControlPanel(QWidget):
         from vomstudio.studio.placing.registering import control_pairs, place_by_points
 
         model = self.model
-        opened = None if model is None else self._studio.models.get(model.id)
-        bounds = None if opened is None else opened.data.bounds
+        open_model = None if model is None else self._studio.models.get(model.id)
+        bounds = None if open_model is None else open_model.data.bounds
         pairs, lines = control_pairs(self._points), tuple(self._lines)
         self._pair_count = len(pairs.labels)
         self._extent = float(np.ptp(pairs.model, axis=0).max()) if self._pair_count > 1 else 0.0
         table = compass_table(lines, self.readings.directions)
         keep_scale = self.keep_scale.isChecked()
-        resolution = None if opened is None else opened.resolution
+        resolution = None if open_model is None else open_model.resolution
         photo_up = self._photo_up(model)
 
         def work() -> Placed:
             if model is None:
                 raise GeometryError(Finding("action.no-model"))
-            extent = None if opened is None else some_points(opened.data)
+            extent = None if open_model is None else some_points(open_model.data)
             return place_by_points(
                 pairs,
                 bounds,
@@ -482,12 +482,12 @@ class ControlPanel(QWidget):
     def _apply_line_edit(self, item: QTableWidgetItem) -> None:
         line = self._lines[item.row()]
         try:
-            changed = apply_cell(line, item.column(), item, self._studio.settings.notation)
+            new_line = apply_cell(line, item.column(), item, self._studio.settings.notation)
         except VomError as error:
             self._studio.warn(error)
-            changed = line
-        if changed != line:
-            self._studio.attempt(edits.change_feature, changed)
+            new_line = line
+        if new_line != line:
+            self._studio.attempt(edits.change_feature, new_line)
             return
         self.lines.show_lines(self._lines, self._studio.settings.notation)
         self._show_residuals()
@@ -495,9 +495,9 @@ class ControlPanel(QWidget):
     def _apply_point_edit(self, item: QTableWidgetItem) -> None:
         point = self._points[item.row()]
         if item.column() == TICK:
-            changed = replace(point, check=item.checkState() != Qt.CheckState.Checked)
+            new_point = replace(point, check=item.checkState() != Qt.CheckState.Checked)
         elif item.column() == LABEL:
-            changed = replace(point, name=item.text().strip() or point.name)
+            new_point = replace(point, name=item.text().strip() or point.name)
         else:
             cells = self.table.coordinates(item.row())
             if not all(cell.strip() for cell in cells):
@@ -509,9 +509,9 @@ class ControlPanel(QWidget):
                 self.table.show_points(self._points)
                 self.table.show_residuals(self._points, self.placed)
                 return
-            changed = replace(point, position=(x, y, z))
-        if changed != point:
-            self._studio.attempt(edits.change_feature, changed)
+            new_point = replace(point, position=(x, y, z))
+        if new_point != point:
+            self._studio.attempt(edits.change_feature, new_point)
 
     def apply(self) -> None:
         """Register the model by the points, lines and planes."""
@@ -525,33 +525,35 @@ class ControlPanel(QWidget):
             set_rotations_deg,
         )
 
-        before, placed = self.model, self.placed
-        if before is None or placed is None:
+        previous, placed = self.model, self.placed
+        if previous is None or placed is None:
             return
         north = None if self.north is None else placement_north(self.north, self._lines)
         record = create_registration(
-            placed, control_pairs(self._points), before, self.crs, read_north=north
+            placed, control_pairs(self._points), previous, self.crs, read_north=north
         )
-        if not self._studio.attempt(edits.set_registration, record, [before.id]):
+        if not self._studio.attempt(edits.set_registration, record, [previous.id]):
             return
-        after = self._studio.records[before.id]
-        assert isinstance(after, Model)
+        registered_model = self._studio.records[previous.id]
+        assert isinstance(registered_model, Model)
         studio = self._studio
-        measured = studio.measured(f.id for f in studio.session.features())
+        measurements = studio.measured(f.id for f in studio.session.features())
         points, lines = len(placed.control), len(placement_lines(self._lines))
         readings = len(placement_readings(self._lines, self.readings.directions))
         studio.info(
             Finding(
                 "registration.applied",
-                model=before.name,
+                model=previous.name,
                 count=points + lines + readings,
                 points=points,
                 lines=lines,
                 readings=readings,
-                turn_deg=rotation_deg(before, after),
+                turn_deg=rotation_deg(previous, registered_model),
             )
         )
-        finding = set_rotation_finding(set_rotations_deg(studio.records, before, after, measured))
+        finding = set_rotation_finding(
+            set_rotations_deg(studio.records, previous, registered_model, measurements)
+        )
         if finding is not None:
             studio.info(finding)
 

@@ -76,11 +76,11 @@ class LinePanel(QWidget):
     def refresh(self) -> None:
         """Show the current state of the tool."""
         tool, attributes = self._tool, self._tool.attributes
-        measured = tool.measurement if len(tool.vertices) > 1 else None
+        measurement = tool.measurement if len(tool.vertices) > 1 else None
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
+        self.fit_view.setVisible(measurement is not None)
         self._hint.setText(
             tr(
                 "Click along a striation, a hinge or another lineation. Two points give trend and "

@@ -60,8 +60,8 @@ class LithologyPanel(QWidget):
         if self.lithology_box.currentIndex() < 0:
             self.lithology_box.show_text(tool.lithology)
         allow(self.lithology_box, Finding("feature.continued") if tool.continued else None)
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
         self._hint.setVisible(not tool.open)

@@ -82,8 +82,8 @@ class MeasurePanel(QWidget):
         reason = Finding("measurement.continued") if tool.continued else None
         for field in (self.kind_box, self.plane_box):
             allow(field, reason)
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         bold = lines[:1]
         if not lines and tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
             lines = [str(tool.measurement.problem)]

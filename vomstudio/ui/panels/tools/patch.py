@@ -114,12 +114,12 @@ class PatchPanel(QWidget):
 
     def _show_fit(self) -> None:
         self.radius.setSuffix(" m" if self._studio.metres_known() else tr(" units"))
-        self._measurement = measured = self._tool.measurement
+        self._measurement = measurement = self._tool.measurement
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
-        self._hint.setVisible(measured is None)
+        self.fit_view.setVisible(measurement is not None)
+        self._hint.setVisible(measurement is None)
 
 
 def _button(action: QAction, text: str) -> QToolButton:

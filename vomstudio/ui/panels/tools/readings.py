@@ -89,8 +89,8 @@ def find_north_inputs(
     from vomstudio.studio.placing.read_north import north_inputs
     from vomstudio.studio.placing.registering import control_pairs
 
-    opened = studio.models.get(model.id)
-    bounds = None if opened is None else opened.data.bounds
+    open_model = studio.models.get(model.id)
+    bounds = None if open_model is None else open_model.data.bounds
     return north_inputs(compass, model, bounds, control_pairs(points), crs)
 
 

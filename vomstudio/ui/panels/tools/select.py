@@ -151,12 +151,12 @@ class SelectPanel(QWidget):
                     model=model.name,
                 )
             )
-        measured = tool.measurement
+        measurement = tool.measurement
         self.fit_view.show_measurement(
-            measured, studio.settings.notation, local=not studio.north_known()
+            measurement, studio.settings.notation, local=not studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
-        self._hint.setVisible(measured is None)
+        self.fit_view.setVisible(measurement is not None)
+        self._hint.setVisible(measurement is None)
         self._hint.setText(
             tr("Draw around a piece of the outcrop, or click it. The right button orbits.")
             if selection is None

@@ -64,9 +64,9 @@ class TracePanel(QWidget):
         """Show the current state of the tool."""
         tool = self._tool
         has_fit = tool.followed or len(tool.vertices) > 2
-        measured = tool.measurement if has_fit and not tool.searching else None
+        measurement = tool.measurement if has_fit and not tool.searching else None
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
         self.fit_view.setVisible(tool.open)
         self._hint.setText(
