@@ -137,7 +137,7 @@ def _create_test(token: str) -> Test:
         return _create_text_test(token, figures, op, value)
     if form == "flag":
         return _create_flag_test(token, figures[0], op, value)
-    return _create_number_test(token, key, figures[0], op, value)
+    return _create_number_test(token=token, key=key, figure=figures[0], op=op, value=value)
 
 
 def _value_error(token: str, key: str, form: Form) -> UsageError:

@@ -124,4 +124,10 @@ class Row(Subject):
 def create_row(studio: Studio, feature: Feature, measurement: Measurement) -> Row:
     """Create the row of a feature of the project."""
     subject = studio.subject(feature, measurement)
-    return Row(feature, measurement, subject.records, subject.nearest, studio.settings.notation)
+    return Row(
+        feature=feature,
+        measured=measurement,
+        records=subject.records,
+        nearest=subject.nearest,
+        notation=studio.settings.notation,
+    )

@@ -32,12 +32,12 @@ def oriented_planes(
         points = drawn_points(figures)
         planes.append(
             OrientedPlane(
-                feature.name,
-                feature.type_id if isinstance(feature, Typed) else figures.kind,
-                figures.plane.normal(),
-                points.mean(axis=0) if len(points) else None,
-                catalogue.EXTENT.value(subject),
-                catalogue.TOTAL.value(subject),
+                name=feature.name,
+                kind=feature.type_id if isinstance(feature, Typed) else figures.kind,
+                normal=figures.plane.normal(),
+                place=points.mean(axis=0) if len(points) else None,
+                extent_m=catalogue.EXTENT.value(subject),
+                error95_deg=catalogue.TOTAL.value(subject),
             )
         )
     return planes

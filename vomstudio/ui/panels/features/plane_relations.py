@@ -45,7 +45,13 @@ def selected_intersection(studio: Studio) -> Intersection | None:
 
 def create_intersection(studio: Studio, first: Group, second: Group) -> Intersection:
     """Create the intersection of two groups of planes without storing it."""
-    return Intersection(new_id("intersection"), "", default_line_type(studio), first, second)
+    return Intersection(
+        id=new_id("intersection"),
+        name="",
+        type_id=default_line_type(studio),
+        first=first,
+        second=second,
+    )
 
 
 def why_not_keep(studio: Studio) -> Finding | None:
@@ -152,11 +158,11 @@ class IntersectionDialog(QDialog):
             return None
         intersection = create_intersection(self._studio, first, second)
         return Intersection(
-            intersection.id,
-            self.name.text().strip(),
-            str(self.type_box.currentData()),
-            first,
-            second,
+            id=intersection.id,
+            name=self.name.text().strip(),
+            type_id=str(self.type_box.currentData()),
+            first=first,
+            second=second,
         )
 
     def _refresh(self, *_: object) -> None:

@@ -81,7 +81,13 @@ class ProjectTree(QWidget):
         super().__init__()
         explain(self, "projects.md")
         self._studio, self._photos = studio, photos
-        self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
+        self._menus = TreeMenus(
+            studio=studio,
+            parent=self,
+            actions=menu_actions,
+            edit_type=edit_type,
+            change_type=self.change_type,
+        )
         self._items: dict[str, QTreeWidgetItem] = {}
         self._hidden_ids: set[str] = set()
         self._rows: dict[str, Row] = {}

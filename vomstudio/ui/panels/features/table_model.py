@@ -66,13 +66,13 @@ def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) ->
     is_text = figure.form in ("text", "flag")
     field = figure.attribute if figure.form == "text" else ""
     return Column(
-        figure.title,
-        figure.explanation,
-        lambda row: row.text(figure),
-        value or (lambda row: row.text(figure) if is_text else row.value(figure)),
-        field or None,
-        is_text,
-        figure,
+        title=figure.title,
+        tip=figure.explanation,
+        text=lambda row: row.text(figure),
+        value=value or (lambda row: row.text(figure) if is_text else row.value(figure)),
+        field=field or None,
+        is_left_aligned=is_text,
+        figure=figure,
     )
 
 

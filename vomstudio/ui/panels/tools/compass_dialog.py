@@ -127,13 +127,13 @@ class CompassDialog(QDialog):
         if day:
             day = parse_day(day).isoformat()
         return Compass(
-            compass_id(self._model.id),
-            self._model.id,
-            self.north.currentData(),
-            day,
-            parse_place(self.place.text()),
-            parse_angle(declination) if declination else None,
-            parse_angle(doubt, minimum=0.0) if doubt else None,
+            id=compass_id(self._model.id),
+            model_id=self._model.id,
+            north=self.north.currentData(),
+            day=day,
+            place=parse_place(self.place.text()),
+            declination_deg=parse_angle(declination) if declination else None,
+            doubt_deg=parse_angle(doubt, minimum=0.0) if doubt else None,
         )
 
     def _update_summary(self, _: object = None) -> None:

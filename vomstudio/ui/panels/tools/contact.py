@@ -45,7 +45,14 @@ class ContactPanel(QWidget):
                 "drawn: it has a length, and no plane."
             )
         )
-        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.figures,
+            table=self.table,
+            hint=self._hint,
+        )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)
         studio.edited.connect(self._types_changed)

@@ -243,15 +243,15 @@ class ControlPanel(QWidget):
                 raise GeometryError(Finding("action.no-model"))
             extent = None if open_model is None else some_points(open_model.data)
             return place_by_points(
-                pairs,
-                bounds,
-                model,
-                self.crs,
-                extent,
-                lines,
-                north.doubt_deg,
-                table,
-                north.turned_deg,
+                pairs=pairs,
+                bounds=bounds,
+                model=model,
+                crs=self.crs,
+                extent=extent,
+                lines=lines,
+                north_doubt_deg=north.doubt_deg,
+                compass=table,
+                turned_deg=north.turned_deg,
                 north_sigma_stated=is_sigma_stated,
                 photo_up=photo_up,
                 keep_scale=keep_scale,
@@ -307,7 +307,11 @@ class ControlPanel(QWidget):
             cause_of(error)
             if self.model is None
             else placement_problem(
-                self._points, self._lines, self._pair_count, error, self.readings
+                points=self._points,
+                lines=self._lines,
+                pair_count=self._pair_count,
+                error=error,
+                readings=self.readings,
             )
         )
         self._show_placement(None, problem.message)
@@ -338,7 +342,13 @@ class ControlPanel(QWidget):
             [] if placed is None else line_residuals(self._lines, placed, directions, turned_deg)
         )
         blunders = set() if placed is None else {blunder.label for blunder in placed.blunders}
-        tips = reading_tips(self._lines, self.readings, placed, turned_deg, self._studio)
+        tips = reading_tips(
+            lines=self._lines,
+            readings=self.readings,
+            placed=placed,
+            turned_deg=turned_deg,
+            studio=self._studio,
+        )
         self.lines.show_residuals(
             self._lines, {residual.id: residual.off for residual in residuals}, blunders, tips
         )
@@ -378,7 +388,13 @@ class ControlPanel(QWidget):
 
     def _find_north_inputs(self, compass: Compass) -> North:
         assert self.model is not None
-        return find_north_inputs(self._studio, compass, self.model, self._points, self.crs)
+        return find_north_inputs(
+            studio=self._studio,
+            compass=compass,
+            model=self.model,
+            points=self._points,
+            crs=self.crs,
+        )
 
     def _show_compass(self) -> None:
         lines_tool = self._lines_tool
@@ -393,12 +409,12 @@ class ControlPanel(QWidget):
         self.map.show_points(
             [
                 MapPoint(
-                    p.name,
-                    p.position[0],
-                    p.position[1],
-                    not p.check,
-                    bool(p.vertices),
-                    offsets.get(p.name),
+                    label=p.name,
+                    x=p.position[0],
+                    y=p.position[1],
+                    is_used=not p.check,
+                    is_on_model=bool(p.vertices),
+                    residual=offsets.get(p.name),
                 )
                 for p in self._points
                 if p.position is not None
@@ -420,14 +436,14 @@ class ControlPanel(QWidget):
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
             copy_register(
-                self,
-                studio,
-                path,
-                self._points,
-                self._lines,
-                self.crs,
-                self.readings,
-                self.north,
+                parent=self,
+                studio=studio,
+                model=path,
+                points=self._points,
+                lines=self._lines,
+                crs=self.crs,
+                readings=self.readings,
+                north=self.north,
                 fixed_scale=self._metres_per_unit() if self.keep_scale.isChecked() else None,
                 click_sigma_m=self._parse_click_error(),
             )

@@ -98,7 +98,13 @@ def reading_tips(
         elif placed is not None:
             notation = studio.settings.notation
             tips[line.id] = "\n".join(
-                _format_reading_tip(line, readings, placed, turned_deg, notation)
+                _format_reading_tip(
+                    line=line,
+                    readings=readings,
+                    placed=placed,
+                    turned_deg=turned_deg,
+                    notation=notation,
+                )
             )
     return tips
 

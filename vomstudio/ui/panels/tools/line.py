@@ -54,7 +54,14 @@ class LinePanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("line_vertices")
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.fit_view,
+            table=self.table,
+            hint=self._hint,
+        )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)
         studio.edited.connect(self._types_changed)

@@ -62,7 +62,14 @@ class MeasurePanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("measure_vertices")
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.figures,
+            table=self.table,
+            hint=self._hint,
+        )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 

@@ -91,7 +91,9 @@ def find_north_inputs(
 
     open_model = studio.models.get(model.id)
     bounds = None if open_model is None else open_model.data.bounds
-    return north_inputs(compass, model, bounds, control_pairs(points), crs)
+    return north_inputs(
+        compass=compass, model=model, bounds=bounds, pairs=control_pairs(points), crs=crs
+    )
 
 
 def has_azimuths(lines: Sequence[KnownLine]) -> bool:

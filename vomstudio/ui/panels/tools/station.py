@@ -45,7 +45,14 @@ class StationPanel(QWidget):
                 "by itself; notes are written in Properties."
             )
         )
-        lay_out_picking(self, actions, form, QWidget(), self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=QWidget(),
+            table=self.table,
+            hint=self._hint,
+        )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 

@@ -49,7 +49,14 @@ class TracePanel(QWidget):
         self.table.setObjectName("trace_vertices")
 
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.fit_view,
+            table=self.table,
+            hint=self._hint,
+        )
         # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
