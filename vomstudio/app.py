@@ -39,9 +39,16 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _hear_stop_signals() -> dict[int, Any]:
-    """From now on what asks the process to end raises KeyboardInterrupt and is remembered: a
-    command is asked to end while its modules are read, too. The handlers before, by signal; what
-    is ignored stays so."""
+    """Raise KeyboardInterrupt on stop signals from now on, and remember them.
+
+    A command can also be stopped while its modules are imported. Signals that the process ignores
+    stay ignored.
+
+    Returns
+    -------
+    dict
+        Previous handlers, by signal.
+    """
     if threading.current_thread() is not threading.main_thread():
         return {}
     stop_requests.forget()
@@ -58,8 +65,22 @@ def _leave(handlers: dict[int, Any]) -> None:
 
 
 def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
-    """before : handlers of the signals that the window and the workers hear in ways of their own;
-    ours : the process is nobody else's and ends with the exit code"""
+    """Run the command line, a worker, the graphics check or the window.
+
+    Parameters
+    ----------
+    words : list of str
+        Arguments of the command line.
+    before : dict
+        Previous handlers of the signals that the window and the workers handle themselves.
+    ours : bool
+        Whether the process belongs to the program and ends with the exit code.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     if words[:1] == ["--worker"]:
         # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
         _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})

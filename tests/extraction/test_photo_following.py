@@ -183,11 +183,11 @@ class _Painted(CalibratedPhotos):
     """The photos with something drawn in one of them."""
 
     def __init__(self, photos: CalibratedPhotos, picture: np.ndarray) -> None:
-        super().__init__(photos.views, photos.chosen, photos.files, photos.cameras)
+        super().__init__(photos.views, photos.view_row, photos.files, photos.cameras)
         object.__setattr__(self, "picture", picture)
 
     def pixels(self, view: int) -> np.ndarray:
-        return self.picture if view == self.chosen else super().pixels(view)  # type: ignore[attr-defined]
+        return self.picture if view == self.view_row else super().pixels(view)  # type: ignore[attr-defined]
 
 
 def test_a_long_line_is_found_in_smaller_pictures_first(

@@ -440,8 +440,8 @@ def test_the_usual_spacing_is_the_median_over_the_points() -> None:
 def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() -> None:
     cloud = face(60_000)
     nodes = ArrangedNodes(cloud, arrange(cloud.points), 10**6)
-    assert nodes.in_order
-    assert not File().store.in_order
+    assert nodes.is_ordered
+    assert not File().store.is_ordered
     for piece in nodes.fetch(np.flatnonzero(nodes.counts > 5000).tolist()):
         own = cloud.points[piece.rows]
         steps = np.linalg.norm(np.diff(own, axis=0), axis=1)

@@ -66,7 +66,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     wait(lambda: not tool.searching, "the way with its votes")
     assert window.viewport.preview.path is not None
     assert len(window.viewport.preview.path) > 50, "a vertex for each pixel of the photo"
-    side = driver.tool_panel(window, TracePanel).in_photos
+    side = driver.tool_panel(window, TracePanel).photo_follow_box
     assert panel.photo.rpartition("/")[2] in side.votes.text()
     assert side.votes.isVisible()
     driver.pause(200)
@@ -115,9 +115,9 @@ def test_esc_gives_it_up_as_a_step(bed):
 
 def test_the_box_says_why_photos_cannot_be_followed_in(bed):
     side = driver.tool_panel(bed, TracePanel)
-    assert side.in_photos.check.isEnabled()
+    assert side.photo_follow_box.check.isEnabled()
     side.follow_box.setCurrentIndex(side.follow_box.findData("curvature"))
-    assert not side.in_photos.check.isEnabled()
-    assert "follow.not-in-photos" in shown_codes(side.in_photos.check.toolTip())
+    assert not side.photo_follow_box.check.isEnabled()
+    assert "follow.not-in-photos" in shown_codes(side.photo_follow_box.check.toolTip())
     side.follow_box.setCurrentIndex(0)
-    assert "follow.no-cost" in shown_codes(side.in_photos.check.toolTip())
+    assert "follow.no-cost" in shown_codes(side.photo_follow_box.check.toolTip())

@@ -73,8 +73,8 @@ def click(window, points: np.ndarray) -> None:
 
 
 def choose(panel: ControlPanel, kind: str) -> None:
-    panel.clicked.setCurrentIndex(panel.clicked.findData(kind))
-    panel.clicked.activated.emit(panel.clicked.currentIndex())
+    panel.click_box.setCurrentIndex(panel.click_box.findData(kind))
+    panel.click_box.activated.emit(panel.click_box.currentIndex())
 
 
 def type_value(panel: ControlPanel, text: str) -> None:

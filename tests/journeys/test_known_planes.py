@@ -59,8 +59,8 @@ def begin(window, tilted: Path, picks) -> ControlPanel:
 
 
 def choose(panel: ControlPanel, kind: str) -> None:
-    panel.clicked.setCurrentIndex(panel.clicked.findData(kind))
-    panel.clicked.activated.emit(panel.clicked.currentIndex())
+    panel.click_box.setCurrentIndex(panel.click_box.findData(kind))
+    panel.click_box.activated.emit(panel.click_box.currentIndex())
 
 
 def select(window, name: str) -> None:
@@ -124,8 +124,8 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     panel = begin(window, tilted, picks)
     studio = window.studio
     assert studio.tool_name == "known_line"
-    assert not panel.compass.add.isEnabled()
-    assert panel.compass.add.toolTip()
+    assert not panel.compass.add_button.isEnabled()
+    assert panel.compass.add_button.toolTip()
     names = spread(truth, 6)
     wrong = names[2]
     for name in names:
@@ -137,7 +137,7 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     driver.keep_picture(window, "known_planes_wrong")
 
     # The strike that was read as dip direction is named, and its tick taken away.
-    said = panel.said.text()
+    said = panel.summary.text()
     assert f"{wrong}" in said
     assert "+90°" in said
     assert "--without" not in said
@@ -169,8 +169,8 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     # Ten degrees of declination, stated, and the doubt about it.
     say_north(window, panel, north="magnetic", compass_declination="10", north_doubt="0.7")
     solved(panel)
-    assert "+10.0°" in panel.compass.north.text()
-    assert "declination" in panel.said.text()
+    assert "+10.0°" in panel.compass.north_button.text()
+    assert "declination" in panel.summary.text()
     table = tilted.with_name("readings.csv")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: (str(table), ""))
     panel.copy.click()
@@ -236,7 +236,7 @@ def say_north(window, panel: ControlPanel, *, north: str, **fields: str) -> None
         QTest.mouseClick(ok, Qt.MouseButton.LeftButton)
 
     QTimer.singleShot(50, fill)
-    panel.compass.north.click()
+    panel.compass.north_button.click()
     driver.pause()
 
 
@@ -272,7 +272,7 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     studio.attempt(edits.add_readings, [field])
     studio.selection.set(["t-" + second, "r1"])
     assert panel.compass.reading.text() == "213/45"
-    assert second in panel.compass.of.text()
+    assert second in panel.compass.feature_label.text()
     panel.compass.reading.clear()
     # A trace that is corrected moves its residual at once.
     trace = studio.records["t-" + third]

@@ -64,8 +64,8 @@ def test_each_click_is_a_station_and_numbers_go_on(opened):
     driver.focus(window)
     at = spots(window, (-80, -10), (60, 10), (0, 0))
     click(window.viewport, at[0])
-    panel.what_box.setCurrentIndex(panel.what_box.findData("sample"))
-    panel.what_box.activated.emit(panel.what_box.currentIndex())
+    panel.kind_box.setCurrentIndex(panel.kind_box.findData("sample"))
+    panel.kind_box.activated.emit(panel.kind_box.currentIndex())
     driver.focus(window)
     click(window.viewport, at[1])
     first, second = studio.session.of(Station)
@@ -241,7 +241,7 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     key(window, Qt.Key.Key_Z, driver.CTRL)
     assert (len(studio.session.of(Station)), len(studio.session.of(Lithology))) == (1, 1)
     assert window.table.model.rowCount() == 2
-    place = window.table.model.place(one.id)
+    place = window.table.model.find_source_row(one.id)
     texts = [column.text(window.table.model.row(place)) for column in COLUMNS]
     shown = {column.title: text for column, text in zip(COLUMNS, texts, strict=True)}
     assert shown["Area"]

@@ -105,9 +105,9 @@ def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
     path = write_control(tmp_path / "given", change(bed()), crs)
     window.actions_table.run("register_model")
     panel = driver.tool_panel(window, ControlPanel)
-    panel.take_in(panel.model, path)
-    driver.wait(lambda: shown(notices) | shown_codes(panel.said.text()), "an answer")
-    answer = shown(notices) | shown_codes(panel.said.text())
+    panel.import_points(panel.model, path)
+    driver.wait(lambda: shown(notices) | shown_codes(panel.summary.text()), "an answer")
+    answer = shown(notices) | shown_codes(panel.summary.text())
     expect("register by points", frame, answer)
 
 

@@ -348,7 +348,7 @@ def test_another_project_closes_the_photo(both, tmp_path):
     assert not tabs(window).isVisible()
     assert window.viewport.isVisible()
     assert window.tree.tree.topLevelItemCount() > 0
-    assert not window.tree._photos.any
+    assert not window.tree._photos.has_photos
 
 
 def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, photos, tmp_path):
@@ -411,13 +411,13 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     item = branch(window, "the face")
     unfold(window, item)
     wait(lambda: item.childCount() == 4, "its photos")
-    menu = window.tree.menu_of(item)
+    menu = window.tree.create_item_menu(item)
     assert "Reconstruct" not in " ".join(a.text().replace("&", "") for a in menu.actions())
     double_click(window.tree.tree, item.child(3))
     page = opened(window, NAMES[3])
     assert page.folder == window.survey.folder
     assert window.survey.folder.name == "the face"
-    menu = window.tree.menu_of(branch(window, "the face"))
+    menu = window.tree.create_item_menu(branch(window, "the face"))
     texts = {action.text().replace("&", "") for action in menu.actions()}
     assert {"Reconstruct", "Open its first photo", "Show in the Photos panel"} <= texts
     shutil.rmtree(other)

@@ -67,7 +67,7 @@ def test_ten_points_from_a_table_to_a_registered_model(
     found = studio.session.of(ControlPoint)
     assert [p.name for p in found] == [f"GCP{i}" for i in range(1, COUNT + 1)]
     assert all(p.vertices for p in found)
-    panel.field.setText("EPSG:32633")
+    panel.crs_field.setText("EPSG:32633")
     driver.click(panel.register, panel.register.rect().center())
     clicks += 1
     driver.pause()

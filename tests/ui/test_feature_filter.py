@@ -10,7 +10,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.ui.panels.features.feature_filter import parse_filter
-from vomstudio.ui.panels.features.feature_row import row_of
+from vomstudio.ui.panels.features.feature_row import create_row
 
 
 def reading(name: str, azimuth: float, inclination: float, geometry: str = "plane", **more):
@@ -34,7 +34,7 @@ def found(studio):
     def names(text: str) -> list[str]:
         test = parse_filter(text)
         measured = studio.measured(f.id for f in features)
-        return [f.name for f in features if test(row_of(studio, f, measured[f.id]))]
+        return [f.name for f in features if test(create_row(studio, f, measured[f.id]))]
 
     return names
 
@@ -84,7 +84,7 @@ def test_lengths_may_have_a_unit(studio):
     add_cliff(studio)
     add_bed(studio, "t1", "bed")
     measured = studio.measured(["t1"])["t1"]
-    row = row_of(studio, studio.records["t1"], measured)
+    row = create_row(studio, studio.records["t1"], measured)
     extent = measured.fit.extent
     assert parse_filter(f"extent>{extent * 99:.3f}cm")(row)
     assert not parse_filter(f"extent>{extent * 101:.3f}cm")(row)

@@ -209,7 +209,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
     assert tree._items["vein"].isHidden()
     click(tree.empty_types, tree.empty_types.rect().center())
     assert not tree._items["vein"].isHidden()
-    menu = tree.menu_for("vein")
+    menu = tree.create_menu("vein")
     next(a for a in menu.actions() if a.text() == "Use for &next features").trigger()
     assert studio.next_type_id == "vein"
     assert driver.tool_panel(window, TracePanel).type_box.currentData() == "vein"
@@ -220,7 +220,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
 def test_the_menu_of_a_type_changes_its_colour_and_refuses_to_remove_it(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1")
-    menu = window.tree.menu_for("bedding")
+    menu = window.tree.create_menu("bedding")
     by_text = {a.text(): a for a in menu.actions()}
     colors = {a.text(): a for a in by_text["&Colour"].menu().actions()}
     colors["Orange"].trigger()

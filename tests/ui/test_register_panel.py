@@ -79,14 +79,14 @@ def click(studio, place) -> None:
 
 @pytest.mark.full
 def test_a_wrong_point_is_named_left_to_judge_and_the_model_placed(studio, pairs) -> None:
-    assert "P4" in pairs.said.text()
+    assert "P4" in pairs.summary.text()
     tick(pairs, 4)
     assert pairs.table.item(4, 0).checkState() == Qt.CheckState.Unchecked
-    assert "P4" not in pairs.said.text()
+    assert "P4" not in pairs.summary.text()
     # Fitted less given.
     assert "dx -3.000" in pairs.table.item(4, 5).toolTip()
     assert pairs.table.item(0, 5).text() == "0.000"
-    pairs.field.setText("EPSG:32633")
+    pairs.crs_field.setText("EPSG:32633")
     QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
     model = studio.records["m9"]
     registration = model.registration
@@ -144,7 +144,7 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
     click(studio, MODEL[0])
     (point,) = studio.session.of(ControlPoint)
     assert (point.name, point.position) == ("C01", None)
-    assert "control.coordinates-missing" in shown_codes(panel.said.text())
+    assert "control.coordinates-missing" in shown_codes(panel.summary.text())
     # The next click is another point; one that is chosen in the list is moved.
     click(studio, MODEL[1])
     assert [p.name for p in studio.session.of(ControlPoint)] == ["C01", "C02"]
@@ -169,16 +169,16 @@ def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
     assert "at least 3" in pairs.register.toolTip()
     tick(pairs, 0)
     assert pairs.register.isEnabled()
-    pairs.field.setText("nowhere at all")
+    pairs.crs_field.setText("nowhere at all")
     assert not pairs.register.isEnabled()
 
 
 def test_coordinates_outside_the_area_of_their_crs_are_told(pairs) -> None:
-    pairs.field.setText("EPSG:32633")
-    inside = pairs.said.text()
+    pairs.crs_field.setText("EPSG:32633")
+    inside = pairs.summary.text()
     # The British grid ends at 1,300 km north.
-    pairs.field.setText("EPSG:27700")
-    more = [line for line in pairs.said.text().splitlines() if line not in inside]
+    pairs.crs_field.setText("EPSG:27700")
+    more = [line for line in pairs.summary.text().splitlines() if line not in inside]
     assert any("27700" in line or "British" in line for line in more)
 
 
@@ -200,7 +200,7 @@ def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monke
     text = "\n".join(["label,model_x,model_y,model_z,x,y,z", *rows(model, world)])
     load(panel, monkeypatch, tmp_path / "points.csv", text)
     driver.wait(lambda: panel.register.isEnabled(), "the placement")
-    assert "P4" in panel.said.text()
+    assert "P4" in panel.summary.text()
     assert panel.table.item(3, 5).text()
     for row in (4, 5):
         tick(panel, row)
@@ -209,7 +209,7 @@ def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monke
     assert "registration.pending" in shown_codes(panel.register.toolTip())
     driver.wait(lambda: panel.register.isEnabled(), "the placement")
     assert len(panel.placed.control) == 198
-    assert "P4" not in panel.said.text()
+    assert "P4" not in panel.summary.text()
     QTest.mouseClick(panel.register, Qt.MouseButton.LeftButton)
     assert [p.label for p in studio.records["m9"].registration.control if p.check] == ["P4", "P5"]
 
@@ -225,7 +225,7 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
     # The points are twice as far from each other.
     (finding,) = with_code(pairs.placed.warnings, "registration.scale-contradicted")
     assert finding.values["times"] == pytest.approx(2.0)
-    assert finding.message in pairs.said.text()
+    assert finding.message in pairs.summary.text()
     QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
     model = studio.records["m9"]
     assert model.registration is not None

@@ -31,8 +31,13 @@ MAX_COUNT = 2**53
 def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
     """Issue each message as a Python warning at the user's line.
 
-    notes : whether those of severity "info" are issued, for results without ``.warnings``
-    depth : stack depth of the caller below the user's line
+    Parameters
+    ----------
+    messages : iterable of Finding
+    depth : int, optional
+        Stack depth of the caller below the user's line.
+    notes : bool, optional
+        Whether messages of severity "info" are issued, for results without ``.warnings``.
     """
     for finding in messages:
         if finding.severity == "info" and not notes:
@@ -43,9 +48,14 @@ def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
 
 @contextmanager
 def errors_named(name: str, *others: str) -> Iterator[None]:
-    """Attribute errors inside the block to the argument of this name.
+    """Attribute errors inside the block to an argument.
 
-    `others` are the names by which it is known below, such as the command's option.
+    Parameters
+    ----------
+    name : str
+        Name of the argument.
+    *others : str
+        Names by which it is known below, such as the command's option.
     """
     try:
         yield
@@ -56,7 +66,22 @@ def errors_named(name: str, *others: str) -> Iterator[None]:
 
 
 def numbers(values: Any, name: str) -> FloatArray:
-    """Convert values to float64 of any shape. Raises InputError."""
+    """Convert values to float64 of any shape.
+
+    Parameters
+    ----------
+    values : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    ndarray
+
+    Raises
+    ------
+    InputError
+    """
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(Finding("array.masked"), field=name)
     try:
@@ -80,13 +105,40 @@ def _no_numbers(values: Any, name: str) -> InputError:
 
 
 def wrong_type(value: Any, expected: str, name: str) -> InputError:
-    """Return the error of a value of another type than expected, such as "int"."""
+    """Return the error of a value of another type than expected.
+
+    Parameters
+    ----------
+    value : object
+    expected : str
+        Expected type, such as "int".
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    InputError
+    """
     finding = Finding("argument.wrong-type", type=type(value).__name__, expected=expected)
     return InputError(finding, field=name)
 
 
 def requires_type(option: str, argument: str, expected: str) -> UsageError:
-    """Return the error of an option that is for another type of an argument."""
+    """Return the error of an option that is for another type of an argument.
+
+    Parameters
+    ----------
+    option : str
+        Name of the option.
+    argument : str
+        Name of the argument.
+    expected : str
+        Required type of the argument.
+
+    Returns
+    -------
+    UsageError
+    """
     finding = Finding("argument.requires-type", option=option, argument=argument, expected=expected)
     return UsageError(finding, field=option)
 
@@ -109,8 +161,11 @@ def points(values: Any, name: str = "points") -> FloatArray:
 
 
 def pixels_or_points(values: Any, name: str) -> FloatArray:
-    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo. Raises
-    InputError.
+    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo.
+
+    Raises
+    ------
+    InputError
     """
     if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)
@@ -126,7 +181,23 @@ def _coordinates_of(values: Any, name: str) -> Any:
 
 
 def coordinate_names(columns: list[Any], name: str) -> list[Any]:
-    """Return the columns of a DataFrame that are x, y and z. Raises InputError."""
+    """Return the columns of a DataFrame that are x, y and z.
+
+    Parameters
+    ----------
+    columns : list of object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    list of object
+
+    Raises
+    ------
+    InputError
+        If there are no such columns.
+    """
     plain_names = {column: normalise_name(str(column)) for column in columns}
     columns_found = []
     for letter, synonyms in COORDINATES.items():
@@ -145,19 +216,58 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
 
 
 def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
-    """Raise InputError with the number of bad rows and the first, counted from 0."""
+    """Check that no row is bad; the error states their number and the first, from 0.
+
+    Parameters
+    ----------
+    bad : (n,) ndarray of bool
+    name : str
+        Name of the argument.
+    code : str, optional
+        Code of the finding.
+
+    Raises
+    ------
+    InputError
+        If a row is bad.
+    """
     if bad.any():
         finding = Finding(code, count=int(bad.sum()), first_row=int(np.argmax(bad)))
         raise InputError(finding, field=name)
 
 
 def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
-    """Return the error of an array of another shape than expected, such as "(n, 2)"."""
+    """Return the error of an array of another shape than expected.
+
+    Parameters
+    ----------
+    array : ndarray
+    expected : str
+        Expected shape, such as "(n, 2)".
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    InputError
+    """
     return InputError(Finding("array.shape", shape=array.shape, expected=expected), field=name)
 
 
 def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, str]) -> None:
-    """Raise InputError if two arrays do not have the same number of rows."""
+    """Check that two arrays have the same number of rows.
+
+    Parameters
+    ----------
+    one, other : ndarray
+    names : tuple of str
+        Names of the arguments.
+
+    Raises
+    ------
+    InputError
+        If they do not.
+    """
     if len(one) != len(other):
         finding = Finding(
             "array.lengths-differ",
@@ -170,7 +280,22 @@ def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, s
 
 
 def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    """Convert two arrays to finite numbers (n,). Raises InputError."""
+    """Convert two arrays to finite numbers.
+
+    Parameters
+    ----------
+    first, second : object
+    names : tuple of str
+        Names of the arguments.
+
+    Returns
+    -------
+    first, second : (n,) ndarray
+
+    Raises
+    ------
+    InputError
+    """
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
         if array.ndim != 1:
@@ -184,7 +309,24 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, 
 
 
 def positive(value: float | None, name: str) -> float | None:
-    """Check a length in metres, or None. Raises InputError."""
+    """Check that a length is positive.
+
+    Parameters
+    ----------
+    value : float or None
+        Metres.
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    float or None
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
     number = single_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
         raise InputError(Finding("number.not-positive", value=number), field=name)
@@ -192,7 +334,20 @@ def positive(value: float | None, name: str) -> float | None:
 
 
 def check_choice(value: Any, known: Iterable[str], name: str) -> None:
-    """Check that a value is one of these words. Raises InputError."""
+    """Check that a value is one of the known words.
+
+    Parameters
+    ----------
+    value : object
+    known : iterable of str
+    name : str
+        Name of the argument.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
     choices = list(known)
     if not isinstance(value, str):
         raise wrong_type(value, ", ".join(choices), name)
@@ -201,7 +356,23 @@ def check_choice(value: Any, known: Iterable[str], name: str) -> None:
 
 
 def check_flag(value: Any, name: str) -> bool:
-    """Check a value that must be True or False. Raises InputError."""
+    """Check that a value is True or False.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
     if isinstance(value, bool | np.bool_):
         return bool(value)
     raise wrong_type(value, "bool", name)
@@ -212,6 +383,14 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
 
     They may still be degrees: beds that dip by less than 1.6 degrees, all within 6.3 degrees of
     north. So this is a warning, not an error.
+
+    Parameters
+    ----------
+    azimuth, angle : (n,) ndarray
+
+    Returns
+    -------
+    bool
     """
     sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
     a, b = azimuth[sound], np.abs(angle[sound])
@@ -220,7 +399,22 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
 
 
 def single_number(value: Any, name: str) -> float | None:
-    """Convert to a number, None to None. Raises InputError with the name of the argument."""
+    """Convert to a number, None to None.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    float or None
+
+    Raises
+    ------
+    InputError
+    """
     if value is None:
         return None
     array = numbers(value, name)
@@ -230,7 +424,22 @@ def single_number(value: Any, name: str) -> float | None:
 
 
 def required_number(value: Any, name: str) -> float:
-    """Convert to a number that is required. Raises InputError."""
+    """Convert to a number.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+    """
     number = single_number(value, name)
     if number is None:
         raise InputError(Finding("option.missing"), field=name)
@@ -238,7 +447,22 @@ def required_number(value: Any, name: str) -> float:
 
 
 def whole_number(value: Any, name: str) -> int | None:
-    """Convert to an integer, None to None. Raises InputError."""
+    """Convert to an integer, None to None.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    int or None
+
+    Raises
+    ------
+    InputError
+    """
     if value is None:
         return None
     try:
@@ -250,7 +474,22 @@ def whole_number(value: Any, name: str) -> int | None:
 
 
 def to_path(value: Any, name: str) -> Path:
-    """Convert to a path, with `~` for the home folder. Raises InputError."""
+    """Convert to a path, with `~` for the home folder.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+    """
     if isinstance(value, str | os.PathLike):
         path = os.fspath(value)
         if isinstance(path, str):
@@ -272,23 +511,78 @@ def _check_name(path: str, name: str) -> None:
 
 
 def optional_path(value: Any, name: str) -> Path | None:
-    """Convert to a path, None to None. Raises InputError."""
+    """Convert to a path, None to None.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    Path or None
+
+    Raises
+    ------
+    InputError
+    """
     return None if value is None else to_path(value, name)
 
 
 def path_text(value: Any, name: str) -> str | None:
-    """Return a path as text, None for None. Raises InputError."""
+    """Return a path as text, None for None.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    str or None
+
+    Raises
+    ------
+    InputError
+    """
     path = optional_path(value, name)
     return None if path is None else str(path)
 
 
 def is_path(value: Any) -> bool:
-    """Return whether a value is a path."""
+    """Return whether a value is a path.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    bool
+    """
     return isinstance(value, str | os.PathLike)
 
 
 def optional_text(value: Any, name: str) -> str | None:
-    """Convert to text, None to None. Raises InputError for text that no file can contain."""
+    """Convert to text, None to None.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    str or None
+
+    Raises
+    ------
+    InputError
+        Also for text that no file can contain.
+    """
     if value is None:
         return None
     if isinstance(value, str):
@@ -299,7 +593,22 @@ def optional_text(value: Any, name: str) -> str | None:
 
 
 def required_text(value: Any, name: str) -> str:
-    """Return a text that cannot be left out. Raises InputError."""
+    """Convert to text that is required.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+    """
     text = optional_text(value, name)
     if text is None:
         raise InputError(Finding("option.missing"), field=name)
@@ -307,14 +616,45 @@ def required_text(value: Any, name: str) -> str:
 
 
 def column_name(value: Any, name: str = "by") -> str | None:
-    """Return the name or number of a column as text, None for None. Raises InputError."""
+    """Return the name or number of a column as text, None for None.
+
+    Parameters
+    ----------
+    value : object
+    name : str, optional
+        Name of the argument.
+
+    Returns
+    -------
+    str or None
+
+    Raises
+    ------
+    InputError
+    """
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         return str(value)
     return optional_text(value, name)
 
 
 def to_list(value: Any, name: str) -> list[Any]:
-    """Return a list of items, which may be a single text. Raises InputError without an order."""
+    """Return a list of items; a single text is a list of one.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    list of object
+
+    Raises
+    ------
+    InputError
+        If the value is not iterable or has no order.
+    """
     if isinstance(value, str):
         return [value]
     if isinstance(value, Iterable) and not isinstance(value, bytes | Mapping | Set):
@@ -326,7 +666,24 @@ def to_list(value: Any, name: str) -> list[Any]:
 
 
 def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
-    """Convert to a number of finite angles. Raises InputError."""
+    """Convert to a fixed number of finite angles.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+    count : int
+        Number of angles.
+
+    Returns
+    -------
+    tuple of float
+
+    Raises
+    ------
+    InputError
+    """
     array = numbers(value, name)
     if array.shape != (count,):
         raise wrong_shape(array, f"({count},)", name)
@@ -340,19 +697,62 @@ def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
 
 
 def join_angles(value: Any, name: str, count: int) -> str:
-    """Return angles in the form of the command line, "125/26/30". Raises InputError."""
+    """Return angles in the form of the command line, "125/26/30".
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+    count : int
+        Number of angles.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+    """
     if isinstance(value, str):
         return value
     return "/".join(repr(v).removesuffix(".0") for v in parse_angles(value, name, count))
 
 
 def join_numbers(values: Any, separator: str = ",") -> str:
-    """Return numbers in the form of the command line, with all digits and no exponent."""
+    """Join numbers in the form of the command line, with all digits and no exponent.
+
+    Parameters
+    ----------
+    values : object
+    separator : str, optional
+
+    Returns
+    -------
+    str
+    """
     return separator.join(np.format_float_positional(v, trim="-") for v in np.ravel(values))
 
 
 def plane_text(value: Any, name: str) -> str:
-    """Return a plane as "DD/D", see `to_plane`. Raises InputError, GeometryError."""
+    """Return a plane as "DD/D".
+
+    Parameters
+    ----------
+    value : object
+        See `to_plane`.
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError, GeometryError
+    """
     return exact_plane(to_plane(value, name))
 
 

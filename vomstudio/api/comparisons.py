@@ -103,11 +103,35 @@ def compare(
 
 
 def is_array(value: Any) -> bool:
+    """Return whether a value is an array or a DataFrame.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    bool
+    """
     return isinstance(value, np.ndarray) or hasattr(value, "columns")
 
 
 def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
-    """Return the data in World of a model, file or array, its CRS, and its position error."""
+    """Return the data in World of a model, file or array.
+
+    Parameters
+    ----------
+    value : object
+    name : str
+        Name of the argument.
+
+    Returns
+    -------
+    data : Mesh or PointCloud
+    crs : str or None
+    position_error_m : float or None
+        Error of the model's position.
+    """
     from vomstudio.api.checking import points
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs

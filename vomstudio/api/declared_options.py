@@ -49,7 +49,13 @@ def _checked(option: Declaration, value: Any) -> Any:
 
 @contextmanager
 def arguments_named(options: type[Any]) -> Iterator[None]:
-    """Replace options of the command line by arguments in errors."""
+    """Replace options of the command line by arguments in errors.
+
+    Parameters
+    ----------
+    options : type
+        Options class of the operation.
+    """
     try:
         yield
     except VomError as error:

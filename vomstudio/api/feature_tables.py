@@ -30,7 +30,18 @@ _WHITE = "#ffffff"
 def orientations(
     records: Records, measurements: Measurements, nature: Literal["plane", "line"]
 ) -> Any:
-    """Return the orientation table of planes or lines, with points in the column `geometry`."""
+    """Return the orientation table of planes or lines, with points in the column `geometry`.
+
+    Parameters
+    ----------
+    records : Records
+    measurements : Measurements
+    nature : {"plane", "line"}
+
+    Returns
+    -------
+    DataFrame
+    """
     import pandas
     import shapely
 
@@ -51,7 +62,19 @@ def shapes(
     measurements: Measurements,
     name: Literal["traces", "patches", "stations", "contacts", "lithologies"],
 ) -> Any:
-    """Return a layer of points, lines or rings, as in the GeoPackage."""
+    """Return a layer of points, lines or rings, as in the GeoPackage.
+
+    Parameters
+    ----------
+    records : Records
+    measurements : Measurements
+    name : {"traces", "patches", "stations", "contacts", "lithologies"}
+        Name of the layer.
+
+    Returns
+    -------
+    DataFrame
+    """
     import pandas
 
     table = project_table(records, measurements)
@@ -82,7 +105,17 @@ def _geometry(layer: Layer) -> list[Any]:
 
 
 def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]:
-    """Return all features with a position for a plot."""
+    """Return all features with a position for a plot.
+
+    Parameters
+    ----------
+    records : Records
+    measurements : Measurements
+
+    Returns
+    -------
+    list of DrawnFeature
+    """
     features = [r for r in records.values() if isinstance(r, Feature)]
     measured = measurements.of(records, [feature.id for feature in features])
     drawn_features = [_drawing(feature, records, measured) for feature in features]

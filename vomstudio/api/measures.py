@@ -269,7 +269,12 @@ def log(
 
 
 def _table(value: Any, width: int, name: str) -> Any:
-    """Return a DataFrame, a file or an array (n, width) as a table of texts. Raises InputError."""
+    """Return a DataFrame, a file or an array (n, width) as a table of texts.
+
+    Raises
+    ------
+    InputError
+    """
     if hasattr(value, "columns") or is_path(value):
         return to_text_table(value, name)
     from pandas import DataFrame

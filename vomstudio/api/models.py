@@ -91,7 +91,7 @@ class _Model:
 
     @property
     def crs(self) -> str | None:
-        """ "EPSG:n" or WKT of x and y; None for a local frame."""
+        """EPSG code (``"EPSG:n"``) or WKT of x and y; None for a local frame."""
         return self._source.crs
 
     @property
@@ -116,8 +116,9 @@ class _Model:
 
     @property
     def rotation_error_deg(self) -> RotationError | None:
-        """Standard deviations of the registration: ``about_up``, ``about_east``,
-        ``about_north``.
+        """Standard deviations of the registration about up, east and north.
+
+        The attributes are ``about_up``, ``about_east`` and ``about_north``.
 
         In degrees; None if the model was not registered, or its errors are unknown.
         """
@@ -285,7 +286,7 @@ class Mesh(_Model):
         return self._data.uv  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
-        """A pyvista.PolyData, or a pyvista.MultiBlock with one block for each of several materials.
+        """Convert to a pyvista.PolyData, or to a pyvista.MultiBlock of one block per material.
 
         Points are World less an integer origin, which stands in ``field_data["origin"]`` (3,); a
         block names its picture in ``field_data["texture"]``, and its texture coordinates are
@@ -377,7 +378,7 @@ def read(
     project: str | Path | None = None,
     progress: Reported = None,
 ) -> Mesh | PointCloud:
-    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
+    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF or text (x, y, z).
 
     Parameters
     ----------
@@ -436,7 +437,22 @@ def read(
 
 
 def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
-    """Return a model, read from a project model or a path if necessary."""
+    """Return a model, read from a project model or a path if necessary.
+
+    Parameters
+    ----------
+    value : object
+    name : str, optional
+        Name of the argument.
+
+    Returns
+    -------
+    Mesh or PointCloud
+
+    Raises
+    ------
+    InputError
+    """
     if isinstance(value, Mesh | PointCloud):
         return value
     if hasattr(value, "read") and hasattr(value, "id"):
@@ -475,7 +491,17 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
 
 
 def set_registration(model: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
-    """Return a model with its registration."""
+    """Return a model with its registration.
+
+    Parameters
+    ----------
+    model : Mesh or PointCloud
+    registration : Registration
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
     error = registration.placing_error_m(model.bounds)
     source = replace(model._source, placing_error_m=error, registration=registration)
     return replace(model, _source=source)
@@ -490,7 +516,17 @@ def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Me
 
 
 def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
-    """Return a model with the placement of its record."""
+    """Return a model with the placement of its record.
+
+    Parameters
+    ----------
+    loaded : LoadedModel
+    record : Model
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
     frame = record.frame
     scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
     source = Source(
@@ -509,7 +545,19 @@ def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
 def to_public_model(
     data: meshes.Mesh | clouds.PointCloud, to_world: Any, source: Source
 ) -> Mesh | PointCloud:
-    """Return the data of a file as a public model in World, by a matrix (4, 4)."""
+    """Return the data of a file as a public model in World.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    to_world : (4, 4) array_like
+        Similarity from the file to World.
+    source : Source
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
     kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
     matrix = np.asarray(to_world, np.float64)
     return kind(transform_data(data, matrix), replace(source, to_world=matrix))
@@ -518,7 +566,17 @@ def to_public_model(
 def transform_data(
     data: meshes.Mesh | clouds.PointCloud, matrix: FloatArray
 ) -> meshes.Mesh | clouds.PointCloud:
-    """Transform data by a similarity (4, 4)."""
+    """Transform data by a similarity.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    matrix : (4, 4) ndarray
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
     if np.array_equal(matrix, np.eye(4)):
         return data
     if isinstance(data, meshes.Mesh):

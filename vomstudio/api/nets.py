@@ -57,7 +57,7 @@ def stereonet(
     line_width_pt: float | None = None,
     grey: bool = False,
 ) -> Any:
-    """Draw orientations on the lower hemisphere: poles and great circles of planes, lines, means.
+    """Draw planes and lines on the lower hemisphere: poles, great circles, lines, means.
 
     Angles are in degrees, as tuples or as texts such as "125/26/30".
 

@@ -93,6 +93,8 @@ class Orthophoto(OrthophotoFigures):
 
         Parameters
         ----------
+        path : str or Path
+            NAME.tif.
         sheet : str or Path, optional
             Additional picture (.png, .jpg, .pdf) with scale and north.
         force : bool

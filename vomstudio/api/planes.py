@@ -261,10 +261,30 @@ _AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg
 
 
 def to_plane_fit(row: Mapping[str, Any]) -> PlaneFit:
+    """Convert a row of the orientation table to a plane fit.
+
+    Parameters
+    ----------
+    row : mapping
+
+    Returns
+    -------
+    PlaneFit
+    """
     return PlaneFit(**_figures(row))
 
 
 def to_line_fit(row: Mapping[str, Any]) -> LineFit:
+    """Convert a row of the orientation table to a line fit.
+
+    Parameters
+    ----------
+    row : mapping
+
+    Returns
+    -------
+    LineFit
+    """
     return LineFit(**_figures(row))
 
 
@@ -507,6 +527,22 @@ def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) ->
 
 
 def to_groups(value: Any, by: Any) -> _Groups:
+    """Convert groups of points, or a DataFrame with a column of names, to one array.
+
+    Parameters
+    ----------
+    value : mapping or DataFrame
+    by : object
+        Column of names in a DataFrame.
+
+    Returns
+    -------
+    _Groups
+
+    Raises
+    ------
+    InputError, UsageError
+    """
     if isinstance(value, Mapping):
         if by is not None:
             raise requires_type("by", "groups", "pandas.DataFrame")
@@ -550,7 +586,21 @@ def to_groups(value: Any, by: Any) -> _Groups:
 
 
 def plane_text(value: Any) -> str | None:
-    """Return a plane as "DD/D", given so, as two angles or as a PlaneFit. Raises InputError."""
+    """Return a plane as "DD/D".
+
+    Parameters
+    ----------
+    value : object
+        Text, two angles, a PlaneFit, or None.
+
+    Returns
+    -------
+    str or None
+
+    Raises
+    ------
+    InputError
+    """
     if value is None or isinstance(value, str):
         return value
     plane = to_plane(value, "plane")

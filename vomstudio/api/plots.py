@@ -16,7 +16,17 @@ if TYPE_CHECKING:
 def create_plotter(
     models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature] = ()
 ) -> Any:
-    """Return a plotter with models and features: a window in a running Qt, else off screen."""
+    """Return a plotter with models and features: a window in a running Qt, else off screen.
+
+    Parameters
+    ----------
+    models : sequence of Mesh or PointCloud
+    features : sequence of DrawnFeature, optional
+
+    Returns
+    -------
+    pyvista.Plotter
+    """
     from vomstudio.rendering.plots.plotting import draw, off_screen_plotter
 
     app = find_application()

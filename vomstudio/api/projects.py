@@ -78,8 +78,9 @@ class ProjectModel(ModelFacts):
 
 
 class Project:
-    """Project on disk, as in the window: every change is an edit of its journal, written at
-    once.
+    """Project on disk, as in the window.
+
+    Every change is an edit of the journal and is written at once.
 
     ``Project.open(path)`` and ``Project.create(path)`` are context managers. Leaving the block
     without ``save()`` discards the changes, as closing the window without saving does;
@@ -260,10 +261,24 @@ class Project:
         return shares
 
     def fit(self, id: str) -> PlaneFit | LineFit:
-        """Return the figures of one feature by its id or name: a PlaneFit or a LineFit.
+        """Return the result of one feature by its id or name: a PlaneFit or a LineFit.
 
-        Raises vs.errors.InputError if the feature does not exist, vs.errors.GeometryError if it
-        has no orientation."""
+        Parameters
+        ----------
+        id : str
+            Id or name of the feature.
+
+        Returns
+        -------
+        PlaneFit or LineFit
+
+        Raises
+        ------
+        vs.errors.InputError
+            If the feature does not exist.
+        vs.errors.GeometryError
+            If it has no orientation.
+        """
         feature = required_text(id, "id")
         orientations = fitted_records(self._records, self._measurements, self._folder, [feature])
         if orientations.rows:

@@ -110,12 +110,16 @@ def register(
     reference, stable : str or Path, optional
         Model to which it is fitted, and the stable part of that.
     north : {"grid", "true", "magnetic"}, optional
-        Reference of azimuths for which a table does not state it; ``date`` (YYYY-MM-DD),.
-    declination_deg, north_sigma_deg : float, optional
-        Options of compass readings.
+        Reference of azimuths for which a table does not state it.
+    date : str, optional
+        Day of compass readings (YYYY-MM-DD), or year, for the magnetic declination.
+    declination_deg : float, optional
+        Magnetic declination, degrees east of true north, instead of that of ``date``.
+    north_sigma_deg : float, optional
+        One-sigma common offset of compass readings, degrees.
     crs : str, optional
         Projected CRS of the registered model, "EPSG:n".
-    without : sequence of str) or st, optional
+    without : sequence of str or str, optional
         Labels of excluded points, readings, photos or lines.
     progress : callable or Progress, optional
         Called with (stage, steps done, all steps or None).

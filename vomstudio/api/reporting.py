@@ -54,7 +54,21 @@ def _takes_three(call: Callable[..., Any]) -> bool:
 
 
 def to_progress(progress: Reported, cancel: CancelToken | None = None) -> Progress:
-    """Convert the user's argument to a Progress. Raises InputError."""
+    """Convert the user's argument to a Progress.
+
+    Parameters
+    ----------
+    progress : Reported
+    cancel : CancelToken, optional
+
+    Returns
+    -------
+    Progress
+
+    Raises
+    ------
+    InputError
+    """
     if cancel is not None and not isinstance(cancel, CancelToken):
         raise wrong_type(cancel, "vs.CancelToken", "cancel")
     reporter: Progress

@@ -18,8 +18,12 @@ def sample(*parts: str) -> Path:
 
     Parameters
     ----------
-    parts : str
+    *parts : str
         Parts of the path below that folder.
+
+    Returns
+    -------
+    Path
 
     Raises
     ------

@@ -101,7 +101,21 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
 
 
 def check_azimuth(azimuth: Any) -> Azimuth | None:
-    """Check the meaning of an azimuth. Raises InputError."""
+    """Check the meaning of an azimuth.
+
+    Parameters
+    ----------
+    azimuth : object
+
+    Returns
+    -------
+    Azimuth or None
+
+    Raises
+    ------
+    InputError
+        If it is not known.
+    """
     if azimuth is None:
         return None
     check_choice(azimuth, ("strike", "dipdir"), "azimuth")
@@ -122,12 +136,19 @@ def to_orientation_table(
 
     Parameters
     ----------
+    table : DataFrame, path or pair of array_like
+    azimuth : {"dipdir", "strike"}, optional
+        Meaning of the azimuths if the table does not state it.
     depth : int
         Stack depth of this call below the user's line.
     name : str
         Name of the argument.
     repeats : bool
         Whether rows that repeat a pick are included.
+
+    Returns
+    -------
+    OrientationTable
 
     Raises
     ------
@@ -159,7 +180,22 @@ def _drop_stated_angles(frame: Any) -> Any:
 
 
 def to_text_table(table: Any, name: str = "table") -> TextTable:
-    """Return a DataFrame or a file as a table of texts. Raises InputError."""
+    """Return a DataFrame or a file as a table of texts.
+
+    Parameters
+    ----------
+    table : DataFrame or path
+    name : str, optional
+        Name of the argument.
+
+    Returns
+    -------
+    TextTable
+
+    Raises
+    ------
+    InputError
+    """
     if is_path(table):
         return read_table(to_path(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
@@ -171,7 +207,17 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
 
 
 def dataframe_crs(table: Any) -> str | None:
-    """Return the CRS of a GeoDataFrame as WKT in one line; None for any other table."""
+    """Return the CRS of a GeoDataFrame as WKT in one line.
+
+    Parameters
+    ----------
+    table : object
+
+    Returns
+    -------
+    str or None
+        None for any other table.
+    """
     crs = getattr(table, "crs", None)
     return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None
 
@@ -233,6 +279,15 @@ def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -
 
     Numbers are float64, NaN if not applicable; counts are integers if all rows have one;
     missing texts are None.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+    columns : sequence of str, optional
+
+    Returns
+    -------
+    DataFrame
     """
     import pandas
 
@@ -259,7 +314,18 @@ def _column(values: list[Any], form: str) -> Any:
 
 
 def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
-    """Return all rows of a table with its other columns appended."""
+    """Return all rows of a table with its other columns appended.
+
+    Parameters
+    ----------
+    table : OrientationTable
+    warnings : sequence of Finding
+        Stored as attribute "warnings".
+
+    Returns
+    -------
+    DataFrame
+    """
     import pandas
 
     table_cells, other_cells = _other_cells(table)
@@ -298,9 +364,7 @@ def _row(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) 
 def _other_cells(
     table: OrientationTable,
 ) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Return the cells of the used rows in columns of the orientation table, and in other
-    columns.
-    """
+    """Return the cells of the used rows in orientation columns, and in other columns."""
     table_cells: dict[str, list[str]] = {}
     other_cells: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):

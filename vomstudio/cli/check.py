@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``check``."""
     parser = add_command(
         subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
     )
@@ -29,6 +30,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio check``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options, scene = options_from(args, CheckOptions), None

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``convert``."""
     parser = add_command(
         subparsers, "convert", run, help_=tr("Write a model or cloud in another format")
     )
@@ -37,6 +38,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio convert``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.core.findings import unique_findings
     from vomstudio.geometry.registration_frames import change_file_frame

@@ -16,6 +16,7 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``dem``."""
     parser = add_command(
         subparsers, "dem", run, help_=tr("Elevation model over a plane of reference, as GeoTIFF")
     )
@@ -28,6 +29,20 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio dem``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    InputError
+        If the model is not suitable.
+    """
     import numpy as np
 
     from vomstudio.cli.common.frames_of_models import frame_options

@@ -39,6 +39,7 @@ PROJECT = "sample.vom"
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``demo``."""
     parser = add_command(
         subparsers,
         "demo",
@@ -59,6 +60,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio demo``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import write_bytes
 
     folder = Path(args.output)

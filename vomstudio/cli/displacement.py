@@ -18,6 +18,7 @@ from vomstudio.geology.faults.displacement_options import DisplacementOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``displacement``."""
     parser = add_command(
         subparsers,
         "displacement",
@@ -32,6 +33,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio displacement``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.io.gate.point_tables import read_pairs
 

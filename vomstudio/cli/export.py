@@ -19,6 +19,7 @@ MAX_NAMED = 5
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``export``."""
     parser = add_command(
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
@@ -28,6 +29,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio export``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.project.exports.export import export_project
 
     table = export_project(

@@ -27,6 +27,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``extend``."""
     parser = add_command(
         subparsers,
         "extend",
@@ -48,7 +49,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio extend``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.section.extension import extend, format_of, write_traces

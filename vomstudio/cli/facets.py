@@ -30,6 +30,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``facets``."""
     parser = add_command(
         subparsers, "facets", run, help_=tr("Find the facets of an outcrop and fit their planes")
     )
@@ -46,7 +47,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio facets``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.facet_search import search
     from vomstudio.geology.profiles import DEFAULTS

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fit``."""
     parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)
@@ -39,7 +40,20 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises GeometryError if no plane can be fitted."""
+    """Run ``vomstudio fit``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    GeometryError
+        If no plane can be fitted.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.geology.profiles import PROFILES
     from vomstudio.io.gate.point_tables import read_points

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fold``."""
     parser = add_command(
         subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
     )
@@ -33,6 +34,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio fold``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.table_folds import table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``fractures``."""
     parser = add_command(
         subparsers,
         "fractures",
@@ -41,6 +42,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio fractures``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.net.figure import picture_format

@@ -12,6 +12,7 @@ from vomstudio.photogrammetry.survey.survey_options import FrameOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``frames``."""
     parser = add_command(
         subparsers,
         "frames",
@@ -29,6 +30,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio frames``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.photogrammetry.survey.video import take_frames
 
     options = options_from(args, FrameOptions)

@@ -44,6 +44,7 @@ GRIDS = {".tif", ".tiff"}
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``info``."""
     parser = add_command(
         subparsers, "info", run, help_=tr("Say what is in models, tables and photos")
     )
@@ -51,7 +52,17 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Report all files; the result contains the error of the first that cannot be read."""
+    """Report all files.
+
+    The result contains the error of the first file that cannot be read.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     progress = progress_of(args)
     files: list[dict[str, Any]] = []
     first_error: dict[str, Any] | None = None

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``log``."""
     parser = add_command(
         subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
     )
@@ -45,6 +46,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio log``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.notation import plane_option
     from vomstudio.products.net.figure import picture_format

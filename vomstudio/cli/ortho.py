@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``ortho``."""
     parser = add_command(
         subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
     )
@@ -46,6 +47,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio ortho``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``project``."""
     parser = add_command(
         subparsers, "project", _run, help_=tr("Look into a project, change it, and keep it sound")
     )

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``register``."""
     parser = add_command(
         subparsers,
         "register",
@@ -38,7 +39,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio register``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.registration.warnings import reference_fit_finding
     from vomstudio.studio.placing.register_order import register_model

@@ -28,6 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``rose``."""
     parser = add_command(
         subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
@@ -39,6 +40,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio rose``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``section``."""
     parser = add_command(
         subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
     )
@@ -41,6 +42,20 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio section``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    InputError
+        If the model is not suitable.
+    """
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model

@@ -21,6 +21,7 @@ from vomstudio.geology.sets.set_options import SetOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``sets``."""
     parser = add_command(
         subparsers, "sets", run, help_=tr("Propose sets of planes, with what belongs to none")
     )
@@ -32,6 +33,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio sets``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places

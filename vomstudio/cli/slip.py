@@ -12,6 +12,7 @@ from vomstudio.core.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``slip``."""
     parser = add_command(
         subparsers,
         "slip",
@@ -32,6 +33,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio slip``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips

@@ -29,6 +29,7 @@ MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``slope``."""
     parser = add_command(
         subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
     )
@@ -40,7 +41,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio slope``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     faces = options_from(args, SlopeFaces)
     if faces.facets is not None:
         _run_facets(args, out)

@@ -28,6 +28,7 @@ OPTION_CLASSES: tuple[type[Any], ...] = (StereonetOptions, StereonetFigure, SetC
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``stereonet``."""
     parser = add_command(
         subparsers,
         "stereonet",
@@ -42,6 +43,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio stereonet``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format

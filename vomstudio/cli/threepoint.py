@@ -14,6 +14,7 @@ from vomstudio.geology.faults.displacement_options import ThreePointOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``threepoint``."""
     parser = add_command(
         subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
     )
@@ -25,6 +26,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio threepoint``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.faults.three_points import plane_of_three_points
     from vomstudio.geology.notation import format_attitude
     from vomstudio.io.gate.point_tables import read_boundaries

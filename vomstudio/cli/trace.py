@@ -43,6 +43,7 @@ FORM_OPTIONS: dict[str, type[Any]] = {
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``trace``."""
     parser = add_command(
         subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
     )
@@ -57,7 +58,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio trace``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     source = options_from(args, TraceSource)
     _check_form(args, next(name for name in FORM_OPTIONS if getattr(source, name)))
     if source.propose:
@@ -129,7 +142,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 def _way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[FloatArray, Sequence[Finding]]:
-    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings about them."""
+    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels

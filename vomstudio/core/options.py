@@ -185,7 +185,10 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
 
 
 def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
-    """Return the type of an option's values, the choices of a `Literal`, and if it is repeated."""
+    """Return the type of an option's values, its choices, and whether it is repeated.
+
+    The choices are those of a `Literal`.
+    """
     if hint == tuple[str, ...]:
         return str, None, True
     if typing.get_origin(hint) in (typing.Union, types.UnionType):

@@ -36,6 +36,9 @@ def start_thread(
 
     Parameters
     ----------
+    function : callable
+        Called in the thread with `arguments`.
+    *arguments : object
     name : str
         Name of the thread, for error reports.
     daemon : bool
@@ -113,8 +116,12 @@ def map_unordered(
 
     Parameters
     ----------
+    function : callable
+        Called with each item in a thread.
     items : iterable
         Consumed as threads become free.
+    threads : int
+        Maximum number of threads.
     check : callable
         Called every `CHECK_PERIOD_S` while the results are waited for; may raise.
     wait : bool

@@ -62,7 +62,16 @@ class CostTrial:
 
 
 def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
-    """List the costs that a model has, without its fields."""
+    """List the costs that a model has, without its fields.
+
+    Parameters
+    ----------
+    surface : SurfaceGraph
+
+    Returns
+    -------
+    tuple of str
+    """
     coloured = surface.data.colors is not None or surface.textures is not None
     return tuple(cost for cost in COSTS if coloured or cost not in COLOUR_COSTS)
 
@@ -192,7 +201,25 @@ def rank_path(
     face_near: Face | None = None,
     doubtful: Sequence[Range] = (),
 ) -> tuple[Rank, float | None]:
-    """Rank a path (n, 3) in World, and return the stated error of its plane, degrees."""
+    """Rank a path by the quality of its plane.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+        World.
+    resolution_near : callable
+        Returns the effective resolution of the model near points (n, 3).
+    face_near : Face, optional
+        Returns the normal of the face near points (n, 3).
+    doubtful : sequence of Range, optional
+        First and last row of each doubtful stretch.
+
+    Returns
+    -------
+    rank : Rank
+    error95_deg : float or None
+        Stated error of the plane.
+    """
     try:
         fit = fit_plane(points)
     except GeometryError:

@@ -37,7 +37,7 @@ class CalibratedPhotos:
     ----------
     views : PhotoViews
         Views of the model, World.
-    chosen : int
+    view_row : int
         Row of the requested view.
     files : mapping of int to Path
         Files of the photos that were found, by row of the views.
@@ -46,7 +46,7 @@ class CalibratedPhotos:
     """
 
     views: PhotoViews
-    chosen: int
+    view_row: int
     files: Mapping[int, Path]
     cameras: Path
     warnings: tuple[Finding, ...] = ()
@@ -54,7 +54,7 @@ class CalibratedPhotos:
     @property
     def name(self) -> str:
         """Name of the requested photo."""
-        return self.views.views[self.chosen].name
+        return self.views.views[self.view_row].name
 
     def pixels(self, view: int) -> ByteArray:
         """Read the pixels of a photo as stored, in the size of its camera.
@@ -184,7 +184,18 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
 
 
 def scale_view(view: View, file: Path | None) -> View:
-    """Return the view scaled to its photo's file, which may be a reduced copy."""
+    """Return the view scaled to its photo's file.
+
+    Parameters
+    ----------
+    view : View
+    file : Path or None
+        File of the photo, which may be a reduced copy.
+
+    Returns
+    -------
+    View
+    """
     from vomstudio.io.photos.pixels import open_photo
 
     if file is None:

@@ -89,7 +89,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
 
 
 def _merge_isolated(lost: IntArray, kept_faces: IntArray, faces: IntArray, root: IntArray) -> None:
-    """Merge vertices that still have no face, as the tips of a rim, into a neighbouring vertex."""
+    """Merge vertices without a face, as the tips of a rim, into a neighbouring vertex."""
     is_isolated = np.zeros(len(root), np.bool_)
     is_isolated[lost] = True
     is_isolated[kept_faces.ravel()] = False

@@ -62,7 +62,7 @@ _MAX_DISTANCE_RATIO = 2.0
 
 @dataclass(frozen=True, eq=False)
 class CellPlanes:
-    """Planes found on cells, transferred to the points (n,) of a cloud, which are sorted by cells.
+    """Planes of cells, transferred to the points (n,) of a cloud sorted by cells.
 
     Parameters
     ----------
@@ -87,7 +87,16 @@ class CellPlanes:
 
 
 def approximate_median(values: FloatArray) -> float:
-    """Return the median, for many values that of a regular sample."""
+    """Return the median, for many values that of a regular sample.
+
+    Parameters
+    ----------
+    values : (n,) ndarray
+
+    Returns
+    -------
+    float
+    """
     return float(np.median(values[:: max(1, len(values) // _MAX_MEDIAN_SAMPLE)]))
 
 

@@ -172,7 +172,17 @@ def fills_volume(
 
 
 def is_grass(colors: FloatArray) -> BoolArray:
-    """Find colours (n, 3), 0 to 255, that are greener than any rock."""
+    """Find colours that are greener than any rock.
+
+    Parameters
+    ----------
+    colors : (n, 3) ndarray
+        Red, green and blue, 0 to 255.
+
+    Returns
+    -------
+    (n,) ndarray of bool
+    """
     excess = _excess_green(colors)
     return np.asarray((excess > _GRASS_GREEN[0]) & (excess < _GRASS_GREEN[1]))
 

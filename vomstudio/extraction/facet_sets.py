@@ -42,7 +42,19 @@ def add_sets(table: FacetTable, facets: list[Facet]) -> FacetTable:
 
 
 def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
-    """Add known sets to a table; `proposal` is in the order of the facets."""
+    """Add known sets to a table of facets.
+
+    Parameters
+    ----------
+    table : FacetTable
+    facets : list of Facet
+    proposal : SetProposal
+        In the order of the facets.
+
+    Returns
+    -------
+    FacetTable
+    """
     proposal = describe_proposal(proposal, facet_poles(table), facet_pieces(table, facets))
     names = [described_set.name for described_set in proposal.sets]
     number = np.full(len(table.rows) + 1, -1, np.int32)
@@ -67,7 +79,17 @@ def add_proposal(table: FacetTable, facets: list[Facet], proposal: SetProposal) 
 
 
 def facet_poles(table: FacetTable) -> FloatArray:
-    """Return the poles (n, 3) of the rows, World."""
+    """Return the poles of the rows.
+
+    Parameters
+    ----------
+    table : FacetTable
+
+    Returns
+    -------
+    (n, 3) ndarray
+        World frame.
+    """
     direction, dip = (
         np.array([row[name] for row in table.rows], np.float64)
         for name in ("dip_direction_deg", "dip_deg")
@@ -76,7 +98,17 @@ def facet_poles(table: FacetTable) -> FloatArray:
 
 
 def facet_pieces(table: FacetTable, facets: list[Facet]) -> Pieces:
-    """Return position and extent of the facets, for discontinuities."""
+    """Return position and extent of the facets, for discontinuities.
+
+    Parameters
+    ----------
+    table : FacetTable
+    facets : list of Facet
+
+    Returns
+    -------
+    Pieces
+    """
     fits = [facet.fit for facet in facets]
     axes = np.array([fit.axes for fit in fits])
     spread = np.array([fit.eigenvalues * (fit.trace or 0.0) for fit in fits])

@@ -82,14 +82,41 @@ class FollowedTrace(PrintableResult):
 def find_way_point_off_model(
     surface: SurfaceGraph, way_points: FloatArray, resolution: float
 ) -> int | None:
-    """Return the row of the first way-point that is not on the model, or None."""
+    """Return the row of the first way-point that is not on the model, or None.
+
+    Parameters
+    ----------
+    surface : SurfaceGraph
+    way_points : (n, 3) ndarray
+        World.
+    resolution : float
+        Effective resolution of the model, m.
+
+    Returns
+    -------
+    int or None
+    """
     limit = MAX_SNAP_RESOLUTIONS * resolution
     rows = np.flatnonzero(~(surface.snap_distances(way_points) <= limit))
     return int(rows[0]) if len(rows) and np.isfinite(resolution) else None
 
 
 def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Finding:
-    """Report a way-point, counted from 1, that is not on the model."""
+    """Report a way-point that is not on the model.
+
+    Parameters
+    ----------
+    number : int
+        Number of the way-point, counted from 1.
+    distance_m : float
+        Distance from the model.
+    resolution_m : float
+        Effective resolution of the model.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding(
         "path.off-model",
         number=number,
@@ -166,7 +193,7 @@ def followed_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        rest=reliable,
+        reliable_trace=reliable,
     )
     return FollowedTrace(
         points=path.points,
@@ -184,7 +211,16 @@ def followed_trace(
 
 
 def index_vertices(surface: SurfaceGraph) -> VertexSurface:
-    """Index the vertices of a surface for queries around the points of a path."""
+    """Index the vertices of a surface for queries around the points of a path.
+
+    Parameters
+    ----------
+    surface : SurfaceGraph
+
+    Returns
+    -------
+    VertexSurface
+    """
     data = surface.data
     undivided = None
     if isinstance(data, Mesh) and data.undivided is not data:
@@ -218,7 +254,7 @@ def fit_trace_plane(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-    rest: RemainingTrace | None = None,
+    reliable_trace: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """Fit the plane of a trace and judge it.
 
@@ -232,7 +268,7 @@ def fit_trace_plane(
         Values for the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
-    rest : Rest, optional
+    reliable_trace : RemainingTrace, optional
         The trace without its doubtful stretches.
 
     Returns
@@ -244,19 +280,23 @@ def fit_trace_plane(
     findings : tuple of Finding
         Why there is no plane, and which stretches are doubtful.
     """
-    findings = () if rest is None else tuple(rest.findings())
+    findings = () if reliable_trace is None else tuple(reliable_trace.findings())
     try:
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (cause_of(error), *findings)
     resolution, outcrop_normal = near.resolution_near(points), near.outcrop_normal(points)
-    stretch = None if rest is None else rest.error95_deg(fit, resolution, outcrop_normal)
+    stretch = (
+        None
+        if reliable_trace is None
+        else reliable_trace.error95_deg(fit, resolution, outcrop_normal)
+    )
     verdict = judge(
         fit,
         resolution_m=resolution,
         outcrop_normal=outcrop_normal,
         thresholds=thresholds,
-        surface_findings=() if rest is None else rest.findings(),
+        surface_findings=() if reliable_trace is None else reliable_trace.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(

@@ -79,9 +79,18 @@ class Planes:
 
 
 def element_tolerances(elements: Elements, max_distance: float | None) -> FloatArray:
-    """Return the maximum distance (n,) of each element from a plane, m.
+    """Return the maximum distance of each element from a plane.
 
-    Without `max_distance` it is the local spacing, or three times the local noise if larger.
+    Parameters
+    ----------
+    elements : Elements
+    max_distance : float or None
+        Metres; by default the local spacing, or three times the local noise if larger.
+
+    Returns
+    -------
+    (n,) ndarray
+        Metres.
     """
     if max_distance is not None:
         return np.full(len(elements), max_distance)
@@ -303,9 +312,18 @@ def facet_planes(
 
 
 def facet_limits(planes: Planes, typical_reach: float) -> FloatArray:
-    """Return the maximum distance (f,) of elements from their facet's plane, by its scatter.
+    """Return the maximum distance of elements from their facet's plane, by its scatter.
 
-    `typical_reach` is the median tolerance of the elements.
+    Parameters
+    ----------
+    planes : Planes
+    typical_reach : float
+        Median tolerance of the elements, m.
+
+    Returns
+    -------
+    (f,) ndarray
+        Metres.
     """
     return for_kernels(np.maximum(_MAX_DEVIATIONS * planes.rms, 0.1 * typical_reach), np.float64)
 
@@ -434,7 +452,7 @@ def _remove_small(
     min_count: int,
     min_area: float,
 ) -> Int32Array:
-    """Number facets by area, the largest first; -1 for elements of facets that are too small."""
+    """Renumber facets by decreasing area; -1 for elements of facets that are too small."""
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
     is_kept &= _looseness(elements, rows, planes, labels) <= _MAX_LOOSENESS
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")

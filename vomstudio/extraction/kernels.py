@@ -145,7 +145,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
     label,
     sums,
 ):
-    """Grow regions from the seeds order[first:last], in that order; return the next free label.
+    """Grow regions from the seeds order[first:last], in order; return the next free label.
 
     An element joins if its normal is within the angle of the region's plane and its place within
     its `reach` of the plane. The plane is fitted again whenever the region has grown by a half.
@@ -251,7 +251,9 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
 def add_moments(  # type: ignore[no-untyped-def]
     rows, places, areas, inner, reach, labels, about, known, sums, count
 ):
-    """Add the moments of each facet's elements among `rows` to `sums` (f, 11) and `count` (f,).
+    """Add the moments of each facet's elements among `rows` to `sums` and `count`.
+
+    `sums` are (f, 11), `count` (f,).
 
     The columns are weight, first and second moments about a place that is `known`, else the first
     element, and the squares of `reach` if it has a value per element.

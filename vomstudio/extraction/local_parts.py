@@ -60,7 +60,7 @@ def extract_visible_part(
         square = np.nan_to_num(((points - middle) ** 2).sum(axis=1), nan=np.inf)
         rows = np.sort(np.argpartition(square, count)[:count])
     if not isinstance(data, Mesh):
-        return Part(data.of_rows(rows), rows, np.zeros(0, np.int64))
+        return Part(data.select_rows(rows), rows, np.zeros(0, np.int64))
     number = np.full(len(points), -1, np.int32)
     number[rows] = np.arange(len(rows))
     local_faces = number[data.faces]
@@ -72,7 +72,7 @@ def extract_visible_part(
 
 
 def _find_point_in_view(points: FloatArray, eye: FloatArray, toward: FloatArray) -> FloatArray:
-    """Return the first point near the line of sight; without one, the point nearest to its end."""
+    """Return the first point near the line of sight, or else the nearest to its end."""
     direction = toward - eye
     size = float(np.linalg.norm(direction))
     offsets = points - eye

@@ -406,7 +406,10 @@ def _patches(
 def _errors(
     moments: FloatArray, noise: float, options: MeasurableOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the expected 95 % error (degrees), longest axis and shorter axis (m) of the traces."""
+    """Return the expected 95 % error of the traces (degrees), and their axes (m).
+
+    The longest axis comes before the shorter one.
+    """
     length, resolution, larger, smaller, count = moments.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
     free = length / resolution - 3.0

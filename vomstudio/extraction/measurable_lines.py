@@ -21,14 +21,39 @@ _BLOCK_PIECES = 20_000
 
 
 def strip_half_width(spacing: float, length: float) -> float:
-    """Return half the width of the strip around a line for a given spacing, m."""
+    """Return half the width of the strip around a line.
+
+    Parameters
+    ----------
+    spacing : float
+        Spacing of the points, m.
+    length : float
+        Length of the line, m.
+
+    Returns
+    -------
+    float
+        Metres.
+    """
     if spacing <= length / _MIN_STRIPS:
         return max(spacing, length / _STRIPS)
     return length / _CUT_STRIPS
 
 
 def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
-    """Number (n,) the connected pieces of each band; -1 for pieces without a band."""
+    """Find the connected pieces of each band.
+
+    Parameters
+    ----------
+    elements : Elements
+    band : (n,) ndarray of int
+        Band of each element, -1 for none.
+
+    Returns
+    -------
+    (n,) ndarray of int
+        Number of the piece; -1 for elements without a band.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -33,7 +33,17 @@ _LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
 def node_colour(graph: Graph, node: int) -> FloatArray:
-    """Return the mean opponent colour (3,) of a node and its neighbours."""
+    """Return the mean opponent colour of a node and its neighbours.
+
+    Parameters
+    ----------
+    graph : Graph
+    node : int
+
+    Returns
+    -------
+    (3,) ndarray
+    """
     assert graph.colours is not None
     rows = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
     return np.asarray(opponent_colours(graph.colours[rows].mean(axis=0)[None])[0])
@@ -84,7 +94,19 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
 
 
 def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
-    """Average each node with its neighbours, `times` times over; returns (n,)."""
+    """Average each node with its neighbours.
+
+    Parameters
+    ----------
+    graph : Graph
+    values : (n,) ndarray
+    times : int, optional
+        Number of repetitions.
+
+    Returns
+    -------
+    (n,) ndarray
+    """
     from vomstudio.extraction.path_kernels import average_neighbours
 
     current, following = np.array(values, np.float64), np.empty(len(values))
@@ -96,7 +118,18 @@ def smooth_values(graph: Graph, values: FloatArray, times: int = 1) -> FloatArra
 
 
 def contact_values(graph: Graph, cost: str) -> FloatArray:
-    """Compute the values (n,) of any cost but "colour", lowest on a contact."""
+    """Compute the values of any cost but "colour", lowest on a contact.
+
+    Parameters
+    ----------
+    graph : Graph
+    cost : str
+        Name of the cost.
+
+    Returns
+    -------
+    (n,) ndarray
+    """
     from vomstudio.extraction.path_kernels import compute_gradients
 
     if cost == "curvature":
@@ -117,7 +150,7 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
 
 
 def _valley(graph: Graph, value: FloatArray) -> FloatArray:
-    """Average values (n,) with their successive smoothings, so that the middle of a bed is lowest.
+    """Average values (n,) with their smoothings, so that the middle of a bed is lowest.
 
     Within a bed of one colour the shortest path cuts corners from side to side. That tilts the
     plane systematically, and the residuals do not show it.
@@ -131,7 +164,16 @@ def _valley(graph: Graph, value: FloatArray) -> FloatArray:
 
 
 def opponent_colours(colours: FloatArray) -> FloatArray:
-    """Convert red, green, blue (n, 3) to lightness and two weighted chroma (opponent colours)."""
+    """Convert red, green and blue to lightness and two weighted chroma (opponent colours).
+
+    Parameters
+    ----------
+    colours : (n, 3) ndarray
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     r, g, b = colours.T
     return np.stack(
         [

@@ -66,7 +66,9 @@ def _detour(places, node, one, other):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
 def list_component_in_ellipsoid(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
-    """List the nodes connected to `first` inside an ellipsoid; return their number, -1 if too many.
+    """List the nodes connected to `first` inside an ellipsoid, and return their number.
+
+    -1 if there are too many.
 
     The ellipsoid contains the points whose distances from `one` and `other` sum to at most
     `reach`. The nodes are written to `rows`; `mark` (n,) must be -1 and is restored.
@@ -273,7 +275,7 @@ def search_least_cost(  # type: ignore[no-untyped-def]
 
 @part
 def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
-    """Return the slot of a node's states and initialise it on first use; -1 if `nodes` is full."""
+    """Return the slot of a node's states, initialised on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
         return slot

@@ -111,8 +111,8 @@ class PhotoFollower:
     def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, voting: bool = True):
         _require_cost(cost)
         self.photos, self.cost, self._voting = photos, cost, voting
-        self.view = photos.views.views[photos.chosen]
-        self._pyramid = [photos.pixels(photos.chosen)]
+        self.view = photos.views.views[photos.view_row]
+        self._pyramid = [photos.pixels(photos.view_row)]
         # Photos of the last line, which the next one probably uses too.
         self._cached_voters: dict[int, Voter] = {}
 
@@ -164,7 +164,7 @@ class PhotoFollower:
             raise GeometryError(Finding("path.beside-model"))
         # Rows of the way-points after the pixels that miss the model have been removed.
         at = np.maximum(np.cumsum(is_on_model)[at] - 1, 0)
-        seen, agreeing = count_agreeing_photos(
+        visible_count, agreeing = count_agreeing_photos(
             self._pyramid[0], pixels[is_on_model], self.project, voters
         )
         return PhotoPath(
@@ -173,7 +173,7 @@ class PhotoFollower:
             at,
             costs[is_on_model],
             int((~is_on_model).sum()),
-            seen,
+            visible_count,
             agreeing,
             tuple(voter.name for voter in voters),
             tuple(warnings),
@@ -187,7 +187,7 @@ class PhotoFollower:
         (n, 3) array
             World, m; NaN if a line of sight misses the model.
         """
-        return self.photos.views.places_under(self.photos.chosen, pixels)
+        return self.photos.views.places_under(self.photos.view_row, pixels)
 
     def _require(self, marks: FloatArray) -> None:
         if len(marks) < 2:
@@ -213,7 +213,7 @@ class PhotoFollower:
         voters: list[Voter] = []
         used = dict[int, Voter]()
         for sighting in photos.views.sightings(places):
-            if sighting.view == photos.chosen or sighting.view not in photos.files:
+            if sighting.view == photos.view_row or sighting.view not in photos.files:
                 continue
             try:
                 voter = self._cached_voters.get(sighting.view) or Voter(
@@ -302,17 +302,17 @@ class PhotoFollower:
         assert graph.colours is not None
         error_px = self._sight_error_px(places)
         for voter in voters:
-            colours, seen = voter.colours(places)
+            colours, is_visible = voter.colours(places)
             tints, known = voter.colours(marks)
-            if not seen.any() or not known.any():
+            if not is_visible.any() or not known.any():
                 continue
-            combined = np.where(seen[:, None], colours, graph.colours)
+            combined = np.where(is_visible[:, None], colours, graph.colours)
             voter_costs = node_costs(
                 Graph(graph.places, graph.starts, graph.near, combined, {}, graph.rough, graph.row),
                 self.cost,
                 opponent_colours(tints[known]),
             )
-            voter_costs[~seen] = np.inf
+            voter_costs[~is_visible] = np.inf
             for _ in range(error_px):
                 voter_costs = np.minimum(
                     voter_costs, np.minimum.reduceat(voter_costs[graph.near], graph.starts[:-1])

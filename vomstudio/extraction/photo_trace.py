@@ -150,7 +150,7 @@ def photo_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        rest=reliable,
+        reliable_trace=reliable,
     )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _confirmed_share(path)
@@ -191,8 +191,8 @@ def _project_way_points(
     GeometryError
         For a way-point that the photo does not show.
     """
-    pixels = photos.views.pixels(photos.chosen, way_points)
-    is_visible = photos.views.shows(photos.chosen, way_points, MAX_SNAP_RESOLUTIONS * resolution)
+    pixels = photos.views.pixels(photos.view_row, way_points)
+    is_visible = photos.views.shows(photos.view_row, way_points, MAX_SNAP_RESOLUTIONS * resolution)
     for row in np.flatnonzero(~is_visible).tolist():
         raise GeometryError(Finding("path.not-shown", photo=photos.name, number=row + 1))
     return pixels

@@ -89,9 +89,17 @@ class Voter:
 
 
 def blurred_grey(picture: ByteArray) -> Float32Array:
-    """Convert a picture (h, w, 3) to lightness (h, w), slightly blurred.
+    """Convert a picture to lightness, slightly blurred.
 
     Pixels of two photos never match exactly.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) ndarray of uint8
+
+    Returns
+    -------
+    (h, w) ndarray of float32
     """
     import cv2
 
@@ -100,7 +108,17 @@ def blurred_grey(picture: ByteArray) -> Float32Array:
 
 
 def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
-    """Interpolate values (h, w) at pixels (n, 2), linearly between pixel centres."""
+    """Interpolate values linearly between pixel centres.
+
+    Parameters
+    ----------
+    values : (h, w) ndarray
+    pixels : (n, 2) ndarray
+
+    Returns
+    -------
+    (n,) ndarray
+    """
     height, width = values.shape
     x, y = np.clip(pixels - 0.5, 0.0, [width - 1.0, height - 1.0]).T
     x0, y0 = np.minimum(x.astype(np.int64), width - 2), np.minimum(y.astype(np.int64), height - 2)
@@ -135,9 +153,9 @@ def count_agreeing_photos(
     seen, agreeing : (n,) int arrays
     """
     n = len(pixels)
-    seen, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    visible_count, same = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
-        return seen, same
+        return visible_count, same
     tested = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
     step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
@@ -159,7 +177,7 @@ def count_agreeing_photos(
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(n,) normalised correlation of rows; NaN where one of them has no texture."""
+    """Return the normalised correlation (n,) of rows; NaN if one of them has no texture."""
     a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))
     flat = (sizes[0] < _MIN_CONTRAST) | (sizes[1] < _MIN_CONTRAST)

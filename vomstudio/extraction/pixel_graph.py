@@ -53,7 +53,22 @@ def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
 def pixels_around(
     one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
 ) -> tuple[Box, BoolArray]:
-    """Select the pixels whose distances from two pixels (2,) sum to at most `reach`."""
+    """Select the pixels around two pixels: the sum of both distances is limited.
+
+    Parameters
+    ----------
+    one, other : (2,) ndarray
+    reach : float
+        Maximum sum of the distances.
+    shape : sequence of int
+        Height and width of the picture.
+
+    Returns
+    -------
+    box : Box
+    mask : ndarray of bool
+        Selected pixels of the box.
+    """
     low = np.minimum(one, other) - 0.5 * reach
     high = np.maximum(one, other) + 0.5 * reach
     box = _box(low, high, shape)
@@ -63,7 +78,22 @@ def pixels_around(
 
 
 def pixels_along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
-    """Select the pixels within about `width` of a line (k, 2)."""
+    """Select the pixels near a line.
+
+    Parameters
+    ----------
+    line : (k, 2) ndarray
+    width : float
+        Approximate maximum distance, pixels.
+    shape : sequence of int
+        Height and width of the picture.
+
+    Returns
+    -------
+    box : Box
+    mask : ndarray of bool
+        Selected pixels of the box.
+    """
     import cv2
 
     box = _box(line.min(axis=0) - width - 1.0, line.max(axis=0) + width + 1.0, shape)

@@ -62,10 +62,18 @@ class Surroundings:
 
 
 def is_noise_dominated(places: FloatArray) -> bool:
-    """Check whether the noise of points (n, 3) exceeds their spacing.
+    """Check whether the noise of points exceeds their spacing.
 
-    Even the largest neighbourhoods then fill a volume rather than a surface. If a part of the
-    cloud is quiet, every point can be analysed individually.
+    Even the largest neighbourhoods then fill a volume rather than a surface. If a part of the cloud
+    is quiet, every point can be analysed individually.
+
+    Parameters
+    ----------
+    places : (n, 3) ndarray
+
+    Returns
+    -------
+    bool
     """
     max_count = NORMAL_COUNTS[-1]
     if len(places) < 4 * max_count:
@@ -83,9 +91,17 @@ def is_noise_dominated(places: FloatArray) -> bool:
 
 
 def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
-    """Find points (n, 3) that scatter in all directions, so that they define no plane.
+    """Find points that scatter in all directions, so that they define no plane.
 
-    Returns the mask (n,) and the area that each of these points represents.
+    Parameters
+    ----------
+    places : (n, 3) ndarray
+
+    Returns
+    -------
+    scattered : (n,) ndarray of bool
+    area : float
+        Area that each of these points represents.
     """
     low = places.min(axis=0)
     grid = create_cell_grid(places - low, _POINTS_PER_CELL)
@@ -103,9 +119,19 @@ def find_scattered_points(places: FloatArray) -> tuple[BoolArray, float]:
 
 
 def estimate_normals(places: FloatArray, angle_deg: float, progress: Progress) -> FloatArray | None:
-    """Compute normals (n, 3) of places from as many neighbours as make them agree.
+    """Compute normals of points from as many neighbours as make them agree.
 
-    None if the surroundings are not flat.
+    Parameters
+    ----------
+    places : (n, 3) ndarray
+    angle_deg : float
+        Maximum angle between the normals of neighbours.
+    progress : Progress
+
+    Returns
+    -------
+    (n, 3) ndarray or None
+        None if the surroundings are not flat.
     """
     tree = _tree(places)
     around = _required_neighbours(tree, places, angle_deg, 0.5)
@@ -305,7 +331,9 @@ def _fit_planes(
 
 
 def _required_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
-    """Return the number of neighbours for normals that agree with adjacent ones, from a sample.
+    """Return the number of neighbours for normals that agree with adjacent ones.
+
+    It is determined from a sample.
 
     `share` is the share of the places that must agree.
     """

@@ -131,7 +131,18 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
 
 
 def find_set_poles(normals: FloatArray) -> FloatArray:
-    """Find the densest directions (k, 3) of axes (n, 3), sorted; NaN rows are ignored."""
+    """Find the densest directions of axes.
+
+    Parameters
+    ----------
+    normals : (n, 3) ndarray
+        NaN rows are ignored.
+
+    Returns
+    -------
+    (k, 3) ndarray
+        Sorted by decreasing density.
+    """
     from scipy.spatial import cKDTree
 
     finite = normals[np.isfinite(normals).all(axis=1)]

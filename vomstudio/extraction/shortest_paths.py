@@ -83,6 +83,21 @@ def path_with_turns(
 
     The state of the search contains a heading: one of 16 around the circle in the plane that fits
     the nodes best. An arc within `MAX_HEADING_ERROR_DEG` of the heading is not a turn.
+
+    Parameters
+    ----------
+    graph : Graph
+    one, other : int
+        Nodes at both ends.
+    costs : (n,) ndarray
+        Cost of each node.
+    turn : float, optional
+        Cost of a turn.
+
+    Returns
+    -------
+    (k,) ndarray of int or None
+        Nodes; None without a path.
     """
     n = len(graph.places)
     if turn <= 0.0:
@@ -131,7 +146,10 @@ def path_with_turns(
 def _search(
     graph: Graph, one: int, other: int, costs: FloatArray, least: float
 ) -> tuple[FloatArray, Int32Array] | None:
-    """Return the cost to each node that was reached, and its predecessor; None if not connected."""
+    """Return the cost to each node that was reached, and its predecessor.
+
+    None if the nodes are not connected.
+    """
     from vomstudio.extraction.path_kernels import search_least_cost
 
     n = len(graph.places)

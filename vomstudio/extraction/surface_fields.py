@@ -120,7 +120,19 @@ _LEVEL_DEG = 1.0
 
 
 def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
-    """Return the name of a field, with radius and unit; `metric` if the metres are known."""
+    """Return the name of a field, with radius and unit.
+
+    Parameters
+    ----------
+    kind : str
+    radius_m : float
+    metric : bool, optional
+        Whether the metres are known.
+
+    Returns
+    -------
+    str
+    """
     field_kind, length = KINDS[kind], "m" if metric else "units"
     unit = f" [{field_kind.unit.replace('m', length)}]" if field_kind.unit else ""
     return f"{field_kind.name}, r {radius_m:g} {length}{unit}"

@@ -451,7 +451,20 @@ class SurfaceGraph:
 
 
 def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray, Int32Array]:
-    """List the neighbours of n nodes, as in `Graph`, from the two ends of each arc."""
+    """List the neighbours of nodes, as in `Graph`.
+
+    Parameters
+    ----------
+    first, second : (m,) ndarray of int
+        Nodes at both ends of each arc.
+    n : int
+        Number of nodes.
+
+    Returns
+    -------
+    starts : (n + 1,) ndarray of int
+    near : ndarray of int32
+    """
     from vomstudio.extraction.path_kernels import list_neighbours
 
     starts, near = np.zeros(n + 1, np.int64), np.empty(2 * len(first), np.int32)

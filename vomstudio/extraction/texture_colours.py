@@ -117,7 +117,10 @@ class TextureColours:
 
 
 def _interpolate(picture: ByteArray, uv: FloatArray) -> FloatArray:
-    """Interpolate colours at texture coordinates, origin at the lower left; the picture repeats."""
+    """Interpolate colours at texture coordinates, origin at the lower left.
+
+    The picture repeats.
+    """
     height, width = picture.shape[:2]
     known = np.asarray(np.isfinite(uv).all(axis=1))
     finite_uv = np.where(known[:, None], uv, 0.0)

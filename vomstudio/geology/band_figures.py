@@ -123,7 +123,17 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
 
 
 def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
-    """Fit the distributions of all sets with enough planes."""
+    """Fit the distributions of all sets with enough planes.
+
+    Parameters
+    ----------
+    groups : mapping
+        Normals (n, 3) of each set, by its name.
+
+    Returns
+    -------
+    list of SetPrior
+    """
     priors = (fit_prior(name, normals) for name, normals in groups.items())
     return [prior for prior in priors if prior is not None]
 

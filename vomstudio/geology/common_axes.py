@@ -114,7 +114,9 @@ def common_axis(
 def _mean_variances(
     members: Sequence[FloatArray], means: FloatArray, beta: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Return the variance of each mean along beta, radians squared, and its degrees of freedom.
+    """Return the variance of each mean along beta, and its degrees of freedom.
+
+    The variance is in radians squared.
 
     A single plane takes the scatter of the other sets, or `NATURAL_SCATTER_DEG`.
     """
@@ -135,8 +137,9 @@ def _mean_variances(
 def _axis_region(
     means: FloatArray, axes: FloatArray, variances: FloatArray, smallest: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
-    """Return semi-axes of the joint 95 % region of beta, degrees, and the direction of the
-    larger.
+    """Return the semi-axes of the joint 95 % region of beta, and the larger one's direction.
+
+    The semi-axes are in degrees.
     """
     if smallest < 2:
         return None, axes[1]

@@ -84,8 +84,9 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> T
 
 @dataclass(frozen=True, eq=False)
 class MovedVectors:
-    """Vectors (n, 3) with their derivatives (n, k, 3, 3) by small rotations about east, north and
-    up.
+    """Vectors (n, 3) with their derivatives by small rotations.
+
+    The derivatives (n, k, 3, 3) are by rotations about east, north and up.
     """
 
     vectors: FloatArray
@@ -104,7 +105,18 @@ class MovedVectors:
 
 
 def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
-    """Return unit vectors (n, 3) with their derivatives by their registrations."""
+    """Return unit vectors with their derivatives by their registrations.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    turns : Turns
+        Registration of each vector.
+
+    Returns
+    -------
+    MovedVectors
+    """
     v = np.asarray(vectors, np.float64).reshape(-1, 3)
     derivatives = np.zeros((len(v), len(turns.rotations), 3, 3))
     rows = np.flatnonzero(turns.group >= 0)
@@ -114,7 +126,16 @@ def move_vectors(vectors: npt.ArrayLike, turns: Turns) -> MovedVectors:
 
 
 def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
-    """Join results that depend on the same registrations to vectors of a further result."""
+    """Join results that depend on the same registrations to vectors of a further result.
+
+    Parameters
+    ----------
+    parts : sequence of MovedVectors
+
+    Returns
+    -------
+    MovedVectors
+    """
     return MovedVectors(
         np.concatenate([part.vectors for part in parts]),
         np.concatenate([part.derivatives for part in parts]),
@@ -152,7 +173,18 @@ def principal_axis(
 
 
 def resultant(moved: MovedVectors, signs: FloatArray | None = None) -> MovedVectors:
-    """Return the direction of the sum of vectors; `signs` (n,) flips each before."""
+    """Return the direction of the sum of vectors.
+
+    Parameters
+    ----------
+    moved : MovedVectors
+    signs : (n,) ndarray, optional
+        Factors 1 or -1 of the vectors.
+
+    Returns
+    -------
+    MovedVectors
+    """
     s = np.ones(len(moved.vectors)) if signs is None else signs
     total = s @ moved.vectors
     length = float(np.linalg.norm(total))
@@ -162,9 +194,19 @@ def resultant(moved: MovedVectors, signs: FloatArray | None = None) -> MovedVect
 
 
 def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
-    """Project a line onto the plane with this normal, which nearly contains it.
+    """Project a line onto a plane that nearly contains it.
 
     Within the plane the line moves by itself, perpendicular to it with the plane.
+
+    Parameters
+    ----------
+    line : MovedVectors
+    plane : MovedVectors
+        Normal of the plane.
+
+    Returns
+    -------
+    MovedVectors
     """
     normal, direction = plane.vectors[0], line.vectors[0]
     flat = direction - normal * (direction @ normal)
@@ -175,7 +217,17 @@ def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
 
 
 def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
-    """Return the intersection line of two planes, given by their normals."""
+    """Return the intersection line of two planes.
+
+    Parameters
+    ----------
+    first, second : MovedVectors
+        Normals.
+
+    Returns
+    -------
+    MovedVectors
+    """
     a, b = first.vectors[0], second.vectors[0]
     cross = np.cross(a, b)
     sine = float(np.linalg.norm(cross))
@@ -264,9 +316,22 @@ def region_of_line(
     smallest_deg: float | None,
     toward: npt.ArrayLike | None,
 ) -> Region | None:
-    """Compute the joint 95 % region of a line; None if its own half-angles are unknown.
+    """Compute the joint 95 % region of a line.
 
-    `toward` is None for a round region.
+    Parameters
+    ----------
+    vector : (3,) array_like
+    covariance : (3, 3) array_like or None
+        Covariance by the registrations, radians squared.
+    largest_deg, smallest_deg : float or None
+        Half-angles of the line itself.
+    toward : (3,) array_like or None
+        Direction of the largest half-angle; None for a round region.
+
+    Returns
+    -------
+    Region or None
+        None if the half-angles are unknown.
     """
     if largest_deg is None or smallest_deg is None:
         return None
@@ -277,7 +342,18 @@ def region_of_line(
 
 
 def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, FloatArray]:
-    """Return a round region in the form that `region` expects."""
+    """Return a round region in the form that `region` expects.
+
+    Parameters
+    ----------
+    vector : (3,) array_like
+    half_angle_deg : float
+
+    Returns
+    -------
+    tuple
+        Both half-angles, degrees, and the direction of the larger one.
+    """
     return half_angle_deg, half_angle_deg, _tangent_basis(np.asarray(vector, np.float64))[0]
 
 

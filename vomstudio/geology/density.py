@@ -130,7 +130,20 @@ class _Kernel:
 
 
 def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> float:
-    """Return the area of the counting circle of n data, as a share of the hemisphere."""
+    """Return the area of the counting circle as a share of the hemisphere.
+
+    Parameters
+    ----------
+    n : int
+        Number of data.
+    method : str, optional
+    sigma : float, optional
+        Expected density of uniform data, in its standard deviations.
+
+    Returns
+    -------
+    float
+    """
     return 0.01 if method == "schmidt" else sigma**2 / (n + sigma**2)
 
 
@@ -203,6 +216,18 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
 
     Their distance is a third of the counting circle's radius on an equal-area net, where the radius
     is the square root of its share of the area.
+
+    Parameters
+    ----------
+    n : int
+        Number of data.
+    method : str, optional
+    sigma : float, optional
+        See `counting_area`.
+
+    Returns
+    -------
+    int
     """
     spacing = math.sqrt(counting_area(n, method, sigma)) / 3.0
     return int(min(max(2 * round(1.0 / spacing) + 1, 61), 181))
@@ -212,6 +237,15 @@ def round_levels(maximum: float, method: str) -> list[float]:
     """Return up to 8 round levels below the maximum density.
 
     They are multiples of 2 (or more) standard deviations, or round shares.
+
+    Parameters
+    ----------
+    maximum : float
+    method : str
+
+    Returns
+    -------
+    list of float
     """
     steps = (2, 4, 5, 10, 20, 50, 100, 200, 500) if method != "schmidt" else (1, 2, 5, 10, 20, 50)
     for step in steps:

@@ -1,4 +1,4 @@
-"""Domains of a structure, each with its own axis, and a test of whether one axis serves all.
+"""Structural domains with their own axes, and a test of whether one axis serves all.
 
 If no direction is valid for all domains (fig. 31c), a section projects each along its own axis. An
 F test (extra sum of squares of nested fits) compares one great circle through all poles with one
@@ -65,7 +65,18 @@ class OneAxisFigures:
 
 
 def describe_domain(domain: DomainFigures, decimals: int) -> str:
-    """Describe a domain in one line: its count and its axis, or the reason for not having one."""
+    """Describe a domain in one line: its count and its axis, or the reason for not having one.
+
+    Parameters
+    ----------
+    domain : DomainFigures
+    decimals : int
+        Number of decimals of angles.
+
+    Returns
+    -------
+    str
+    """
     if domain.axis is None:
         return tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
     if domain.axis.verdict == "homoclinal":
@@ -81,7 +92,18 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
 
 
 def apply_domain_verdict(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
-    """Return the axis of all planes with the verdict that its domains allow."""
+    """Return the axis of all planes with the verdict that its domains allow.
+
+    Parameters
+    ----------
+    axis : FoldAxis
+        Axis of all planes.
+    one_axis : OneAxisFigures
+
+    Returns
+    -------
+    FoldAxis
+    """
     if one_axis.serves_all:
         return replace(axis, reasons=(*axis.reasons, *one_axis.reasons))
     reasons = (*one_axis.reasons, *axis.reasons)
@@ -140,13 +162,20 @@ def domain_axes(
 
 @dataclass(frozen=True)
 class ProjectionAxis:
-    """Axis along which a domain is projected: its fold axis, or the line in which its beds meet the
-    faults (fig. 31c).
+    """Axis along which a domain is projected.
 
-    line : None if the domain has none
-    error95_deg : None if it is not known
-    description : name of the line, or the reason why the domain has no line
-    valid : "yes" or "conditional", as of a fold axis
+    It is the fold axis of the domain, or the line in which its beds meet the faults (fig. 31c).
+
+    Attributes
+    ----------
+    line : Line or None
+        None if the domain has none.
+    error95_deg : float or None
+        None if it is not known.
+    description : str
+        Name of the line, or the reason why the domain has no line.
+    valid : str
+        "yes" or "conditional", as for a fold axis.
     """
 
     line: Line | None

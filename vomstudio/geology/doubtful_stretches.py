@@ -107,7 +107,21 @@ def fit_remaining_plane(points: FloatArray, ranges: Sequence[Range]) -> Remainin
 
 
 def offset(points: FloatArray, stretch: Range, fit: PlaneFit | None) -> float:
-    """Return the distance of a stretch's middle from a plane, m; 0 without a plane."""
+    """Return the distance of a stretch's middle from a plane.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+        Points of the trace.
+    stretch : Range
+        First and last row.
+    fit : PlaneFit or None
+
+    Returns
+    -------
+    float
+        Metres, with sign; 0 without a plane.
+    """
     if fit is None:
         return 0.0
     middle = points[stretch[0] : stretch[1] + 1].mean(axis=0)

@@ -67,7 +67,17 @@ class SelectedPlanes:
 
 
 def parse_verdict(word: str | None) -> str:
-    """Return the verdict in a cell, "" if it has none."""
+    """Parse the verdict in a cell.
+
+    Parameters
+    ----------
+    word : str or None
+
+    Returns
+    -------
+    str
+        "" if the cell has none.
+    """
     text = (word or "").strip().casefold()
     return text if text in VERDICTS else ""
 

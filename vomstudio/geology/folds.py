@@ -264,7 +264,9 @@ def fold_axis(
 
 
 def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
-    """Return the semi-axes of the joint 95 % region of beta for n poles, degrees, the larger first.
+    """Return the semi-axes of the joint 95 % region of beta for n poles, larger first.
+
+    They are in degrees.
 
     None without redundancy.
     """
@@ -376,19 +378,23 @@ def build_axis(
 
     Parameters
     ----------
-    poles : (n, 3) array
-    values, axes : (3,) and (3, 3) arrays
+    poles : (n, 3) ndarray
+    values, axes : (3,) and (3, 3) ndarray
         Eigenvalues and eigenvectors of their orientation tensor.
-    semi_axes : (float, float) or None
-        Of the joint 95 % region of beta, degrees, the larger one first.
-    swing : (3,) array
+    semi_axes : tuple of float or None
+        Semi-axes of the joint 95 % region of beta, degrees, the larger one first.
+    larger_direction : (3,) ndarray
         Direction of the larger semi-axis.
-    judged : callable
+    judge : callable
         Returns the verdict for a 95 % error of beta, degrees.
-    turned : Moved or None
-        Effect of the registrations on beta.
-    counted : sequence of Finding
-        Listed after the reasons of the verdict.
+    moved_axis : MovedVectors or None
+        Beta with its derivatives by the rotations of the registrations.
+    notes : sequence of Finding
+        Findings to append to the reasons of the verdict.
+
+    Returns
+    -------
+    FoldAxis
     """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
@@ -424,7 +430,16 @@ def build_axis(
 
 
 def plane_figures(plane: Plane) -> PlaneFigures:
-    """Return the angles of a plane as plain numbers."""
+    """Return the angles of a plane as plain numbers.
+
+    Parameters
+    ----------
+    plane : Plane
+
+    Returns
+    -------
+    PlaneFigures
+    """
     return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 
 

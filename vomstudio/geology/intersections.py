@@ -112,7 +112,7 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from this plane, in the unit of the vector.
+    """Return the 95 % deviation of a vector in a plane from it, in the vector's unit.
 
     Parameters
     ----------
@@ -135,7 +135,17 @@ def deviation95(
 
 
 def t95(free: float) -> float:
-    """Return the two-sided 95 % quantile of Student's t."""
+    """Return the two-sided 95 % quantile of Student's t.
+
+    Parameters
+    ----------
+    free : float
+        Degrees of freedom.
+
+    Returns
+    -------
+    float
+    """
     from scipy.special import stdtrit
 
     return NORMAL_QUANTILE95 if math.isinf(free) else float(stdtrit(free, 1.0 - SIGNIFICANCE / 2.0))
@@ -178,7 +188,18 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
 
 
 def scatter_deg(planes: Sequence[UncertainPlane], mean: UncertainPlane) -> float:
-    """Return the root mean square angle of planes from their mean, axially, degrees."""
+    """Return the root mean square angle of planes from their mean, axially.
+
+    Parameters
+    ----------
+    planes : sequence of UncertainPlane
+    mean : UncertainPlane
+
+    Returns
+    -------
+    float
+        Degrees.
+    """
     if not planes:
         return 0.0
     normals = np.array([plane.normal for plane in planes])

@@ -1,4 +1,4 @@
-"""Structural symbols of a map as lines: strike and dip of planes, trend and plunge of lines.
+"""Map symbols as lines: strike and dip of planes, trend and plunge of lines.
 
 Symbols are drawn in the horizontal plane through the feature (FGDC-STD-013-2006, sections 6 and 9):
 a bar along the strike with a tick down the dip, a tick on both sides if vertical, a cross if
@@ -89,9 +89,17 @@ def _head(tip: FloatArray, ahead: FloatArray, sideways: FloatArray) -> FloatArra
 
 
 def symbol_size(places: npt.ArrayLike) -> float:
-    """Return a length at which the symbols of places (n, 3) do not overlap.
+    """Return a length at which the symbols of places do not overlap.
 
     It is a fortieth of their extent on the map, at least of a metre.
+
+    Parameters
+    ----------
+    places : (n, 3) array_like
+
+    Returns
+    -------
+    float
     """
     points = np.asarray(places, np.float64).reshape(-1, 3)
     if not len(points):

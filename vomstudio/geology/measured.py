@@ -11,7 +11,7 @@ CONE95 = math.sqrt(-2.0 * math.log(0.05))
 
 @dataclass(frozen=True)
 class Measured:
-    """value, and half of its 95 % interval, by itself; None where nothing is known of errors"""
+    """Value with half of its 95 % interval, which is None if its errors are unknown."""
 
     value: float
     error95: float | None

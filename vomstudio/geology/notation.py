@@ -119,12 +119,30 @@ class _Token:
 
 
 def exact_plane(plane: Plane) -> str:
-    """Return dip direction/dip with all digits, as `parse_plane` reads it."""
+    """Return dip direction/dip with all digits, as `parse_plane` reads it.
+
+    Parameters
+    ----------
+    plane : Plane
+
+    Returns
+    -------
+    str
+    """
     return _exact(plane.dip_direction_deg, plane.dip_deg)
 
 
 def exact_line(line: Line) -> str:
-    """Return trend/plunge with all digits, as `parse_line` reads it."""
+    """Return trend/plunge with all digits, as `parse_line` reads it.
+
+    Parameters
+    ----------
+    line : Line
+
+    Returns
+    -------
+    str
+    """
     return _exact(line.trend_deg, line.plunge_deg)
 
 
@@ -211,7 +229,23 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
 
 
 def plane_option(text: str, field: str = "--plane") -> Plane:
-    """Return the plane of an option's text, dip direction/dip. Raises UsageError."""
+    """Parse the plane of an option, dip direction/dip.
+
+    Parameters
+    ----------
+    text : str
+    field : str, optional
+        Name of the option.
+
+    Returns
+    -------
+    Plane
+
+    Raises
+    ------
+    UsageError
+        If the text is not a plane.
+    """
     try:
         return parse_plane(text, "dipdir/dip")
     except InputError as error:
@@ -219,7 +253,23 @@ def plane_option(text: str, field: str = "--plane") -> Plane:
 
 
 def line_option(text: str, field: str) -> Line:
-    """Return the line of an option's text, trend/plunge. Raises UsageError."""
+    """Parse the line of an option, trend/plunge.
+
+    Parameters
+    ----------
+    text : str
+    field : str
+        Name of the option.
+
+    Returns
+    -------
+    Line
+
+    Raises
+    ------
+    UsageError
+        If the text is not a line.
+    """
     try:
         return parse_line(text)
     except InputError as error:
@@ -227,8 +277,12 @@ def line_option(text: str, field: str) -> Line:
 
 
 def parse_line(text: str) -> Line:
-    """Parse a line; a negative plunge (130/-25) is a directed line that points up. Raises
-    InputError.
+    """Parse a line; a negative plunge (130/-25) is a directed line that points up.
+
+    Raises
+    ------
+    InputError
+        If the text is not a line.
     """
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
@@ -259,7 +313,22 @@ def parse_line(text: str) -> Line:
 
 
 def parse_azimuth(text: str) -> float:
-    """Parse an azimuth in degrees: 45°, N45E, NW. Raises InputError."""
+    """Parse an azimuth such as 45°, N45E or NW.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    float
+        Degrees.
+
+    Raises
+    ------
+    InputError
+        If the text is not an azimuth.
+    """
     tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
         raise _refused("notation.not-an-azimuth", text)
@@ -299,7 +368,22 @@ def parse_rake(text: str, plane: Plane) -> float:
 
 
 def parse_angle(text: str) -> float:
-    """Parse an angle such as 7°30', degrees. Raises InputError."""
+    """Parse an angle such as 7°30'.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    float
+        Degrees.
+
+    Raises
+    ------
+    InputError
+        If the text is not an angle.
+    """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
         raise _refused("notation.not-an-angle", text)
@@ -315,7 +399,10 @@ def _kinds(tokens: list[_Token]) -> list[str]:
 
 
 def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
-    """Split a text into numbers, bearings, winds, labels, rules and arrows, without separators."""
+    """Split a text into numbers, bearings, winds, labels, rules and arrows.
+
+    Separators are dropped.
+    """
     if not text.strip():
         raise InputError(Finding("notation.empty"))
     raw: list[_Token] = []
@@ -388,7 +475,7 @@ def _word(text: str, word: str) -> list[_Token]:
 
 
 def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
-    """Joins N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drops marks."""
+    """Join N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drop marks."""
     out: list[_Token] = []
     i = 0
     while i < len(raw):
@@ -435,9 +522,9 @@ def _is_bearing(raw: list[_Token], first: int) -> bool:
 
 
 def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:
-    """The values of two labelled angles in the order (first, second), then what is left."""
+    """Return the two labelled angles in the order (first, second), then the other tokens."""
     values: dict[str, _Token] = {}
-    rest: list[_Token] = []
+    other_tokens: list[_Token] = []
     label: str | None = None
     for token in tokens:
         if token.kind == "label":
@@ -448,14 +535,14 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
             values[label] = token
             label = None
         else:
-            rest.append(token)
+            other_tokens.append(token)
     if label is not None:
         raise _refused("notation.no-number", text, label=label)
-    return [values[first], values[second], *rest]
+    return [values[first], values[second], *other_tokens]
 
 
 def _split_comma(tokens: list[_Token]) -> list[_Token]:
-    """One number 132,41 where two are needed: then the comma parts them."""
+    """Split one number such as 132,41 at its comma if two are needed."""
     comma = tokens[0].comma
     if comma is None:
         return tokens
@@ -509,29 +596,74 @@ def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plan
 
 
 def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
-    """Format an azimuth with three digits before the point; values that round to 360 are 000."""
+    """Format an azimuth with three digits before the point; values that round to 360 are 000.
+
+    Parameters
+    ----------
+    azimuth_deg : float
+    decimals : int, optional
+
+    Returns
+    -------
+    str
+    """
     text = _padded(wrap360(azimuth_deg), decimals, 3)
     return _padded(0.0, decimals, 3) if text.startswith("360") else text
 
 
 def format_wind(azimuth_deg: float) -> str:
-    """Return the compass point of 16 that is nearest, and the azimuth: SW (225)."""
+    """Return the compass point of 16 that is nearest, and the azimuth: SW (225).
+
+    Parameters
+    ----------
+    azimuth_deg : float
+
+    Returns
+    -------
+    str
+    """
     whole = round(azimuth_deg) % 360
     point = min(_WINDS, key=lambda name: abs((_WINDS[name] - azimuth_deg + 180.0) % 360.0 - 180.0))
     return f"{point} ({whole:03d})"
 
 
 def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
-    """Format an azimuth for a cell of a file; values that round to 360 are 0."""
+    """Format an azimuth for a cell of a file; values that round to 360 are 0.
+
+    Parameters
+    ----------
+    azimuth_deg : float
+    decimals : int, optional
+
+    Returns
+    -------
+    str
+    """
     return f"{wrap360(round(azimuth_deg, decimals)):.{decimals}f}"
 
 
 def format_plane(
     plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, bare: bool = False
 ) -> str:
-    """Format a plane in one of `NOTATIONS` with a fixed number of digits.
+    """Format a plane with a fixed number of digits.
 
-    `bare` omits "RHR" after strike/dip, for columns whose header states it.
+    Parameters
+    ----------
+    plane : Plane
+    notation : str, optional
+        One of `NOTATIONS`.
+    decimals : int, optional
+    bare : bool, optional
+        Whether to omit "RHR" after strike/dip, for columns whose header states it.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        For an unknown notation.
     """
     dip = _padded(plane.dip_deg, decimals, 2)
     if notation == "dipdir/dip":
@@ -550,7 +682,17 @@ def format_plane(
 
 
 def format_line(line: Line, decimals: int = 0) -> str:
-    """Format trend/plunge with a fixed number of digits, with a minus if it points up."""
+    """Format trend/plunge with a fixed number of digits, with a minus if it points up.
+
+    Parameters
+    ----------
+    line : Line
+    decimals : int, optional
+
+    Returns
+    -------
+    str
+    """
     return f"{format_azimuth(line.trend_deg, decimals)}/{_padded(line.plunge_deg, decimals, 2)}"
 
 
@@ -585,14 +727,33 @@ def format_attitude(
 
 
 def attitude_decimals(error95_deg: float | None) -> int:
-    """Return how many decimals of an angle its 95 % error justifies, at most two."""
+    """Return how many decimals of an angle its 95 % error justifies, at most two.
+
+    Parameters
+    ----------
+    error95_deg : float or None
+
+    Returns
+    -------
+    int
+    """
     if error95_deg is None or error95_deg >= 0.995:
         return 0
     return 1 if error95_deg >= 0.0995 else 2
 
 
 def degrees(value: float | None) -> str:
-    """Format an error, or an angle that is as well known, with two significant digits."""
+    """Format an error, or an angle that is as well known, with two significant digits.
+
+    Parameters
+    ----------
+    value : float or None
+        Degrees.
+
+    Returns
+    -------
+    str
+    """
     if value is None:
         return "–"
     size = abs(value)

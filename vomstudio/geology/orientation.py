@@ -34,7 +34,16 @@ directions must be selected. Far below any measurement, far above rounding.
 
 
 def sin_cos_deg(angle_deg: float | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return sine and cosine of degrees, exact at every multiple of 90."""
+    """Return sine and cosine of degrees, exact at every multiple of 90.
+
+    Parameters
+    ----------
+    angle_deg : float or ndarray
+
+    Returns
+    -------
+    sine, cosine : ndarray
+    """
     angle = np.asarray(angle_deg, dtype=np.float64)
     quadrant = np.round(angle / 90.0)
     rest_rad = np.radians(angle - 90.0 * quadrant)
@@ -56,21 +65,51 @@ def _finite(value: float, name: str) -> float:
 
 
 def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> FloatArray:
-    """Return unit vectors (n, 3), World frame, of n lines; plunges over 90 are accepted."""
+    """Return the unit vectors of lines; plunges over 90 are accepted.
+
+    Parameters
+    ----------
+    trend_deg, plunge_deg : (n,) array_like
+
+    Returns
+    -------
+    (n, 3) ndarray
+        World frame.
+    """
     sin_t, cos_t = sin_cos_deg(np.asarray(trend_deg, dtype=np.float64))
     sin_p, cos_p = sin_cos_deg(np.asarray(plunge_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p), axis=-1)
 
 
 def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
-    """Return upward unit normals (n, 3), World frame, of n planes."""
+    """Return the upward unit normals of planes.
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : (n,) array_like
+
+    Returns
+    -------
+    (n, 3) ndarray
+        World frame.
+    """
     sin_a, cos_a = sin_cos_deg(np.asarray(dip_direction_deg, dtype=np.float64))
     sin_d, cos_d = sin_cos_deg(np.asarray(dip_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_a * sin_d, cos_a * sin_d, cos_d), axis=-1)
 
 
 def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
-    """Return downward unit normals (n, 3), World frame, of n planes."""
+    """Return the downward unit normals of planes.
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : (n,) array_like
+
+    Returns
+    -------
+    (n, 3) ndarray
+        World frame.
+    """
     return 0.0 - planes_to_normals(dip_direction_deg, dip_deg)
 
 
@@ -273,9 +312,7 @@ class Plane:
 
     @property
     def strike_rhr_deg(self) -> float:
-        """Right-hand-rule strike, with the plane dipping to the right; meaningless if
-        `undefined`.
-        """
+        """Right-hand-rule strike: the plane dips to the right; meaningless if `undefined`."""
         return wrap360(self.dip_direction_deg - 90.0)
 
     @classmethod
@@ -348,22 +385,69 @@ def _angle_deg(a: FloatArray, b: FloatArray, *, axial: bool) -> float:
 
 
 def angle_between_lines(a: Line, b: Line, *, directed: bool = False) -> float:
-    """Return the angle between lines: 0 to 90 degrees for axes, 0 to 180 for directed lines."""
+    """Return the angle between lines.
+
+    Parameters
+    ----------
+    a, b : Line
+    directed : bool, optional
+        Whether the lines are directed.
+
+    Returns
+    -------
+    float
+        0 to 90 degrees for axes, 0 to 180 for directed lines.
+    """
     return _angle_deg(a.vector(), b.vector(), axial=not directed)
 
 
 def angle_between_planes(a: Plane, b: Plane) -> float:
-    """Return the acute dihedral angle, 0 to 90 degrees."""
+    """Return the acute dihedral angle of planes.
+
+    Parameters
+    ----------
+    a, b : Plane
+
+    Returns
+    -------
+    float
+        0 to 90 degrees.
+    """
     return _angle_deg(a.normal(), b.normal(), axial=True)
 
 
 def angle_line_plane(line: Line, plane: Plane) -> float:
-    """Return the angle between a line and a plane, 0 to 90 degrees."""
+    """Return the angle between a line and a plane.
+
+    Parameters
+    ----------
+    line : Line
+    plane : Plane
+
+    Returns
+    -------
+    float
+        0 to 90 degrees.
+    """
     return 90.0 - _angle_deg(line.vector(), plane.normal(), axial=True)
 
 
 def intersection(a: Plane, b: Plane) -> Line:
-    """Return the intersection line of two planes. Raises GeometryError if they are parallel."""
+    """Return the intersection line of two planes.
+
+    Parameters
+    ----------
+    a, b : Plane
+
+    Returns
+    -------
+    Line
+
+    Raises
+    ------
+    GeometryError
+        If the planes are parallel.
+    """
     across = np.cross(a.normal(), b.normal())
     if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
         raise GeometryError(Finding("planes.parallel"))
@@ -374,7 +458,9 @@ def intersection(a: Plane, b: Plane) -> Line:
 
 
 def rake_of(line: Line, plane: Plane) -> float:
-    """Return the rake of a lineation (axial), [0, 180) degrees from the right-hand-rule strike.
+    """Return the rake of a lineation (axial) from the right-hand-rule strike.
+
+    It is in [0, 180) degrees.
 
     90 is down dip; on a vertical plane the strike is in [0, 180). A line off the plane is projected
     along the normal (`angle_line_plane` is its angle). On a horizontal plane, the rake is counted
@@ -390,13 +476,34 @@ def rake_of(line: Line, plane: Plane) -> float:
 
 
 def line_from_rake(plane: Plane, rake_deg: float) -> Line:
-    """Return the lineation with this rake as in `rake_of`, modulo 180 degrees."""
+    """Return the lineation with a rake on a plane.
+
+    Parameters
+    ----------
+    plane : Plane
+    rake_deg : float
+        As from `rake_of`, modulo 180.
+
+    Returns
+    -------
+    Line
+    """
     sin_r, cos_r = sin_cos_deg(_finite(rake_deg, "rake"))
     return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
-    """Return the directed line of the hanging wall's movement; reverse slip points up."""
+    """Return the directed line of the hanging wall's movement; reverse slip points up.
+
+    Parameters
+    ----------
+    plane : Plane
+    slip_rake_deg : float
+
+    Returns
+    -------
+    Line
+    """
     sin_r, cos_r = sin_cos_deg(_finite(slip_rake_deg, "rake"))
     vector = cos_r * plane.strike_vector() - sin_r * plane.dip_vector()
     return Line.from_vector(vector, directed=True)

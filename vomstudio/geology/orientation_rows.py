@@ -73,6 +73,7 @@ class OrientationRows(Protocol):
         """Return the words (n,) of the column with this name. Raises UsageError."""
 
     def vectors(self) -> FloatArray:
-        """Return unit vectors (n, 3), World frame: poles of the planes (down), and directed
-        lines.
+        """Return unit vectors (n, 3), World frame.
+
+        They are the poles of planes, pointing down, and the directed lines.
         """

@@ -128,8 +128,9 @@ class PlaneBand:
         return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
 
     def sigma_rad(self, turn: FloatArray) -> FloatArray:
-        """Return the scale (k,) of the error along the line at normals rotated by `turn`,
-        radians.
+        """Return the scale (k,) of the error along the line at rotated normals.
+
+        `turn` is in radians.
         """
         quantile = float(joint_quantile(np.array([self.free]))[0])
         scale = self.widths_at_rad(turn) / np.sqrt(self.free * quantile)

@@ -48,6 +48,15 @@ def compare_proposals(
     Two planes agree if their angle is within 10 degrees or their combined 95 % errors (root of the
     sum of squares), whichever is larger. Proposed planes without a pick nearby are not wrong and do
     not count.
+
+    Parameters
+    ----------
+    picked : sequence of OrientedPlane
+    proposed : sequence of OrientedPlane
+
+    Returns
+    -------
+    MutualAgreement
     """
     placed_picks = [plane for plane in picked if plane.place is not None]
     placed_proposals = [plane for plane in proposed if plane.place is not None]

@@ -59,12 +59,22 @@ MIN_INDEPENDENT_POINTS = 6.0
 
 
 def governing_confidence_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
-    """Return the half-angle that governs the verdict on a plane, degrees; None if undefined.
+    """Return the half-angle that governs the verdict on a plane.
 
     It is the larger of confidence and hyperbolic error if the roughness is as long as the trace,
     and for patches: their points are close neighbours on one rough surface, so a confidence that
     assumes independence depends on the resolution of the model rather than on information. The
     possible tilt by an unresolved bow of the trace is added.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    kind : Kind, optional
+
+    Returns
+    -------
+    float or None
+        Degrees; None if undefined.
     """
     confidence, hyperbolic = fit.max_confidence95_deg, fit.max_angular_error_deg
     if hyperbolic is not None and (fit.long_roughness or kind == "patch"):
@@ -81,9 +91,25 @@ def governing_half_angles(
     outcrop_normal: npt.ArrayLike | None = None,
     stretch_error_deg: float | None = None,
 ) -> tuple[float | None, float | None]:
-    """Return the largest and smallest half-angle that govern the verdict, degrees.
+    """Return the largest and smallest half-angle that govern the verdict.
 
     See `governing_confidence_deg`. Doubtful stretches may rotate the plane in any direction.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    kind : Kind, optional
+    resolution_m : float, optional
+        Effective resolution of the model.
+    outcrop_normal : (3,) array_like, optional
+        Normal of the face of the outcrop.
+    stretch_error_deg : float, optional
+        95 % error by doubtful stretches.
+
+    Returns
+    -------
+    largest, smallest : float or None
+        Degrees.
     """
     largest, smallest = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
     if largest is None or smallest is None or fit.max_confidence95_deg is None:
@@ -106,6 +132,19 @@ def is_within_wander(
 
     Any plane through the line is then possible. The fit's error includes deviations normal to the
     face, but residuals do not show deviations along the face if the plane is that face.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    kind : Kind
+    resolution_m : float or None
+        Effective resolution of the model.
+    outcrop_normal : (3,) array_like or None
+        Normal of the face of the outcrop.
+
+    Returns
+    -------
+    bool
     """
     spacing = resolution_m or 0.0
     if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
@@ -119,7 +158,18 @@ def is_within_wander(
 
 
 def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
-    """Return the length of a trace, or the diameter of the disc equivalent to a patch, m."""
+    """Return the length of a trace, or the diameter of the disc equivalent to a patch.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    kind : Kind, optional
+
+    Returns
+    -------
+    float or None
+        Metres.
+    """
     if kind == "trace" or fit.trace is None:
         return fit.extent
     l1, l2, _ = fit.eigenvalues
@@ -130,12 +180,24 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
 def resolution_tilt_deg(
     fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
 ) -> float | None:
-    """Return the possible tilt of a plane by the model's resolution, degrees; None if unknown.
+    """Return the possible tilt of a plane by the model's resolution.
 
     For a patch it is half the resolution over its shorter axis. The points of a trace have an
     accuracy of a tenth of the resolution each, one sigma, regardless of their residuals: the
     resulting 95 % tilt of independent points is limited by half the resolution over the shorter
     axis.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    resolution_m : float or None
+        Effective resolution of the model.
+    kind : Kind, optional
+
+    Returns
+    -------
+    float or None
+        Degrees; None if unknown.
     """
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
@@ -148,8 +210,9 @@ def resolution_tilt_deg(
 
 
 def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
-    """Return the 95 % tilt of a plane about its longer axis by independent errors of points,
-    degrees.
+    """Return the 95 % tilt of a plane about its longer axis, degrees.
+
+    The errors of its points are independent.
     """
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
@@ -157,11 +220,22 @@ def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
 
 
 def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
-    """Return whether a plane has fewer than 6 independent points and no other bound of its
-    roughness.
+    """Return whether a plane has fewer than 6 independent points and no roughness bound.
 
     The misfit of few points is too often small by chance. The model's resolution is a bound if
     point errors of half of it still result in a good plane.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    resolution_m : float or None
+        Effective resolution of the model.
+    good_deg : float
+        Maximum error of a good plane.
+
+    Returns
+    -------
+    bool
     """
     if (
         fit.n <= 3
@@ -179,10 +253,28 @@ def total_error_deg(
     outcrop_normal: npt.ArrayLike | None = None,
     stretch_error_deg: float | None = None,
 ) -> float | None:
-    """Return the 95 % half-angle that decides the verdict, degrees; None if the fit has none.
+    """Return the 95 % half-angle that decides the verdict.
 
     That of the fit (see `governing_confidence_deg`), at least the tilt by the resolution or by
     doubtful stretches (geology/doubtful_stretches.py), combined with the error of the registration.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    resolution_m : float or None
+        Effective resolution of the model.
+    kind : Kind, optional
+    registration_deg : float, optional
+        95 % error of the registration.
+    outcrop_normal : (3,) array_like, optional
+        Normal of the face of the outcrop.
+    stretch_error_deg : float, optional
+        95 % error by doubtful stretches.
+
+    Returns
+    -------
+    float or None
+        Degrees; None if the fit has none.
     """
     angle = governing_confidence_deg(fit, kind)
     if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
@@ -259,6 +351,18 @@ def is_local(fit: PlaneFit, bend_deg: float | None, total_deg: float | None) -> 
     """Return whether a plane is the attitude of this place only.
 
     Its roughness is as long as the trace, or its face bends by more than the plane's error.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+    bend_deg : float or None
+        Bend of the face.
+    total_deg : float or None
+        95 % error of the plane.
+
+    Returns
+    -------
+    bool
     """
     bends = bend_deg is not None and total_deg is not None and bend_deg > total_deg
     return bends or fit.long_roughness
@@ -346,8 +450,9 @@ def _face_findings(
     resolution_m: float | None,
     t: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
-    """Return a reason against a trace drawn on the face, and the question whether it is the
-    structure.
+    """Return a reason against a trace drawn on the face, and a question to the user.
+
+    The question is whether the face is the structure.
     """
     if kind != "trace" or outcrop_normal is None:
         return [], []

@@ -50,7 +50,19 @@ class RoseOptions(Options):
 
 
 def check_bins(bin_deg: float, range_deg: float) -> None:
-    """Raise UsageError for bins that do not divide a range evenly."""
+    """Check that bins divide a range evenly.
+
+    Parameters
+    ----------
+    bin_deg : float
+        Width of a bin.
+    range_deg : float
+
+    Raises
+    ------
+    UsageError
+        If they do not.
+    """
     bins = round(range_deg / bin_deg) if 1.0 <= bin_deg <= range_deg / 2.0 else 0
     if not bins or abs(bins * bin_deg - range_deg) > 1e-9:
         finding = Finding("rose.uneven-bins", bin_deg=bin_deg, range_deg=range_deg)

@@ -68,7 +68,9 @@ class Rose:
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Histogram of n dips or plunges from 0 to 90 degrees; the upper edge belongs to the last bin.
+    """Histogram of n dips or plunges from 0 to 90 degrees.
+
+    The upper edge belongs to the last bin.
 
     Attributes
     ----------
@@ -174,9 +176,20 @@ def count_rose(
 
 
 def rayleigh_p(n: float, resultant: float) -> float:
-    """Return the p-value of Rayleigh's test for n angles with this mean resultant length.
+    """Return the p-value of Rayleigh's test.
 
     Series of Fisher (1993), Statistical Analysis of Circular Data, p. 70, for fewer than 50.
+
+    Parameters
+    ----------
+    n : float
+        Number of angles.
+    resultant : float
+        Mean resultant length.
+
+    Returns
+    -------
+    float
     """
     if n < 2.0 - 1e-9:
         return 1.0
@@ -194,15 +207,41 @@ def rayleigh_p(n: float, resultant: float) -> float:
 
 
 def count_bins(bin_deg: float) -> int:
-    """Return the number of bins of this width on the circle. Raises UsageError."""
+    """Return the number of bins on the circle.
+
+    Parameters
+    ----------
+    bin_deg : float
+        Width of a bin.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    UsageError
+        If the bins do not divide the circle evenly.
+    """
     check_bins(bin_deg, 180.0)
     return 2 * round(180.0 / bin_deg)
 
 
 def table_angles(table: OrientationRows, of: str) -> FloatArray:
-    """Return angles (n,) of a table; NaN for rows of the other geometry and undefined azimuths.
+    """Return an angle of each row of a table.
 
     Strikes (right-hand rule), dip directions, trends, dips or plunges.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    of : str
+        Name of the angle.
+
+    Returns
+    -------
+    (n,) ndarray
+        Degrees; NaN for rows of the other geometry and undefined azimuths.
     """
     lines = of in LINE_ANGLES
     azimuth, angle = (
@@ -212,9 +251,23 @@ def table_angles(table: OrientationRows, of: str) -> FloatArray:
 
 
 def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> FloatArray:
-    """Return angles (n,) from dip directions and dips of planes, or trends and plunges of lines.
+    """Select an angle of planes (dip direction, dip) or of lines (trend, plunge).
 
-    NaN for azimuths of horizontal planes and of vertical lines.
+    Parameters
+    ----------
+    azimuth_deg, angle_deg : (n,) ndarray
+    of : str
+        Name of the angle.
+
+    Returns
+    -------
+    (n,) ndarray
+        NaN for azimuths of horizontal planes and of vertical lines.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
     """
     if of not in (*ROSE_OF, *HISTOGRAM_OF):
         raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")

@@ -15,8 +15,19 @@ from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
 def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
-    """Rotate vectors (n, 3) about an axis, clockwise along its downward end (Rodrigues'
-    formula).
+    """Rotate vectors about an axis, clockwise along its downward end.
+
+    Rodrigues' formula.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    axis : Line
+    angle_deg : float
+
+    Returns
+    -------
+    (n, 3) ndarray
     """
     v = np.asarray(vectors, dtype=np.float64)
     k = axis.vector()
@@ -26,7 +37,17 @@ def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Floa
 
 
 def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
-    """Rotate vectors (n, 3) so that the plane becomes horizontal about its strike."""
+    """Rotate vectors so that a plane becomes horizontal about its strike.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    plane : Plane
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     if plane.undefined:
         return np.array(vectors, dtype=np.float64)
     # Rotate about the right-hand-rule strike, from which the plane dips to the right.
@@ -34,9 +55,17 @@ def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
 
 
 def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
-    """Return the downward intersections (m, 3) of all pairs of planes with poles (n, 3).
+    """Return the downward intersections of all pairs of planes.
 
-    Pairs within `least_deg` are excluded, because their intersection is random.
+    Parameters
+    ----------
+    poles : (n, 3) array_like
+    least_deg : float, optional
+        Pairs within this angle are excluded, because their intersection is random.
+
+    Returns
+    -------
+    (m, 3) ndarray
     """
     p = np.asarray(poles, dtype=np.float64)
     first, second = np.triu_indices(len(p), 1)

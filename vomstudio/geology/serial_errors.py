@@ -53,7 +53,18 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
 
 
 def whiten(values: FloatArray, rho: float) -> FloatArray:
-    """Transform values (n, ...) in order so that their errors become independent."""
+    """Transform values in order so that their errors become independent.
+
+    Parameters
+    ----------
+    values : (n, ...) ndarray
+    rho : float
+        Correlation of neighbours.
+
+    Returns
+    -------
+    (n, ...) ndarray
+    """
     if not rho > 0.0:
         return values
     innovations = (values[1:] - rho * values[:-1]) / np.sqrt(1.0 - rho**2)
@@ -61,7 +72,18 @@ def whiten(values: FloatArray, rho: float) -> FloatArray:
 
 
 def correlated(values: FloatArray, rho: float) -> FloatArray:
-    """Multiply values (n, ...) in order by the correlation matrix rho^|i - j|."""
+    """Multiply values in order by the correlation matrix rho^|i - j|.
+
+    Parameters
+    ----------
+    values : (n, ...) ndarray
+    rho : float
+        Correlation of neighbours.
+
+    Returns
+    -------
+    (n, ...) ndarray
+    """
     from scipy.signal import lfilter
 
     if not rho > 0.0:
@@ -72,9 +94,18 @@ def correlated(values: FloatArray, rho: float) -> FloatArray:
 
 
 def independent_share(rho: float) -> float:
-    """Return the ratio of independent errors to correlated ones for an equal variance estimate.
+    """Return the ratio of independent to correlated errors of an equal variance estimate.
 
     Bartlett 1935, J. R. Stat. Soc. 98, 536.
+
+    Parameters
+    ----------
+    rho : float
+        Correlation of neighbours.
+
+    Returns
+    -------
+    float
     """
     return (1.0 - rho**2) / (1.0 + rho**2)
 

@@ -63,16 +63,18 @@ class SlopeFace:
             raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
     def axes(self) -> FloatArray:
-        """Return the axes (3, 3) of the face as rows: out of it, along its strike, up; World
-        frame.
+        """Return the axes (3, 3) of the face as rows, World frame.
+
+        They point out of the face, along its strike, and up.
         """
         sin_a, cos_a = sin_cos_deg(self.plane.dip_direction_deg)
         return np.array([[sin_a, cos_a, 0.0], [-cos_a, sin_a, 0.0], [0.0, 0.0, 1.0]])
 
     @property
     def slides(self) -> bool:
-        """Whether the face is steeper than the friction angle; otherwise nothing slides or
-        bends.
+        """Whether the face is steeper than the friction angle.
+
+        Otherwise nothing slides or bends.
         """
         return self.plane.dip_deg > self.options.friction_deg
 
@@ -98,20 +100,40 @@ class Margins(NamedTuple):
     lateral: FloatArray
 
     def zones(self) -> Zones:
-        """Return the zone inside both, and the one inside the conditions but outside the lateral
-        limits.
-        """
+        """Return the zone inside both, and the one outside the lateral limits only."""
         inside, within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
         return Zones(inside & within, inside & ~within)
 
 
 def to_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
-    """Return upward unit normals (..., 3), World frame, in the frame of the face."""
+    """Transform upward normals to the frame of a face.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (..., 3) array_like
+        Unit vectors, World frame.
+
+    Returns
+    -------
+    (..., 3) ndarray
+    """
     return np.asarray(np.asarray(normals, np.float64) @ face.axes().T)
 
 
 def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
-    """Return the margins of `planar_sliding`."""
+    """Return the margins of `planar_sliding`.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (..., 3) ndarray
+        Upward normals in the frame of the face.
+
+    Returns
+    -------
+    Margins
+    """
     x, y, z = np.moveaxis(normals, -1, 0)
     flat = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
@@ -124,16 +146,36 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Return the planes on which a block slides, of upward normals (..., 3) in the frame of the
-    face.
+    """Return the planes on which a block slides.
 
     A horizontal plane, which has no dip direction, never slides.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (..., 3) ndarray
+        Upward normals in the frame of the face.
+
+    Returns
+    -------
+    Zones
     """
     return planar_margins(face, normals).zones()
 
 
 def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
-    """Return the margins of `flexural_toppling`."""
+    """Return the margins of `flexural_toppling`.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (..., 3) ndarray
+        Upward normals in the frame of the face.
+
+    Returns
+    -------
+    Margins
+    """
     x, y, z = np.moveaxis(normals, -1, 0)
     # Component of the downward pole, into the face for planes that dip away from it.
     out = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
@@ -145,15 +187,36 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
 
 
 def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
-    """Return the planes that slip and topple, of upward normals (..., 3) in the frame of the face.
+    """Return the planes that slip and topple.
 
     Both ends of the pole of a vertical plane count.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (..., 3) ndarray
+        Upward normals in the frame of the face.
+
+    Returns
+    -------
+    Zones
     """
     return flexural_margins(face, normals).zones()
 
 
 def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Return the margins of `wedge_sliding`, which has no lateral limits."""
+    """Return the margins of `wedge_sliding`, which has no lateral limits.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    lines : (..., 3) ndarray
+        Downward unit vectors in the frame of the face.
+
+    Returns
+    -------
+    Margins
+    """
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, _ = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
@@ -164,9 +227,18 @@ def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
 def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
     """Return the intersections along which a wedge slides.
 
-    `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is that
-    between the great circle of the friction angle and its cone, in which a wedge can slide on one
-    of its planes.
+    The secondary zone is that between the great circle of the friction angle and its cone, in which
+    a wedge can slide on one of its planes.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    lines : (..., 3) ndarray
+        Downward unit vectors in the frame of the face.
+
+    Returns
+    -------
+    Zones
     """
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, cos_f = _sin_cos(face.options.friction_deg)
@@ -178,7 +250,18 @@ def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
 
 
 def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
-    """Return the margins of the critical zone of `direct_toppling`."""
+    """Return the margins of the critical zone of `direct_toppling`.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    lines : (..., 3) ndarray
+        Downward unit vectors in the frame of the face.
+
+    Returns
+    -------
+    Margins
+    """
     x, y, z = np.moveaxis(lines, -1, 0)
     _, cos_d = _sin_cos(face.plane.dip_deg)
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
@@ -189,9 +272,19 @@ def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
 def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
     """Return the intersections about which blocks topple.
 
-    `lines` (..., 3) are downward unit vectors in the frame of the face. The secondary zone is
-    oblique toppling: within the friction angle of vertical, into the face, outside the lateral
-    limits. For downward poles the same zones contain the base planes of such blocks.
+    The secondary zone is oblique toppling: within the friction angle of vertical, into the face,
+    outside the lateral limits. For downward poles the same zones contain the base planes of such
+    blocks.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    lines : (..., 3) ndarray
+        Downward unit vectors in the frame of the face.
+
+    Returns
+    -------
+    Zones
     """
     x, _, z = np.moveaxis(lines, -1, 0)
     _, cos_f = _sin_cos(face.options.friction_deg)
@@ -206,7 +299,7 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
 
 
 class PairCounts(NamedTuple):
-    """Numbers of intersections of all pairs, and of those in the zones, for k draws of the planes.
+    """Numbers of intersections of all pairs and of those in the zones, for k draws.
 
     `parallel` is the number of pairs without an intersection.
     """
@@ -225,10 +318,21 @@ def count_pairs(
     progress: Progress | None = None,
     sets: IntArray | None = None,
 ) -> PairCounts:
-    """Count the intersections in each zone, of upward normals (k, n, 3) in the frame of the face.
+    """Count the intersections of planes in each zone.
 
-    `intersections` defines `sets`; the intersections that were computed are the steps of
-    `progress`.
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (k, n, 3) ndarray
+        Upward normals in the frame of the face.
+    progress : Progress, optional
+        Its steps are the computed intersections.
+    sets : (n,) ndarray of int, optional
+        See `intersections`.
+
+    Returns
+    -------
+    PairCounts
     """
     progress = progress or Silent()
     counts = np.zeros((6, len(normals)), np.int64)
@@ -244,11 +348,21 @@ def count_pairs(
 
 
 def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
-    """Count the critical lines (faces, 2) at each face, by `wedge_sliding` and by
-    `direct_toppling`.
+    """Count the critical lines at each face.
 
-    `lines` (m, 3) are downward unit vectors, World frame. The faces have the same friction and
-    limits; matrix products handle thousands of them.
+    Matrix products handle thousands of faces.
+
+    Parameters
+    ----------
+    faces : sequence of SlopeFace
+        All with the same friction and limits.
+    lines : (m, 3) ndarray
+        Downward unit vectors, World frame.
+
+    Returns
+    -------
+    (faces, 2) ndarray of int
+        By `wedge_sliding` and by `direct_toppling`.
     """
     counts = np.zeros((len(faces), 2), np.int64)
     sin_f, _ = _sin_cos(faces[0].options.friction_deg)
@@ -280,8 +394,20 @@ class PairMembers(NamedTuple):
 
 
 def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = None) -> PairMembers:
-    """Count the critical intersections of each plane, of upward normals (n, 3) in the frame of the
-    face. `intersections` defines `sets`."""
+    """Count the critical intersections of each plane.
+
+    Parameters
+    ----------
+    face : SlopeFace
+    normals : (n, 3) ndarray
+        Upward normals in the frame of the face.
+    sets : (n,) ndarray of int, optional
+        See `intersections`.
+
+    Returns
+    -------
+    PairMembers
+    """
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
     for lines, is_line, pairs in intersections(normals[None], sets):
@@ -292,7 +418,19 @@ def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = N
 
 
 def pairs_of_sets(n: int, sets: IntArray | None) -> int:
-    """Return the number of pairs of n planes that can meet: those not of one set."""
+    """Return the number of pairs of planes that can meet: those not of one set.
+
+    Parameters
+    ----------
+    n : int
+        Number of planes.
+    sets : (n,) ndarray of int or None
+        Set of each plane, -1 for none.
+
+    Returns
+    -------
+    int
+    """
     total = n * (n - 1) // 2
     if sets is None:
         return total
@@ -349,8 +487,9 @@ def intersections(
 
 
 def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the margin of the lateral limits by the components out of (or into) and along the
-    face.
+    """Return the margin of the lateral limits.
+
+    The components are out of (or into) the face and along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":

@@ -83,9 +83,19 @@ def orientation_tensor(
 
 
 def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
-    """Return Woodcock's (1977) shape K = ln(S1/S2) / ln(S2/S3) and strength C = ln(S1/S3).
+    """Return Woodcock's (1977) shape and strength of an orientation tensor.
 
-    K is None if S2 = S3. If S3 = 0, C is None (infinite) and K is its limit 0.
+    Parameters
+    ----------
+    eigenvalues : (3,) array_like
+        S1, S2 and S3.
+
+    Returns
+    -------
+    shape : float or None
+        K = ln(S1/S2) / ln(S2/S3); None if S2 = S3, its limit 0 if S3 = 0.
+    strength : float or None
+        C = ln(S1/S3); None (infinite) if S3 = 0.
     """
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     if s3 < ZERO_EIGENVALUE:
@@ -96,9 +106,18 @@ def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
 
 
 def vollmer(eigenvalues: npt.ArrayLike) -> tuple[float, float, float]:
-    """Return point, girdle and random index P = S1 - S2, G = 2 (S2 - S3), R = 3 S3, sum 1.
+    """Return Vollmer's point, girdle and random index, whose sum is 1.
 
-    Vollmer 1990, GSA Bulletin 102, 786-791.
+    P = S1 - S2, G = 2 (S2 - S3), R = 3 S3 (Vollmer 1990, GSA Bulletin 102, 786-791).
+
+    Parameters
+    ----------
+    eigenvalues : (3,) array_like
+        S1, S2 and S3.
+
+    Returns
+    -------
+    tuple of float
     """
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     return s1 - s2, 2.0 * (s2 - s3), 3.0 * s3
@@ -119,7 +138,17 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
 
 
 def flip_to(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> FloatArray:
-    """Return the axes (n, 3) flipped into the hemisphere of `axis`."""
+    """Flip axes into the hemisphere of an axis.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    axis : (3,) array_like
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     v = unit_vectors(vectors)
     return np.where((v @ np.asarray(axis, dtype=np.float64) < 0)[:, None], -v, v)
 
@@ -195,13 +224,31 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = 
 
 
 def effective_number(weights: npt.ArrayLike) -> float:
-    """Return the equivalent number of equal weights, (sum w)^2 / sum w^2 (Kish 1965)."""
+    """Return the equivalent number of equal weights, (sum w)^2 / sum w^2 (Kish 1965).
+
+    Parameters
+    ----------
+    weights : (n,) array_like
+
+    Returns
+    -------
+    float
+    """
     w = np.asarray(weights, dtype=np.float64)
     return float(w.sum() ** 2 / (w @ w))
 
 
 def has_dominant_weights(weights: npt.ArrayLike) -> bool:
-    """Return whether too few weights dominate to determine the natural scatter."""
+    """Return whether too few weights dominate to determine the natural scatter.
+
+    Parameters
+    ----------
+    weights : (n,) array_like
+
+    Returns
+    -------
+    bool
+    """
     return effective_number(weights) < min(
         MIN_EFFECTIVE_COUNT, MIN_EFFECTIVE_SHARE * np.size(weights)
     )
@@ -213,6 +260,16 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
     These are single orientations, and axial data that are not a cluster, whose point index P is not
     the largest of Vollmer's three (1990): the mean of a flipped girdle or uniform set has no
     meaning. Woodcock's K alone would also reject tight elongated clusters.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+    directed : bool
+        Whether the vectors are directions, not axes.
+
+    Returns
+    -------
+    Finding or None
     """
     v = unit_vectors(vectors)
     n = len(v)

@@ -27,11 +27,21 @@ def _check(projection: str) -> None:
 
 
 def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = True) -> FloatArray:
-    """Net positions (n, 2) of vectors (n, 3) of any length but zero (those give NaN).
+    """Return the net positions of vectors.
 
-    flip: vectors that point up are taken as axes and shown by their lower end. Without it they
-    are projected beyond the primitive circle (straight up: NaN for "angle", a circle of radius
-    sqrt(2) for "area"), which is what curves that cross it need.
+    Parameters
+    ----------
+    vectors : (n, 3) array_like
+        Of any length but zero; those give NaN.
+    projection : {"area", "angle"}, optional
+    flip : bool, optional
+        Whether vectors that point up are taken as axes and shown by their lower end. Otherwise they
+        are projected beyond the primitive circle (straight up: NaN for "angle", a circle of radius
+        sqrt(2) for "area"), as curves that cross it require.
+
+    Returns
+    -------
+    (n, 2) ndarray
     """
     _check(projection)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
@@ -46,8 +56,18 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
 
 
 def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
-    """Unit vectors (n, 3), pointing down, of net positions (n, 2); positions outside the
-    primitive circle give NaN."""
+    """Return the downward unit vectors of net positions.
+
+    Parameters
+    ----------
+    points : (n, 2) array_like
+    projection : {"area", "angle"}, optional
+
+    Returns
+    -------
+    (n, 3) ndarray
+        NaN for positions outside the primitive circle.
+    """
     _check(projection)
     p = np.atleast_2d(np.asarray(points, dtype=np.float64))
     r2 = np.sum(p**2, axis=-1)
@@ -61,7 +81,18 @@ def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
 
 
 def line_at(x: float, y: float, projection: str = "area") -> Line | None:
-    """The line under a position of the net, or None outside it."""
+    """Return the line at a position of the net.
+
+    Parameters
+    ----------
+    x, y : float
+    projection : {"area", "angle"}, optional
+
+    Returns
+    -------
+    Line or None
+        None outside the net.
+    """
     vector = unproject([[x, y]], projection)[0]
     return None if not np.isfinite(vector).all() else Line.from_vector(vector)
 
@@ -72,9 +103,23 @@ def great_circles(
     projection: str = "area",
     n: int = 91,
 ) -> FloatArray:
-    """Lower-hemisphere arcs (m, n, 2) of m planes, from the strike over the dip to the far end of
-    the strike: the arc of a vertical plane is a diameter, of a horizontal one half the primitive
-    circle (`great_circle` closes that)."""
+    """Return the lower-hemisphere arcs of planes.
+
+    They go from the strike over the dip to the opposite end of the strike. The arc of a vertical
+    plane is a diameter, that of a horizontal plane half of the primitive circle (`great_circle`
+    closes it).
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : (m,) array_like
+    projection : {"area", "angle"}, optional
+    n : int, optional
+        Number of points per arc.
+
+    Returns
+    -------
+    (m, n, 2) ndarray
+    """
     azimuth = np.atleast_1d(np.asarray(dip_direction_deg, dtype=np.float64))
     dip = np.atleast_1d(np.asarray(dip_deg, dtype=np.float64))
     sin_a, cos_a = sin_cos_deg(azimuth)
@@ -88,7 +133,19 @@ def great_circles(
 
 
 def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> FloatArray:
-    """Arc (n, 2) of one plane; the whole primitive circle for a horizontal one."""
+    """Return the arc of one plane; the whole primitive circle for a horizontal one.
+
+    Parameters
+    ----------
+    plane : Plane
+    projection : {"area", "angle"}, optional
+    n : int, optional
+        Number of points.
+
+    Returns
+    -------
+    (n, 2) ndarray
+    """
     if plane.undefined:
         sin_a, cos_a = sin_cos_deg(np.linspace(0.0, 360.0, n))
         return np.stack([sin_a, cos_a], axis=-1)
@@ -103,9 +160,31 @@ def confidence_ellipse(
     projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
-    """Elliptical cone of confidence about an axis (3,) (a plane's pole, a fold axis): half-angle
-    max_angle_deg toward `major` (3,), min_angle_deg across, as polylines split at the primitive
-    circle. `major` need not be exactly perpendicular to the axis."""
+    """Return the elliptical cone of confidence about an axis.
+
+    Parameters
+    ----------
+    axis : (3,) array_like
+        Pole of a plane, or fold axis.
+    major : (3,) array_like
+        Direction of the larger half-angle; need not be exactly perpendicular to the axis.
+    max_angle_deg, min_angle_deg : float
+        Half-angles toward `major` and across it.
+    projection : str
+        "area" or "angle".
+    n : int
+        Number of points of the curve.
+
+    Returns
+    -------
+    list of (k, 2) ndarray
+        Polylines, split at the primitive circle.
+
+    Raises
+    ------
+    GeometryError
+        If `major` is parallel to the axis, or not finite.
+    """
     a = np.asarray(axis, dtype=np.float64)
     a = a / np.linalg.norm(a)
     first = np.asarray(major, dtype=np.float64)
@@ -125,8 +204,25 @@ def pole_ellipse(
     projection: str = "area",
     n: int = 181,
 ) -> list[FloatArray]:
-    """Confidence ellipse of a plane's pole from the figures of a fit: semi-axes and the rake (0 to
-    180, from the strike) of the direction in which the plane tilts most."""
+    """Return the confidence ellipse of a plane's pole.
+
+    Parameters
+    ----------
+    plane : Plane
+    max_angle_deg, min_angle_deg : float
+        Semi-axes of the confidence region.
+    rake_deg : float
+        Direction of the largest tilt, 0 to 180 from the strike.
+    projection : str
+        "area" or "angle".
+    n : int
+        Number of points of the curve.
+
+    Returns
+    -------
+    list of (k, 2) ndarray
+        Polylines, split at the primitive circle.
+    """
     sin_r, cos_r = sin_cos_deg(rake_deg)
     major = cos_r * plane.strike_vector() + sin_r * plane.dip_vector()
     return confidence_ellipse(-plane.normal(), major, max_angle_deg, min_angle_deg, projection, n)
@@ -141,10 +237,26 @@ def cone_curve(
     projection: str,
     n: int,
 ) -> list[FloatArray]:
-    """Closed elliptical cone about an orthonormal frame (axis, first, second), as polylines.
+    """Return an elliptical cone about an orthonormal frame (axis, first, second).
+
+    The curve is closed and split into polylines at the primitive circle.
 
     The ellipse is one of directions on the sphere: at the position angle t the half-angle is the
     radius of an ellipse with those semi-axes, so that no half-angle ever exceeds the larger one.
+
+    Parameters
+    ----------
+    axis, first, second : (3,) ndarray
+        Orthonormal frame.
+    first_angle_deg, second_angle_deg : float
+        Half-angles toward `first` and `second`.
+    projection : {"area", "angle"}
+    n : int
+        Number of points of the curve.
+
+    Returns
+    -------
+    list of (k, 2) ndarray
     """
     # Even steps of the eccentric angle: even steps of t leave the ends of a long ellipse angular.
     sin_u, cos_u = sin_cos_deg(np.linspace(0.0, 360.0, n))
@@ -160,8 +272,20 @@ def cone_curve(
 
 
 def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[FloatArray]:
-    """Polylines (k, 2) of a curve (n, 3) on the sphere: the parts that point up are shown by their
-    lower end, and each part ends exactly on the primitive circle where the curve crosses it."""
+    """Project a curve on the sphere, split at the primitive circle.
+
+    Directions that point up are replaced by their opposites. Each part ends exactly on the
+    primitive circle at the crossing.
+
+    Parameters
+    ----------
+    curve : (n, 3) array_like
+    projection : {"area", "angle"}, optional
+
+    Returns
+    -------
+    list of (k, 2) ndarray
+    """
     c = np.asarray(curve, dtype=np.float64)
     up = c[:, 2] > 1e-12
     parts: list[FloatArray] = []

@@ -63,7 +63,7 @@ class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
         Number of rows, and of rows that were used.
     not_good : int or None
         Number of used planes whose verdict is not good; None if no plane has a verdict.
-    left_out : tuple of LeftOut
+    left_out : tuple of ExcludedRows
         Rows that were not used, with the reasons.
     domains : mapping or None
         Axis of each domain; None if no column of domains was given.
@@ -144,7 +144,21 @@ def _domains(
 
 
 def set_names(text: str) -> list[str]:
-    """Return the names of two or more different sets, such as A,B. Raises UsageError."""
+    """Parse the names of two or more different sets, such as A,B.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    UsageError
+        If there are fewer, or a name is repeated.
+    """
     names = [name.strip() for name in text.split(",")]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
         raise UsageError(Finding("fold.too-few-sets"), field="--sets")
@@ -156,7 +170,7 @@ def fold_of_table(
     selection_filter: FoldFilter,
     turn: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
-    """Return the fold axis that `table_fold` describes, and its number of planes that are not good.
+    """Return the fold axis that `table_fold` describes, and its number of not good planes.
 
     Parameters
     ----------
@@ -176,7 +190,19 @@ def fold_of_table(
 
 
 def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
-    """Report planes that are not good among those of a fold axis."""
+    """Report planes that are not good among those of a fold axis.
+
+    Parameters
+    ----------
+    not_good : int or None
+        Number of planes that are not good; None if unknown.
+    used : int
+        Number of used planes.
+
+    Returns
+    -------
+    list of Finding
+    """
     return [Finding("fold.planes-not-good", not_good=not_good, used=used)] if not_good else []
 
 

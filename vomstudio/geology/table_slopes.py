@@ -131,7 +131,23 @@ class TableSlope(PrintableResult):
 
 
 def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
-    """Return the face of a plane, or of its text as in "135/70". Raises UsageError."""
+    """Return the face of a plane.
+
+    Parameters
+    ----------
+    face : str or Plane
+        Plane, or its text as in "135/70".
+    options : SlopeOptions
+
+    Returns
+    -------
+    SlopeFace
+
+    Raises
+    ------
+    UsageError
+        If the text is not a plane.
+    """
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
     except InputError as error:
@@ -222,7 +238,17 @@ def table_slope(
 
 
 def set_numbers(table: OrientationRows) -> IntArray | None:
-    """Return the number of the set of each plane (n,), -1 for none; None without sets."""
+    """Return the number of the set of each plane.
+
+    Parameters
+    ----------
+    table : OrientationRows
+
+    Returns
+    -------
+    (n,) ndarray of int or None
+        -1 for planes without a set; None without sets.
+    """
     if table.sets is None:
         return None
     names = [table.sets[row] for row in np.flatnonzero(table.is_plane)]
@@ -248,6 +274,16 @@ def critical_planes(
     """Return the critical planes by failure mode and of "bases".
 
     They are in the order of the table, or by decreasing number of critical intersections.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    face : SlopeFace
+    slope : TableSlope
+
+    Returns
+    -------
+    dict
     """
     rows = np.flatnonzero(table.is_plane)
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
@@ -296,8 +332,10 @@ def _expected(
     sets: IntArray | None,
     progress: Progress,
 ) -> _Expected:
-    """By drawing the planes with their errors, with a fixed seed: many times where they are few.
-    Planes without a known error stay as they are."""
+    """Estimate probabilities by drawing the planes with their errors, with a fixed seed.
+
+    Small tables are drawn more often. Planes without a known error do not vary.
+    """
     if not planes.known.any():
         return _Expected()
     n = len(planes.normals)

@@ -70,9 +70,18 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     """Return planes of a table with their errors.
 
     From the columns `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and
-    `total95_deg`;
-    without a rake the larger one applies to all directions. Otherwise from `dip_error_deg` and
-    `dip_direction_error_deg`.
+    `total95_deg`; without a rake the larger one applies to all directions. Otherwise from
+    `dip_error_deg` and `dip_direction_error_deg`.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    rows : (n,) ndarray of int
+        Rows of the planes.
+
+    Returns
+    -------
+    TiltedPlanes
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     turns = None if table.turns is None else table.turns.of(rows)
@@ -86,16 +95,29 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
 
 
 def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:
-    """Return axes (n, 2, 3) as in TiltedPlanes, without the registration's part of
-    `total95_deg`.
+    """Return the tangent axes of errors without the errors of the registration.
+
+    These are excluded from `total95_deg`.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    rows : (n,) ndarray of int
+        Rows of the planes.
+
+    Returns
+    -------
+    (n, 2, 3) ndarray
+        See `TiltedPlanes`.
     """
     registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
     return _axes(table, rows, registration)
 
 
 def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> FloatArray:
-    """Return tangent axes; `excluded_deg` (n,) are 95 % half-angles to exclude from the total
-    error.
+    """Return tangent axes.
+
+    `excluded_deg` (n,) are 95 % half-angles to exclude from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (
@@ -137,7 +159,20 @@ def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) 
 
 
 def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
-    """Return the numbers of a column, NaN if missing; half-angles and rakes are never negative."""
+    """Return the numbers of a column; half-angles and rakes are never negative.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    rows : (n,) ndarray of int
+    name : str
+        Name of the column.
+
+    Returns
+    -------
+    (n,) ndarray
+        NaN if missing.
+    """
     try:
         cells = table.column(name)
     except UsageError:

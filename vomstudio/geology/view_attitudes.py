@@ -1,4 +1,4 @@
-"""Attitudes of cameras: rotations from azimuth, elevation and roll of their views, and back.
+"""Attitudes of cameras as rotations, and as azimuth, elevation and roll of views.
 
 Angles are in degrees: yaw is the azimuth of the view, clockwise from north (for a view straight
 down that of the photo's top); pitch is its elevation, 0 level and -90 straight down; roll is 0 if
@@ -18,7 +18,17 @@ MIN_HORIZONTAL = 1e-9
 
 
 def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
-    """Return rotations (n, 3, 3) from cameras to World for yaw, pitch and roll (n, 3), degrees."""
+    """Return the rotations from cameras to World.
+
+    Parameters
+    ----------
+    angles : (n, 3) array_like
+        Yaw, pitch and roll, degrees.
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
+    """
     yaw, pitch, roll = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)).T
     forward = np.column_stack(
         [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
@@ -31,12 +41,21 @@ def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
 
 
 def error_axes(angles: npt.ArrayLike) -> FloatArray:
-    """Return the axes (n, 3, 3), as columns, about which errors of yaw, pitch and roll rotate a
-    camera.
+    """Return the axes about which errors of yaw, pitch and roll rotate a camera.
 
     They are down, its level side, and level ahead: an instrument measures north and the vertical.
     The vertical is as accurate to the side as ahead, also for a camera that looks down, where roll
-    about the view would be yaw. `angles` (n, 3) are yaw, pitch and roll, degrees.
+    about the view would be yaw.
+
+    Parameters
+    ----------
+    angles : (n, 3) array_like
+        Yaw, pitch and roll, degrees.
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
+        The axes are the columns.
     """
     yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
     zero = np.zeros_like(yaw)
@@ -47,9 +66,17 @@ def error_axes(angles: npt.ArrayLike) -> FloatArray:
 
 
 def view_angles(rotations: npt.ArrayLike) -> FloatArray:
-    """Return yaw, pitch and roll (n, 3) of rotations (n, 3, 3) from cameras to World, degrees.
+    """Return yaw, pitch and roll of views.
 
-    Views straight up or down have roll 0.
+    Parameters
+    ----------
+    rotations : (n, 3, 3) array_like
+        From cameras to World.
+
+    Returns
+    -------
+    (n, 3) ndarray
+        Degrees; views straight up or down have roll 0.
     """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
     flat = np.hypot(forward[:, 0], forward[:, 1])
@@ -68,11 +95,21 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
 
 
 def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
-    """Convert yaw, pitch and roll (n, 3) of an aircraft with a nadir camera to those of the views.
+    """Convert the attitude of an aircraft with a nadir camera to that of its views.
 
     The photo's top is ahead, as in Pix4D and OpenDroneMap: rotations about down, then right, then
     ahead (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega, Phi, Kappa
     angles").
+
+    Parameters
+    ----------
+    angles : (n, 3) array_like
+        Yaw, pitch and roll of the aircraft, degrees.
+
+    Returns
+    -------
+    (n, 3) ndarray
+        Yaw, pitch and roll of the views, degrees.
     """
     from scipy.spatial.transform import Rotation
 
@@ -84,10 +121,18 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
 
 
 def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:
-    """Return rotations (n, 3, 3) from cameras to World by the vertical and the azimuth of the view.
+    """Return the rotations from cameras to World by the vertical and the azimuth of the view.
 
-    `down` (n, 3) is the direction of gravity in the frame of each camera, `azimuth_deg` (n,) the
-    azimuth. Views straight up or down have none.
+    Parameters
+    ----------
+    down : (n, 3) array_like
+        Direction of gravity in the frame of each camera.
+    azimuth_deg : (n,) array_like
+        Azimuth of the view; views straight up or down have none.
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
     """
     vertical = np.asarray(down, np.float64).reshape(-1, 3)
     vertical = vertical / np.linalg.norm(vertical, axis=1, keepdims=True)

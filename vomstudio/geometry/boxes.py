@@ -104,8 +104,21 @@ def _triple(values: FloatArray) -> tuple[float, float, float]:
 def box_range(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the distances at which a ray enters and leaves boxes (n, 3); it misses if leave <
-    enter.
+    """Return the distances at which a ray enters and leaves boxes (n, 3).
+
+    The ray misses a box if leave < enter.
+
+    Parameters
+    ----------
+    low, high : (n, 3) ndarray
+        Corners of the boxes.
+    origin, direction : (3,) ndarray
+        Ray.
+
+    Returns
+    -------
+    enter, leave : (n,) ndarray
+        In lengths of `direction`.
     """
     enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.
@@ -126,6 +139,19 @@ def box_hit(
     """Return whether a ray meets one box (3,), enlarged by `pad`, ahead of its origin.
 
     Plain numbers are ten times faster than NumPy for a single box.
+
+    Parameters
+    ----------
+    low, high : (3,) ndarray
+        Corners of the box.
+    origin, direction : (3,) ndarray
+        Ray.
+    pad : float, optional
+        Added to each side.
+
+    Returns
+    -------
+    bool
     """
     enter, leave = 0.0, math.inf
     sides = zip(low.tolist(), high.tolist(), origin.tolist(), direction.tolist(), strict=True)
@@ -145,6 +171,18 @@ def box_hit(
 def boxes_hit(
     low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> BoolArray:
-    """Return which boxes (n, 3) a ray meets ahead of its origin."""
+    """Return which boxes (n, 3) a ray meets ahead of its origin.
+
+    Parameters
+    ----------
+    low, high : (n, 3) ndarray
+        Corners of the boxes.
+    origin, direction : (3,) ndarray
+        Ray.
+
+    Returns
+    -------
+    (n,) ndarray of bool
+    """
     enter, leave = box_range(low, high, origin, direction)
     return np.asarray(leave >= np.maximum(enter, 0.0))

@@ -61,18 +61,21 @@ class PaintSurface(Surface, Protocol):
         """Return edges (k, 2, 3) that only one of the selected faces has; empty for points."""
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        """Return the area inside a ring (n, 3), see `outlines.surface_area.area_inside`; None for
-        points.
+        """Return the area inside a ring (n, 3); None for points.
+
+        See `outlines.surface_area.area_inside`.
         """
 
     def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
-        """Return the triangles (k, 3, 3) inside a ring; None for points, and if the ring is
-        invalid.
+        """Return the triangles (k, 3, 3) inside a ring.
+
+        None for points, and if the ring is invalid.
         """
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
-        """Return the unit normal (3,) of the surface in a ball, in either direction; None if
-        unknown.
+        """Return the unit normal (3,) of the surface in a ball, in either direction.
+
+        None if it is unknown.
         """
 
 
@@ -242,6 +245,8 @@ class MeshSurface(VertexSurface):
 
 
 class CloudSurface(VertexSurface):
+    """Surface of the points of a cloud."""
+
     element: Literal["face", "point"] = "point"
 
     def __init__(self, cloud: PointCloud) -> None:
@@ -321,7 +326,7 @@ def _reached(nodes: IntArray, start: int) -> BoolArray:
 
 
 def _linked(pairs: IntArray, count: int, start: int) -> BoolArray:
-    """Which of `count` points hang together with the point `start`."""
+    """Find the points connected with the point `start`, among `count` points."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

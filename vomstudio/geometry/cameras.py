@@ -117,8 +117,9 @@ class Intrinsics:
         return bent * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
-        """Return directions (n, 3) in the camera frame, z = 1, of pixels (n, 2); NaN outside the
-        lens's range.
+        """Return directions (n, 3) in the camera frame, z = 1, of pixels (n, 2).
+
+        NaN outside the range of the lens.
         """
         normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
         flat = self._straighten(normalized) if self.distorts else normalized
@@ -137,7 +138,7 @@ class Intrinsics:
 
     # ------------------------------------------------------------------------------------------
     def _bend(self, flat: FloatArray) -> FloatArray:
-        """Ideal to real image coordinates, (n, 2) in units of the focal length."""
+        """Convert ideal to real image coordinates (n, 2), in units of the focal length."""
         named = self._named
         r2 = (flat**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
@@ -161,7 +162,7 @@ class Intrinsics:
         return above / below
 
     def _radius(self, r: FloatArray) -> FloatArray:
-        """Real radius of an ideal one."""
+        """Convert an ideal radius to the real one."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
         named, angle = self._named, np.arctan(r)
@@ -181,8 +182,9 @@ class Intrinsics:
         return float(r[falling[0]]) if len(falling) else np.inf
 
     def _straighten(self, distorted: FloatArray) -> FloatArray:
-        """Invert `_bend` by Newton's method, first for the radius and then for tangential
-        distortion.
+        """Invert `_bend` by Newton's method.
+
+        The radius is solved first, then the tangential distortion.
         """
         edge = min(self._edge, MAX_RADIUS)
         r = np.linspace(0.0, edge, 2000)
@@ -243,8 +245,9 @@ class View:
         return np.asarray(along + self.translation[2])
 
     def project(self, points: npt.ArrayLike) -> FloatArray:
-        """Project scene points (n, 3) to pixels (n, 2), also outside the photo; NaN as in
-        `Intrinsics`.
+        """Project scene points (n, 3) to pixels (n, 2), also outside the photo.
+
+        NaN as in `Intrinsics`.
         """
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         return self.intrinsics.project(xyz @ self.rotation.T + self.translation)
@@ -261,8 +264,9 @@ class View:
         return np.asarray((x >= 0) & (x <= width) & (y >= 0) & (y <= height))
 
     def moved(self, scale: float, rotation: FloatArray, translation: FloatArray) -> View:
-        """Return the photo after a similarity of the scene, x' = scale * rotation @ x +
-        translation.
+        """Return the photo after a similarity of the scene.
+
+        The similarity is x' = scale * rotation @ x + translation.
         """
         turned = self.rotation @ rotation.T
         return View(

@@ -51,7 +51,7 @@ class PointCloud:
         """Number of points of the whole file."""
         return len(self.points)
 
-    def of_rows(self, rows: IntArray | BoolArray | slice) -> PointCloud:
+    def select_rows(self, rows: IntArray | BoolArray | slice) -> PointCloud:
         """Return the points in these rows with all their values, without an arrangement."""
         return PointCloud(
             self.points[rows],

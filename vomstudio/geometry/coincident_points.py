@@ -1,4 +1,4 @@
-"""Points at one place, found by sorting a number per place: much faster than sorting the rows."""
+"""Search for coincident points by one number per place, faster than sorting the rows."""
 
 from __future__ import annotations
 
@@ -9,8 +9,18 @@ from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 
 
 def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
-    """A number per point (k, 3): the same for the same coordinates, and for others with a chance of
-    1 in 1e19 a pair."""
+    """Return a key per point: equal for equal coordinates.
+
+    Two different points have the same key with a probability of 1e-19.
+
+    Parameters
+    ----------
+    points : (k, 3) ndarray
+
+    Returns
+    -------
+    (k,) ndarray of uint64
+    """
     # -0.0 and 0.0 are one place.
     bits = (np.ascontiguousarray(points, dtype=np.float64) + 0.0).view(np.uint64)
     key = np.zeros(len(bits), np.uint64)
@@ -21,7 +31,17 @@ def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
 
 
 def welded(points: FloatArray) -> IntArray:
-    """(k,) number of the place of each point (k, 3), from 0 on."""
+    """Assign a number to each distinct place of points, from 0 on.
+
+    Parameters
+    ----------
+    points : (k, 3) ndarray
+
+    Returns
+    -------
+    (k,) ndarray of int
+        Number of the place of each point.
+    """
     keys = place_keys(points)
     order = np.argsort(keys)
     number = np.empty(len(keys), np.int64)

@@ -28,19 +28,49 @@ still accurate.
 
 
 def check_error(value: float) -> Finding | None:
-    """Return a finding if a stated error (one sigma) is not plausible; None also if it is NaN."""
+    """Return a finding if a stated error (one sigma) is not plausible; None also if it is NaN.
+
+    Parameters
+    ----------
+    value : float
+        One sigma, metres.
+
+    Returns
+    -------
+    Finding or None
+    """
     if np.isnan(value) or MIN_ERROR <= value <= MAX_ERROR:
         return None
     return Finding("accuracy.out-of-range", value=value, minimum=MIN_ERROR, maximum=MAX_ERROR)
 
 
 def invalid_places(points: FloatArray) -> BoolArray:
-    """Return which of the points (n, 3) are not finite or beyond the limits of metres on Earth."""
+    """Find points that are not finite or beyond the limits of metres on Earth.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    (n,) ndarray of bool
+        True for invalid points.
+    """
     return np.asarray(~(np.abs(points) <= MAX_COORDINATE_M).all(axis=1))
 
 
 def check_coordinates(values: Iterable[float]) -> Finding | None:
-    """Return a finding about the first number that cannot be a coordinate in metres, if any."""
+    """Return a finding about the first number that cannot be a coordinate in metres, if any.
+
+    Parameters
+    ----------
+    values : iterable of float
+        Metres.
+
+    Returns
+    -------
+    Finding or None
+    """
     for value in values:
         if not abs(value) <= MAX_COORDINATE_M:
             return Finding("coordinate.out-of-range", value=value)
@@ -50,7 +80,15 @@ def check_coordinates(values: Iterable[float]) -> Finding | None:
 def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | None:
     """Return a finding if a point is too far from a model to be a place on it.
 
-    point : (3,) and bounds : (2, 3) lowest and highest corner of the model, in the same frame
+    Parameters
+    ----------
+    point : (3,) sequence of float
+    bounds : (2, 3) ndarray
+        Lowest and highest corner of the model, in the frame of the point.
+
+    Returns
+    -------
+    Finding or None
     """
     if (finding := check_coordinates(point)) is not None:
         return finding
@@ -64,7 +102,16 @@ def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | No
 
 
 def check_on_earth(longitude_deg: float, latitude_deg: float) -> Finding | None:
-    """Return a finding if these are not a longitude and a latitude."""
+    """Return a finding if these are not a longitude and a latitude.
+
+    Parameters
+    ----------
+    longitude_deg, latitude_deg : float
+
+    Returns
+    -------
+    Finding or None
+    """
     if not abs(latitude_deg) <= 90.0:
         return Finding("coordinate.latitude", value=latitude_deg)
     if not abs(longitude_deg) <= 360.0:

@@ -58,7 +58,16 @@ class FieldStyle(Result):
 
 
 def field_names(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """Return the fields of a model that can be shown: ELEVATION and its numeric fields."""
+    """Return the fields of a model that can be shown: ELEVATION and its numeric fields.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    tuple of str
+    """
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
     names = [
         name

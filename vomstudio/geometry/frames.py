@@ -58,8 +58,9 @@ class Frame:
         return Axes(self.has_metres, self.has_north)
 
     def to_world(self) -> Matrix:
-        """Return the 4x4 similarity from the file frame to World (x East, y North, z Up,
-        metres).
+        """Return the 4x4 similarity from the file frame to World.
+
+        World is x East, y North, z Up, in metres.
         """
         s = float(self.unit_m)
         if self.up_axis == "y":
@@ -111,7 +112,17 @@ class Frame:
 
 @lru_cache(maxsize=64)
 def crs_label(crs: str) -> str:
-    """Return the code of a CRS, or the name in its WKT."""
+    """Return the code of a CRS, or the name in its WKT.
+
+    Parameters
+    ----------
+    crs : str
+        "EPSG:n" or WKT.
+
+    Returns
+    -------
+    str
+    """
     match = re.match(r'\w+\["([^"]+)"', crs)
     return match[1] if match else crs
 

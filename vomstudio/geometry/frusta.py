@@ -46,7 +46,19 @@ class Frustum:
 
 
 def edge(width: int, height: int, steps: int) -> FloatArray:
-    """Return pixels (4 * steps, 2) around a photo, clockwise from the top left corner."""
+    """Return pixels around the edge of a photo, clockwise from the top left corner.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the photo.
+    steps : int
+        Number of pixels per side.
+
+    Returns
+    -------
+    (4 * steps, 2) ndarray
+    """
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
     along = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
     ends = np.roll(corners, -1, axis=0)
@@ -57,6 +69,16 @@ def frustum(view: View, depth: float) -> Frustum:
     """Return the pyramid of a photo whose base is at `depth`, in the scene's frame.
 
     Edges outside the lens's range are those without distortion.
+
+    Parameters
+    ----------
+    view : View
+    depth : float
+        Distance of the base from the camera, in the unit of the scene.
+
+    Returns
+    -------
+    Frustum
     """
     lens = view.intrinsics
     steps = N_EDGE_STEPS if lens.distorts else 1
@@ -70,10 +92,21 @@ def frustum(view: View, depth: float) -> Frustum:
 
 
 def good_size(centres: npt.ArrayLike, distance: float) -> float:
-    """Return a suitable depth of pyramids at these places (n, 3).
+    """Return a suitable depth of the pyramids of photos.
 
-    A share of the median distance between cameras, limited to a share of the distance to the
+    It is a share of the median distance between cameras, limited to a share of the distance to the
     object.
+
+    Parameters
+    ----------
+    centres : (n, 3) array_like
+        Positions of the cameras.
+    distance : float
+        Distance to the object; not used unless positive.
+
+    Returns
+    -------
+    float
     """
     places = np.asarray(centres, np.float64).reshape(-1, 3)
     max_size = SHARE_OF_DISTANCE * distance if distance > 0 else np.inf
@@ -93,7 +126,18 @@ def good_size(centres: npt.ArrayLike, distance: float) -> float:
 
 
 def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
-    """Return pyramids of one size; `target` (3,) is the middle of the photographed object."""
+    """Return the pyramids of photos, all of one size.
+
+    Parameters
+    ----------
+    views : sequence of View
+    target : (3,) array_like
+        Middle of the photographed object.
+
+    Returns
+    -------
+    list of Frustum
+    """
     if not views:
         return []
     centres = np.array([view.centre for view in views])
@@ -114,6 +158,15 @@ def frustum_at(
     tips : (n, 2) ndarray
     corners : (n, 4, 2) ndarray
         Pixels, NaN behind the viewer.
+    x, y : float
+        Pixel.
+    reach : float
+        Maximum distance of the nearest apex, pixels.
+
+    Returns
+    -------
+    int or None
+        Row of the camera.
     """
     if not len(tips):
         return None

@@ -88,13 +88,34 @@ def fit_line(points: npt.ArrayLike) -> LineFit:
 
 
 def path_length(points: npt.ArrayLike) -> float:
-    """Return the length of the polyline through points (n, 3), in their unit."""
+    """Return the length of a polyline.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+
+    Returns
+    -------
+    float
+        In the unit of the points.
+    """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return float(np.linalg.norm(np.diff(xyz, axis=0), axis=1).sum())
 
 
 def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
-    """Return the lengths (m,) of polylines, each (n, 3), in their unit."""
+    """Return the lengths of polylines.
+
+    Parameters
+    ----------
+    lines : sequence of ndarray
+        Vertices (n, 3) of each.
+
+    Returns
+    -------
+    (m,) ndarray
+        In the unit of the points.
+    """
     counts = np.array([len(line) for line in lines], np.int64)
     if not counts.sum():
         return np.zeros(len(counts))
@@ -127,11 +148,21 @@ class Approach:
 
 
 def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
-    """Find the nearest approach of polylines (n, 3) and (m, 3) with at least 2 vertices, in their
-    unit.
+    """Find the nearest approach of two polylines.
 
     Nearest points of all pairs of segments (Ericson 2005, Real-Time Collision Detection, section
     5.1.9).
+
+    Parameters
+    ----------
+    line : (n, 3) array_like
+        At least 2 vertices.
+    other : (m, 3) array_like
+        At least 2 vertices, in the same unit.
+
+    Returns
+    -------
+    Approach
     """
     base = np.asarray(line, np.float64)[0]
     p, q = (np.asarray(points, np.float64) - base for points in (line, other))
@@ -156,8 +187,9 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
 def _nearest_of_segments(
     start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the fractions 0 to 1 of one segment and of each of (k, 3) others at their nearest
-    points.
+    """Return the fractions 0 to 1 along one segment and each of (k, 3) others.
+
+    They are those of the nearest points.
     """
     between = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)
@@ -172,7 +204,17 @@ def _nearest_of_segments(
 
 
 def ring_area(points: npt.ArrayLike) -> float:
-    """Return the area of the closed ring through points (n, 3), projected along its normal."""
+    """Return the area of a closed ring, projected along its normal.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+
+    Returns
+    -------
+    float
+        In the square of the unit of the points.
+    """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     local = xyz - xyz[0]
     return float(0.5 * np.linalg.norm(np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)))

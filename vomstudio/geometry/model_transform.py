@@ -23,7 +23,20 @@ def transform_model(
 def transform_model(
     data: Mesh | PointCloud, rows: Sequence[Sequence[float]] | FloatArray
 ) -> Mesh | PointCloud:
-    """The model through a 4 x 4 similarity, in float64; itself where that changes nothing."""
+    """Transform the model by a 4 x 4 similarity, in float64.
+
+    Returns the model itself if the similarity changes nothing.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    rows : (4, 4) array_like
+        Similarity.
+
+    Returns
+    -------
+    Mesh or PointCloud
+    """
     if np.array_equal(transform.matrix(rows), np.eye(4)):
         return data
     if isinstance(data, Mesh):

@@ -150,8 +150,9 @@ def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
 
 
 def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[float, float]:
-    """Return the variance per independent point from the means of side x side cells, and of wider
-    ones.
+    """Return the variance per independent point from the means of cells.
+
+    The first value is from side x side cells, the second from wider ones.
     """
     if len(u) > MAX_SORTED_POINTS:
         count, sums = _sums(u, v, u, v, r, side)
@@ -174,8 +175,9 @@ def _excess(count: GenericArray, sums: GenericArray) -> float:
 
 
 def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
-    """Return the variance that would tilt the plane to the median attitude of its side x side
-    cells.
+    """Return the variance that would tilt the plane to the median attitude of its cells.
+
+    There are side x side cells.
 
     0 if these do not differ significantly from the plane.
     """
@@ -242,7 +244,20 @@ def _sums(
 
 
 def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
-    """Assign points to side x side cells of equal count."""
+    """Assign points to side x side cells of equal count.
+
+    Parameters
+    ----------
+    u, v : (n,) ndarray
+        Coordinates in the plane.
+    side : int
+        Number of cells along each axis.
+
+    Returns
+    -------
+    (n,) ndarray of int
+        Cell of each point.
+    """
     n = len(u)
     slab = np.empty(n, np.int16)
     slab[np.argsort(u, kind="stable")] = _equal_parts(np.arange(n), np.int64(n), side)
@@ -267,8 +282,17 @@ def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
-    """Return the convex hull of points (k, 3) along the normal of the patch, empty for fewer than
-    3.
+    """Return the convex hull of the points of a patch along its normal.
+
+    Parameters
+    ----------
+    points : (k, 3) array_like
+    normal : (3,) array_like
+
+    Returns
+    -------
+    tuple of Triple
+        Empty for fewer than 3 points.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -286,8 +310,20 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
 
 
 def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the vertices (k, 3) of faces in the file frame, and a third of the area of their
-    faces.
+    """Return the vertices of faces, weighted by the areas of their faces.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    faces : (m,) array_like of int
+        Rows of faces.
+
+    Returns
+    -------
+    points : (k, 3) ndarray
+        Vertices, file frame.
+    weights : (k,) ndarray
+        A third of the area of their faces.
     """
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     ids, which = np.unique(corners, return_inverse=True)
@@ -299,20 +335,52 @@ def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArra
 
 
 def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> FloatArray:
-    """Return the areas (k,) of faces, in the square of the file's unit."""
+    """Return the areas of faces.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    faces : (k,) array_like of int
+        Rows of faces.
+
+    Returns
+    -------
+    (k,) ndarray
+        In the square of the file's unit.
+    """
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     a, b, c = (np.asarray(mesh.vertices[corners[:, i]], dtype=np.float64) for i in range(3))
     return triangle_areas(a, b, c)
 
 
 def triangle_areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return the areas (k,) of triangles with the vertices a, b, c (k, 3)."""
+    """Return the areas of triangles.
+
+    Parameters
+    ----------
+    a, b, c : (k, 3) ndarray
+        Vertices.
+
+    Returns
+    -------
+    (k,) ndarray
+    """
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
 def ids_to_runs(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
-    """Compress sorted distinct ids to (first, count) runs, which are few for neighbours in
-    space.
+    """Compress sorted distinct ids to (first, count) runs.
+
+    Neighbours in space have few runs.
+
+    Parameters
+    ----------
+    ids : (n,) array_like of int
+
+    Returns
+    -------
+    tuple of tuple
+        (first, count) of each run.
     """
     x = np.asarray(ids, dtype=np.int64)
     if not (np.diff(x) > 0).all():
@@ -326,7 +394,17 @@ def ids_to_runs(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
 
 
 def runs_to_ids(runs: tuple[tuple[int, int], ...]) -> IntArray:
-    """Expand (first, count) runs to sorted ids."""
+    """Expand (first, count) runs to sorted ids.
+
+    Parameters
+    ----------
+    runs : tuple of tuple
+        (first, count) of each run.
+
+    Returns
+    -------
+    ndarray of int
+    """
     if not runs:
         return np.zeros(0, np.int64)
     first, count = np.array(runs, dtype=np.int64).T
@@ -335,7 +413,18 @@ def runs_to_ids(runs: tuple[tuple[int, int], ...]) -> IntArray:
 
 
 def has_id(runs: tuple[tuple[int, int], ...], id_: int) -> bool:
-    """Return whether sorted (first, count) runs contain an id."""
+    """Return whether sorted (first, count) runs contain an id.
+
+    Parameters
+    ----------
+    runs : tuple of tuple
+        (first, count) of each run, sorted.
+    id_ : int
+
+    Returns
+    -------
+    bool
+    """
     index = bisect_right(runs, id_, key=lambda run: run[0]) - 1
     return index >= 0 and id_ < runs[index][0] + runs[index][1]
 

@@ -30,8 +30,18 @@ class Area:
 
 
 def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
-    """Return the pixels of a picture whose centres are inside a polygon (n, 2), by the even-odd
-    rule.
+    """Return the pixels whose centres are inside a polygon, by the even-odd rule.
+
+    Parameters
+    ----------
+    corners : (n, 2) array_like
+        Pixels.
+    width, height : int
+        Size of the picture.
+
+    Returns
+    -------
+    Area
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, 0.0, width, height)
@@ -54,7 +64,21 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> Area:
 
 
 def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -> Area:
-    """Return the pixels of a picture whose centres are within `radius` of a polyline (n, 2)."""
+    """Return the pixels whose centres are near a polyline.
+
+    Parameters
+    ----------
+    course : (n, 2) array_like
+        Pixels.
+    radius : float
+        Maximum distance, pixels.
+    width, height : int
+        Size of the picture.
+
+    Returns
+    -------
+    Area
+    """
     points = np.asarray(course, np.float64).reshape(-1, 2)
     left, top, wide, high = _box(points, radius, width, height)
     inside = np.zeros((high, wide), np.bool_)
@@ -74,6 +98,17 @@ def stroke_area(course: npt.ArrayLike, radius: float, width: int, height: int) -
 
 
 def whole_area(width: int, height: int) -> Area:
+    """Return all pixels of a picture.
+
+    Parameters
+    ----------
+    width, height : int
+        Size of the picture.
+
+    Returns
+    -------
+    Area
+    """
     return Area(0, 0, np.ones((height, width), np.bool_))
 
 
@@ -100,7 +135,21 @@ class Change:
 
 
 def changed_by(used: BoolArray, area: Area, hides: bool) -> Change | None:
-    """Draw a shape into a mask and return the change, or None."""
+    """Draw a shape into a mask.
+
+    Parameters
+    ----------
+    used : (height, width) ndarray of bool
+        Mask; changed in place.
+    area : Area
+    hides : bool
+        Whether the pixels of the shape are excluded, not included.
+
+    Returns
+    -------
+    Change or None
+        None if no pixel changed.
+    """
     region = used[area.window]
     changed = area.inside & (region if hides else ~region)
     if not changed.any():

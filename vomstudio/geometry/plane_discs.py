@@ -16,13 +16,31 @@ NOTHING_KNOWN_DEG = 45.0
 
 
 def known_well_enough(fit: PlaneFit) -> bool:
-    """Whether a disc says something: one that may as well stand across does not."""
+    """Return whether the attitude of a fit is known well enough to draw it as a disc.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+
+    Returns
+    -------
+    bool
+    """
     return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
 def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
-    """(c, 3) the ring of a disc as wide as the points of a fit; None for no plane, one of no
-    extent, or one that may as well stand across."""
+    """Return the ring of a disc as wide as the points of a fit.
+
+    Parameters
+    ----------
+    fit : PlaneFit or None
+
+    Returns
+    -------
+    (c, 3) ndarray or None
+        None without a plane, without an extent, or if the attitude is practically unknown.
+    """
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None
     return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
@@ -31,8 +49,22 @@ def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
 def disc(
     centre: npt.ArrayLike, normal: npt.ArrayLike, radius: float, corners: int = 48
 ) -> FloatArray:
-    """(corners, 3) ring of a disc, in the frame of `centre` and `normal` (unit vector), from whose
-    tip it runs anticlockwise."""
+    """Return the ring of a disc.
+
+    Parameters
+    ----------
+    centre : (3,) array_like
+    normal : (3,) array_like
+        Unit vector; the ring runs anticlockwise as seen from its tip.
+    radius : float
+    corners : int, optional
+        Number of vertices.
+
+    Returns
+    -------
+    (corners, 3) ndarray
+        In the frame of `centre`.
+    """
     n = np.asarray(normal, dtype=np.float64)
     # Any direction that is not nearly the normal gives a stable pair of axes.
     helper = [0.0, 0.0, 0.0]
@@ -52,6 +84,6 @@ def _cross(a: list[float], b: list[float]) -> list[float]:
 
 @lru_cache(maxsize=8)
 def _circle(corners: int) -> tuple[FloatArray, FloatArray]:
-    """(corners, 1) cosine and sine once round."""
+    """Return cosine and sine (corners, 1) of one turn."""
     angle = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)[:, None]
     return np.cos(angle), np.sin(angle)

@@ -17,17 +17,25 @@ SIGNIFICANCE = 0.05
 
 
 def joint_quantile(dof: FloatArray) -> FloatArray:
-    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution with 2 and `dof` degrees.
+    """Return 2 F / dof with the 95 % quantile F of Fisher's distribution.
 
-    It has the closed form P(F > f) = (1 + 2 f / dof)^(-dof / 2).
+    Its degrees of freedom are 2 and `dof`, for which it has the closed form P(F > f) = (1 + 2 f /
+    dof)^(-dof / 2).
+
+    Parameters
+    ----------
+    dof : (m,) ndarray
+
+    Returns
+    -------
+    (m,) ndarray
     """
     with np.errstate(over="ignore"):
         return np.asarray(np.expm1(-2.0 / dof * np.log(SIGNIFICANCE)))
 
 
 def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019), and an overflow
-    flag.
+    """Compute the largest and smallest angular error of Quinn & Ehlmann (2019).
 
     If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees with the
     flag. Source: Earth and Space Science 6, doi 10.1029/2018EA000416.
@@ -63,13 +71,25 @@ def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray,
 def confidence_axes_rad(
     values: FloatArray, q1: FloatArray, q2: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
+    """Compute the semi-axes of the joint 95 % region of the normal.
 
     A normal m is rejected if the residuals of its plane correlate with the in-plane coordinates:
     the F test of that regression is (m'Cm)(m'C^-1 m) <= 1 + q, exact for white Gaussian noise,
     either normal to the plane or isotropic, for every n >= 4 and every shape. Its boundary crosses
     the principal directions at sin(2 t)^2 = 4 q l_i l3 / (l_i - l3)^2 (Creasy 1956 for a line);
     above 1 no tilt can be rejected, and t is 90 degrees.
+
+    Parameters
+    ----------
+    values : (m, 3) ndarray
+        Eigenvalues of the covariance, descending.
+    q1, q2 : (m,) ndarray
+        Quantiles q along both principal directions.
+
+    Returns
+    -------
+    largest, smallest : (m,) ndarray
+        Radians.
     """
     axes = []
     l3 = values[:, 2]
@@ -111,12 +131,24 @@ def quantiles(
 def regression_axes_rad(
     leverage: FloatArray, normal: FloatArray, q: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Compute e1, e2 (m, 3), and the largest and smallest semi-axis of a regression's region,
-    radians.
+    """Compute the axes and semi-axes of the confidence region of a regression.
 
-    `leverage` (m, 3, 3) is the covariance of the normal's end per unit of q. The ellipse of both
-    slopes, exact for white noise along the coordinate, is projected to the tangent plane to first
-    order.
+    The ellipse of both slopes, exact for white noise along the coordinate, is projected to the
+    tangent plane to first order.
+
+    Parameters
+    ----------
+    leverage : (m, 3, 3) ndarray
+        Covariance of the normal's end per unit of q.
+    normal : (m, 3) ndarray
+    q : (m,) ndarray
+
+    Returns
+    -------
+    e1, e2 : (m, 3) ndarray
+        Directions of the smallest and of the largest semi-axis.
+    largest, smallest : (m,) ndarray
+        Radians.
     """
     values, vectors = np.linalg.eigh(leverage)
     # The normal itself is the direction of no variance.
@@ -134,8 +166,9 @@ def split_rad(
     largest: FloatArray,
     smallest: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Compute errors of dip and dip direction, and the rake of the direction of the largest tilt,
-    radians.
+    """Compute the errors of dip and dip direction, and the rake of the largest tilt.
+
+    All are in radians.
 
     The region is a cone of normals of elliptical section: in the tangent plane of the unit sphere
     at the fitted normal, an ellipse with semi-axes tan(largest) along e2 and tan(smallest) along
@@ -143,6 +176,22 @@ def split_rad(
     both azimuth differences at which a vertical plane touches it; for a small tilt a of the normal
     across the dip this is a / sin(dip), or t / tan(dip) with the tilt t = a / cos(dip) of the
     strike line. If the ellipse contains the vertical, every dip direction is possible: NaN.
+
+    Parameters
+    ----------
+    e1, e2 : (m, 3) ndarray
+        Directions of the smallest and of the largest semi-axis.
+    dip_direction_deg, dip_deg : (m,) ndarray
+    flat : (m,) ndarray of bool
+        True for planes without a dip direction.
+    largest, smallest : (m,) ndarray
+        Semi-axes, radians.
+
+    Returns
+    -------
+    dip : (m,) ndarray
+    dip_direction : (m,) ndarray
+    rake : (m,) ndarray
     """
     strike, down = strike_and_dip_lines(dip_direction_deg, dip_deg)
     t1 = np.minimum(np.tan(smallest), 1e8)

@@ -24,9 +24,26 @@ Method = Literal["pca", "regression"]
 def figures(
     xyz: FloatArray, counts: IntArray, method: Method, axis: int, ordered: bool
 ) -> tuple[dict[str, AnyArray], list[Finding | None]]:
-    """Compute the figures of groups of at least 3 points, under the names of `PlaneFits`.
+    """Compute the figures of groups of at least 3 points.
 
-    Groups follow each other in `xyz`. The reason for a missing plane is returned per group.
+    Parameters
+    ----------
+    xyz : (n, 3) ndarray
+        Points, group after group.
+    counts : (m,) ndarray of int
+        Number of points of each group.
+    method : Method
+    axis : int
+        Coordinate of a regression.
+    ordered : bool
+        Whether the points of each group follow a trace.
+
+    Returns
+    -------
+    figures : dict
+        Arrays under the names of `PlaneFits`.
+    reasons : list of Finding or None
+        Reason for a missing plane, per group.
     """
     m = len(counts)
     starts = np.cumsum(counts) - counts
@@ -162,7 +179,17 @@ def _indices(parts: FloatArray) -> dict[str, FloatArray]:
 
 
 def members(starts: IntArray, counts: IntArray) -> IntArray:
-    """Return the indices of all points of the groups, group after group."""
+    """Return the indices of all points of groups, group after group.
+
+    Parameters
+    ----------
+    starts, counts : (m,) ndarray of int
+        First point and number of points of each group.
+
+    Returns
+    -------
+    (n,) ndarray of int
+    """
     shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
     return np.asarray(np.arange(len(shift)) + shift)
 
@@ -170,7 +197,7 @@ def members(starts: IntArray, counts: IntArray) -> IntArray:
 def _sharpen(
     axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Return axes, coordinates along them and variances without the rounding of the covariance.
+    """Return axes, coordinates and variances without the rounding of the covariance.
 
     The covariance of a long straight trace contains its thickness only to 1e-8 of its length. In
     the frame of its eigenvectors e2 and e3 are therefore separated once more.

@@ -1,4 +1,4 @@
-"""Limits of points that a plane or a line is fitted to, and findings on points without one."""
+"""Limits of points for fits of planes and lines, and findings on unsuitable points."""
 
 from __future__ import annotations
 
@@ -14,10 +14,32 @@ COUNT_REPEATS_UP_TO = 16
 
 
 def too_few_points(n: int) -> Finding:
-    """Report that a plane has less than three points."""
+    """Report that a plane has less than three points.
+
+    Parameters
+    ----------
+    n : int
+        Number of points.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("feature.too-few-points", count=MIN_POINTS - n, minimum=MIN_POINTS)
 
 
 def degenerate_points(n: int, *, coincident: bool) -> Finding:
-    """Report that all points are at one place, or else on one line."""
+    """Report that all points are at one place, or else on one line.
+
+    Parameters
+    ----------
+    n : int
+        Number of points.
+    coincident : bool
+        Whether they are at one place.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("points.coincident" if coincident else "points.collinear", n=n)

@@ -1,4 +1,6 @@
-"""Required size of a plane for a given error; used by planner, survey check, report and verdict.
+"""Required size of a plane for a given error.
+
+It is used by planner, survey check, report and verdict.
 
 A plane is modelled as a disc with one independent point per square of the resolution and Gaussian
 noise across it; natural waviness of the rock is not included. The expected 95 % error is that of
@@ -34,7 +36,18 @@ CURVE_RESOLUTIONS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
 def resolution_tilt_deg(resolution: float, width: float) -> float:
-    """Return the tilt of half the resolution over the shorter axis of a feature, degrees."""
+    """Return the tilt of half the resolution over the shorter axis of a feature.
+
+    Parameters
+    ----------
+    resolution, width : float
+        In the same unit.
+
+    Returns
+    -------
+    float
+        Degrees.
+    """
     return math.degrees(math.atan2(0.5 * resolution, width))
 
 
@@ -67,7 +80,7 @@ def within_wander(second: float, extent: float, n: int, resolution: float) -> bo
 
 
 def _confidence95_deg(spread: float, noise: float, free: float) -> float:
-    """Return `plane_errors.confidence_axes_rad` for a round plane without importing its libraries.
+    """Return `plane_errors.confidence_axes_rad` of a round plane without its libraries.
 
     The window starts with this module. Arguments are the variances in the plane and across it.
     """
@@ -125,8 +138,9 @@ class PlaneSizes:
     def from_resolution(
         cls, resolution: float, noise: float | None = None, registration_deg: float = 0.0
     ) -> PlaneSizes:
-        """Return the sizes for a model; the default noise is that of photos with this
-        resolution.
+        """Return the sizes for a model.
+
+        The default noise is that of photos with this resolution.
         """
         default_noise = resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
         return cls(resolution, default_noise if noise is None else noise, registration_deg)
@@ -154,8 +168,9 @@ class PlaneSizes:
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))
 
     def size_for(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
-        """Return the smallest diameter with this expected error; None if the registration exceeds
-        it.
+        """Return the smallest diameter with this expected error.
+
+        None if the error of the registration exceeds it.
         """
         if error_deg <= self.registration_deg:
             return None

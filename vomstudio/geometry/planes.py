@@ -1,4 +1,4 @@
-"""Planes through points: moment of inertia (PCA) and planar regression, for many groups at once.
+"""Planes through points by PCA or planar regression, for many groups at once.
 
 Everything is float64 in the World frame (x East, y North, z Up; metres). Points are centred first,
 so UTM coordinates lose no digits. Source of both methods and of the indices: Tavani, Corradetti,
@@ -167,7 +167,10 @@ class PlaneFits:
 
 
 def _to_python(column: Any, part: slice, count: int) -> list[Any]:
-    """Return plain Python values of one figure, None for NaN and infinity. Vectors stay arrays."""
+    """Return plain Python values of one figure, None for NaN and infinity.
+
+    Vectors remain arrays.
+    """
     if isinstance(column, str | bool):
         return [column] * count
     values_of_rows = column[part]

@@ -69,10 +69,19 @@ class Arrangement:
 
 
 def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arrangement:
-    """Arrange points (n, 3) in progressive order.
+    """Arrange points in progressive order.
 
-    `check` is called now and then and may raise to stop. Takes about 0.08 s for a million points on
-    two processors, and 20 bytes of memory for each.
+    It takes about 0.08 s for a million points on two processors, and 20 bytes of memory for each.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+    check : callable, optional
+        Called now and then; may raise to stop.
+
+    Returns
+    -------
+    Arrangement
     """
     if not len(points):
         no_rows = np.zeros(0, np.int64)

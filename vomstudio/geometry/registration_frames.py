@@ -104,7 +104,16 @@ def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registra
 
 
 def is_same_registration(first: Registration, second: Registration) -> bool:
-    """Return whether two registrations differ only by ids of records and the name."""
+    """Return whether two registrations differ only by ids of records and the name.
+
+    Parameters
+    ----------
+    first, second : Registration
+
+    Returns
+    -------
+    bool
+    """
     renamed = replace(
         first,
         id=second.id,

@@ -157,8 +157,9 @@ class Registration:
         return self.matrix
 
     def rotation_covariance(self) -> FloatArray | None:
-        """Return the covariance (3, 3) of rotations about east, north and up, radians squared, or
-        None.
+        """Return the covariance (3, 3) of rotations about east, north and up, radians squared.
+
+        None if it is unknown.
         """
         import numpy as np
 

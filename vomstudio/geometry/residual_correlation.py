@@ -83,7 +83,7 @@ IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
 
 
 def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray]:
-    """Return correlations (models, n) of the means of n pieces, and their white share (models,).
+    """Return correlations (models, n) of the means of n pieces, and their white shares.
 
     The correlations exclude white noise; the white model is the first. Averaging reduces white
     noise and smooths rough noise.
@@ -170,7 +170,25 @@ def inflate(
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compute quantiles with correlation, see `plane_errors.quantiles`.
 
-    `white` (m,) is the result for independent points.
+    Parameters
+    ----------
+    u, v, r : (n,) ndarray
+        Coordinates in each plane, and residuals.
+    starts, counts : (m,) ndarray of int
+        First point and number of points of each group.
+    dof : (m,) ndarray
+        Degrees of freedom.
+    white : (m,) ndarray
+        Quantile for independent points.
+
+    Returns
+    -------
+    q1, q2 : (m,) ndarray
+        Quantiles along e1 and e2.
+    effective : (m,) ndarray
+        Effective number of points.
+    long : (m,) ndarray of bool
+        Whether the roughness is as long as the trace.
     """
     q1, q2 = white.copy(), white.copy()
     effective = dof + 3.0
@@ -221,8 +239,9 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
 def _inflation_at_places(
     series: FloatArray, place: FloatArray, dof: FloatArray, models: _Library
 ) -> FloatArray:
-    """Return the inflation (2, k, models) as in `_compare_models` at the actual positions of
-    points.
+    """Return the inflation (2, k, models) at the actual positions of points.
+
+    It is that of `_compare_models`.
 
     `series` is (2, k, n), `place` (k, n) from 0 to 1. Points are binned into as many pieces of
     equal length as the models have; the noise of a piece acts on the sum of their coordinates.
@@ -241,8 +260,9 @@ def _inflation_at_places(
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return means over MAX_PIECES pieces of long series (3, k, n), and the remaining variance
-    share.
+    """Return means over MAX_PIECES pieces of long series (3, k, n).
+
+    The second value is the remaining share of the variance.
 
     Tilts of the plane vary slowly along the trace, and only the slow part of the noise tilts it.
     """
@@ -313,7 +333,9 @@ def _normalize(logarithms: FloatArray) -> FloatArray:
 def _mixture_quantile(
     g: FloatArray, freedom: FloatArray, weight: FloatArray, dof: FloatArray
 ) -> FloatArray:
-    """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k), with F_j Fisher's with 2 and freedom_j.
+    """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
+
+    F_j is Fisher's with 2 and freedom_j degrees of freedom.
 
     Newton's method for the logarithm of the tail against x = log(1 + q), within bounds and
     separately for each element, so that results do not depend on the other elements.

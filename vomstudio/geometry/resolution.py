@@ -28,6 +28,14 @@ def resolving_points(data: Mesh | PointCloud) -> FloatArray:
     """Return the points that determine the resolution.
 
     All points of a cloud; for a mesh the vertices that are not interpolated from others.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    (n, 3) ndarray
     """
     points = data.undivided.vertices if isinstance(data, Mesh) else data.points
     return np.asarray(points, np.float64)
@@ -55,10 +63,19 @@ class FewPoints:
 
 
 def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
-    """Return the median resolution around places (q, 3) of a surface, in the unit of its points (n,
-    3).
+    """Return the median resolution around places of a surface.
 
-    None if the neighbouring points coincide. The tree contains these points.
+    Parameters
+    ----------
+    points : (n, 3) ndarray of float
+    tree : Tree
+        Index of the points.
+    places : (q, 3) ndarray
+
+    Returns
+    -------
+    float or None
+        In the unit of the points; None if the neighbouring points coincide.
     """
     index = np.asarray(places, np.float64).reshape(-1, 3)
 
@@ -73,12 +90,20 @@ def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) 
 
 
 def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | None:
-    """Return the median resolution of places whose nearest points (q, k, 3) `neighbours` returns.
+    """Return the median resolution of places by their nearest points.
 
-    `neighbours` returns fewer points than requested if there are no more, or None. The smallest
-    neighbourhoods that are pieces of a sheet are used: a quarter of the points within a radius are
-    within half of it, also at ledges and corners, whose relief is not noise. Noise turns smaller
-    neighbourhoods into balls, with an eighth.
+    The smallest neighbourhoods that are pieces of a sheet are used: a quarter of the points within
+    a radius are within half of it, also at ledges and corners, whose relief is not noise. Noise
+    turns smaller neighbourhoods into balls, with an eighth.
+
+    Parameters
+    ----------
+    neighbours : callable
+        Returns the k nearest points (q, k, 3) of the places; fewer if there are no more, or None.
+
+    Returns
+    -------
+    float or None
     """
     areas_and_noises: tuple[FloatArray, FloatArray] | None = None
     for count in NEIGHBOUR_COUNTS:
@@ -92,7 +117,7 @@ def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | Non
 
 
 def _inner_share(near: FloatArray) -> float:
-    """Return the share of neighbours (q, k, 3), nearest first, within half the maximum distance."""
+    """Return the share of neighbours (q, k, 3), nearest first, within half the distance."""
     distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
@@ -106,11 +131,21 @@ def _larger(areas: FloatArray, noises: FloatArray) -> float | None:
 
 
 def neighbour_statistics(near: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the area per point and the noise about the local plane, each (q,).
+    """Return the area per point and the noise about the local plane.
 
-    `near` (q, k, 3) are the nearest points of q places, nearest first. The area is that of the
-    ellipse with the variances of the points, accurate to some percent at borders too. Coincident
-    points count once. NaN if all coincide.
+    The area is that of the ellipse with the variances of the points, accurate to some percent at
+    borders too. Coincident points count once.
+
+    Parameters
+    ----------
+    near : (q, k, 3) ndarray
+        Nearest points of q places, nearest first.
+
+    Returns
+    -------
+    area : (q,) ndarray
+        NaN if all points coincide.
+    noise : (q,) ndarray
     """
     first = near[:, :1]
     offsets = near - first

@@ -21,7 +21,16 @@ Z95 = 1.959963984540054
 
 
 def cross_matrix(directions: FloatArray) -> FloatArray:
-    """Return the matrices (n, 3, 3) of the cross product with unit vectors (n, 3)."""
+    """Return the matrices of the cross product with unit vectors.
+
+    Parameters
+    ----------
+    directions : (n, 3) ndarray
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
+    """
     x, y, z = directions.T
     zero = np.zeros_like(x)
     return np.stack(
@@ -35,18 +44,35 @@ def cross_matrix(directions: FloatArray) -> FloatArray:
 
 
 def direction_covariance(rotation: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the covariances (n, 3, 3) of unit vectors (n, 3) by that of the rotation.
+    """Return the covariances of unit vectors by that of the rotation.
 
-    `rotation` (3, 3) is about east, north and up, radians squared.
+    Parameters
+    ----------
+    rotation : (3, 3) ndarray
+        Covariance of rotations about east, north and up, radians squared.
+    directions : (n, 3) ndarray
+
+    Returns
+    -------
+    (n, 3, 3) ndarray
     """
     skew = cross_matrix(np.asarray(directions, np.float64).reshape(-1, 3))
     return np.asarray(skew @ rotation @ np.swapaxes(skew, 1, 2))
 
 
 def errors_95_deg(rotation: FloatArray, directions: FloatArray) -> FloatArray:
-    """Return the larger half-angle (n,) of the joint 95 % region of directions (n, 3), degrees.
+    """Return the larger half-angle of the joint 95 % region of directions.
 
-    `rotation` (3, 3) is the covariance of the rotation; angles are limited to 90.
+    Parameters
+    ----------
+    rotation : (3, 3) ndarray
+        Covariance of rotations about east, north and up, radians squared.
+    directions : (n, 3) ndarray
+
+    Returns
+    -------
+    (n,) ndarray
+        Degrees, at most 90.
     """
     spread = direction_covariance(rotation, directions)
     largest = np.linalg.eigvalsh(spread)[:, -1]
@@ -89,9 +115,21 @@ def enlarged_semi_axes(
 
 
 def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:
-    """Return the 95 % error of the component of a difference of two places along a fixed direction.
+    """Return the 95 % error of a component of the difference of two places.
 
-    `shape` (4, 4) is the covariance of rotations about east, north, up (rad) and relative scale.
+    Parameters
+    ----------
+    shape : (4, 4) ndarray
+        Covariance of rotations about east, north, up (rad) and relative scale.
+    step : (3,) ndarray
+        Difference of the places, World.
+    direction : (3,) ndarray
+        Fixed direction of the component.
+
+    Returns
+    -------
+    float
+        In the unit of `step`.
     """
     gradient = np.append(np.cross(step, direction), float(step @ direction))
     return Z95 * float(np.sqrt(max(float(gradient @ shape @ gradient), 0.0)))
@@ -102,6 +140,18 @@ def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
 
     For a vertical difference, whose horizontal part can only grow, it is the maximum over
     directions.
+
+    Parameters
+    ----------
+    shape : (4, 4) ndarray
+        See `component_error_95`.
+    step : (3,) ndarray
+        Difference of the places, World.
+
+    Returns
+    -------
+    float
+        In the unit of `step`.
     """
     flat = np.array([step[0], step[1], 0.0])
     length = float(np.linalg.norm(flat))
@@ -114,5 +164,15 @@ def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
 
 
 def scale_error_95(shape: FloatArray) -> float:
-    """Return the relative 95 % error of the scale; shape as in `component_error_95`."""
+    """Return the relative 95 % error of the scale.
+
+    Parameters
+    ----------
+    shape : (4, 4) ndarray
+        See `component_error_95`.
+
+    Returns
+    -------
+    float
+    """
     return Z95 * float(np.sqrt(max(float(shape[3, 3]), 0.0)))

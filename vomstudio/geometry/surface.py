@@ -144,8 +144,9 @@ class VertexSurface:
         return np.concatenate(id_blocks)
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
-        """Return the unit normal of the vertices in a ball; None if there are too few, or without a
-        tree.
+        """Return the unit normal of the vertices in a ball.
+
+        None if there are too few, or without a tree.
         """
         if self._tree is None or self._coarse_tree is None:
             return None
@@ -172,7 +173,10 @@ class VertexSurface:
 
 
 def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | None:
-    """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line; None if not a face."""
+    """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line.
+
+    None if they are not a face.
+    """
     from scipy.spatial import cKDTree
 
     if len(near) < 3:
@@ -190,7 +194,7 @@ def _fit_face(line: FloatArray, near: FloatArray, radius: float) -> FloatArray |
 
 
 def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
-    """Return the normal (3,) of the plane of points (k, 3) that are not wider than they wander.
+    """Return the normal (3,) of the plane of points (k, 3) no wider than their wander.
 
     None for wider traces, see `plane_sizes.within_wander`.
     """

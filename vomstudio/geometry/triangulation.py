@@ -12,10 +12,20 @@ from vomstudio.geometry.cameras import View
 
 
 def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
-    """Find the point (3,) with the smallest residuals at `pixels` (k, 2) in k views.
+    """Find the point with the smallest residuals in photos.
 
-    Nearest point of the rays, then Gauss-Newton on the pixels. NaN for fewer than two rays or
-    parallel ones.
+    Nearest point of the rays, then Gauss-Newton on the pixels.
+
+    Parameters
+    ----------
+    views : sequence of View
+    pixels : (k, 2) array_like
+        Position of the point in each of the k views.
+
+    Returns
+    -------
+    (3,) ndarray
+        NaN for fewer than two rays or parallel ones.
     """
     marks = np.asarray(pixels, np.float64).reshape(-1, 2)
     if len(views) < 2:

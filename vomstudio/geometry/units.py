@@ -73,6 +73,16 @@ def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
     """Return the name of a column `NAME_m`, `NAME_m2` or `NAME_1_per_m` for an unknown unit.
 
     It is `NAME`, or `NAME_units` if another column has this name.
+
+    Parameters
+    ----------
+    name : str
+    others : Container[str], optional
+        Names of the other columns.
+
+    Returns
+    -------
+    str
     """
     for ending, replacement in UNIT_SUFFIXES:
         if name.endswith(ending):
@@ -82,7 +92,19 @@ def strip_metric_suffix(name: str, others: Container[str] = ()) -> str:
 
 
 def columns_of(names: Sequence[str], *, metric: bool) -> list[str]:
-    """Return the column names of a table, whose lengths are in metres if `metric`."""
+    """Return the column names of a table, whose lengths are in metres if `metric`.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Column names with metric suffixes.
+    metric : bool
+        Whether the lengths are in metres.
+
+    Returns
+    -------
+    list of str
+    """
     return [name if metric else strip_metric_suffix(name, names) for name in names]
 
 
@@ -97,7 +119,17 @@ UNIT_SUFFIXES = (
 def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) -> str:
     """Format a length with a number of significant digits, at least to whole units.
 
-    `metric` is False for a model of unknown scale, whose lengths are in units of its file.
+    Parameters
+    ----------
+    value_m : float or None
+    digits : int, optional
+        Number of significant digits.
+    metric : bool, optional
+        False for a model of unknown scale, whose lengths are in units of its file.
+
+    Returns
+    -------
+    str
     """
     if value_m is None:
         return "–"
@@ -113,13 +145,34 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
 
 
 def round_length(longest: float) -> float:
-    """Return the largest 1, 2 or 5 times a power of ten up to `longest`, for scale bars."""
+    """Return the largest 1, 2 or 5 times a power of ten up to a limit, for scale bars.
+
+    Parameters
+    ----------
+    longest : float
+        Limit.
+
+    Returns
+    -------
+    float
+    """
     power = 10.0 ** math.floor(math.log10(longest))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
 
 
 def bar_text(length_m: float, *, metric: bool = True) -> str:
-    """Format the round length of a scale bar without additional digits."""
+    """Format the round length of a scale bar without additional digits.
+
+    Parameters
+    ----------
+    length_m : float
+    metric : bool, optional
+        See `length_text`.
+
+    Returns
+    -------
+    str
+    """
     if not metric:
         return tr("{length} units", length=f"{length_m:g}")
     for unit, size in (("km", 1e3), ("m", 1.0), ("cm", 1e-2)):
@@ -129,6 +182,20 @@ def bar_text(length_m: float, *, metric: bool = True) -> str:
 
 
 def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -> str:
+    """Format an area with a number of significant digits, at least to whole units.
+
+    Parameters
+    ----------
+    value_m2 : float or None
+    digits : int, optional
+        Number of significant digits.
+    metric : bool, optional
+        See `length_text`.
+
+    Returns
+    -------
+    str
+    """
     if value_m2 is None:
         return "–"
     if not metric:

@@ -17,7 +17,16 @@ def wrap360(angle_deg: float) -> float: ...
 @overload
 def wrap360(angle_deg: FloatArray) -> FloatArray: ...
 def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
-    """The same azimuth in [0, 360), never -0.0, never 360.0."""
+    """Return the same azimuth in [0, 360), never -0.0, never 360.0.
+
+    Parameters
+    ----------
+    angle_deg : float or ndarray
+
+    Returns
+    -------
+    float or ndarray
+    """
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
     if type(angle_deg) is float or np.ndim(angle_deg) == 0:
         # Python's remainder is NumPy's, in a twentieth of the time.
@@ -28,9 +37,17 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
 
 
 def upward(normals: FloatArray) -> FloatArray:
-    """Flip normals (m, 3) upward; a horizontal normal points to an azimuth in [90, 270).
+    """Flip normals upward; a horizontal normal points to an azimuth in [90, 270).
 
     That is the half in which a vertical plane's right-hand-rule strike lies in [0, 180).
+
+    Parameters
+    ----------
+    normals : (m, 3) ndarray
+
+    Returns
+    -------
+    (m, 3) ndarray
     """
     x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
     level = np.abs(z) <= TILT_FLOOR
@@ -43,10 +60,21 @@ def upward(normals: FloatArray) -> FloatArray:
 def dip_of_normals(
     normals: FloatArray, floor: FloatArray | float = TILT_FLOOR
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return dip direction [0, 360) and dip [0, 90], degrees, of upward normals (m, 3), and
-    undefined.
+    """Return dip direction and dip of upward normals.
 
-    Planes whose normal is inclined by less than `floor` are horizontal: dip direction 0, undefined.
+    Parameters
+    ----------
+    normals : (m, 3) ndarray
+    floor : ndarray or float, optional
+        Planes whose normal is inclined by less are horizontal: dip direction 0, undefined.
+
+    Returns
+    -------
+    dip_direction_deg : (m,) ndarray
+        In [0, 360).
+    dip_deg : (m,) ndarray
+        In [0, 90].
+    undefined : (m,) ndarray of bool
     """
     lean = np.hypot(normals[:, 0], normals[:, 1])
     flat = lean <= floor
@@ -59,7 +87,16 @@ def dip_of_normals(
 def strike_and_dip_lines(
     dip_direction_deg: FloatArray, dip_deg: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return unit vectors (m, 3) along the right-hand-rule strike and down the dip of planes."""
+    """Return unit vectors along the right-hand-rule strike and down the dip of planes.
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : (m,) ndarray
+
+    Returns
+    -------
+    strike, dip : (m, 3) ndarray
+    """
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     zero = np.zeros_like(a)
     strike = np.stack([-np.cos(a), np.sin(a), zero], axis=1)

@@ -24,7 +24,10 @@ ROUNDING_DEG = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ViewFrame:
-    """Three unit vectors (3,) in World: `right` and `down` in the picture, `direction` into it."""
+    """Three unit vectors (3,) in World, of which `right` and `down` span the picture.
+
+    `direction` points into the picture.
+    """
 
     right: FloatArray
     down: FloatArray
@@ -32,7 +35,7 @@ class ViewFrame:
 
     @classmethod
     def looking(cls, direction: npt.ArrayLike) -> ViewFrame:
-        """The frame of a viewer who looks along `direction` (3,), of any length but zero."""
+        """Return the frame of a viewer who looks along `direction` (3,), not zero."""
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:
@@ -57,14 +60,14 @@ class ViewFrame:
         return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
 
     def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> FloatArray:
-        """(n, 3) metres right of, below and behind `reference` (3,) of World points (n, 3)."""
+        """Return World points (n, 3) in metres right of, below and behind a reference (3,)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return (p - np.asarray(reference, np.float64)) @ self.axes
 
     def pixel_to_world(
         self, gsd: float, reference: npt.ArrayLike, left: float, top: float
     ) -> FloatArray:
-        """(4, 4) matrix that takes (column, row, depth, 1) to World.
+        """Return the matrix (4, 4) that transforms (column, row, depth, 1) to World.
 
         gsd : metres per pixel. left, top : metres to the right of and below `reference` of the
         outer corner of the top left pixel. Depth is 0 on the plane through `reference`.

@@ -24,8 +24,13 @@ def describe_bed(
 
     Parameters
     ----------
+    records : mapping
+    line_id : str
+        Id of the section line.
     boundary : str
         Id of a trace, or POINT and the number of a point of the line.
+    lithology : str
+    notes : str
 
     Raises
     ------

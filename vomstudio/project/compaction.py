@@ -125,6 +125,10 @@ def write_compacted_journal(
 
     Parameters
     ----------
+    new : Path
+        File to write.
+    session : Session
+        Session whose reachable rows are written.
     journal : SqliteJournal or None
         The previous journal with times and versions; None if it cannot be read.
     settings : mapping or None
@@ -191,6 +195,11 @@ def replace_journal(
 
     Parameters
     ----------
+    new : Path
+    folder : Path
+        Folder of the project.
+    session : Session
+    journal : SqliteJournal
     numbers : mapping of int to int
         Row numbers in the new journal, by those in the previous one.
 
@@ -332,6 +341,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
 
 
 def remove(path: Path) -> None:
+    """Remove a journal with its auxiliary files."""
     for ending in ("", "-wal", "-shm", "-journal"):
         with contextlib.suppress(OSError):
             path.with_name(path.name + ending).unlink(missing_ok=True)

@@ -85,6 +85,7 @@ def distances_file(folder: Path, name: str) -> Path:
 
 
 def now() -> str:
+    """Return the current time in UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 

@@ -32,6 +32,10 @@ def registration_errors(
 
     Parameters
     ----------
+    figures : mapping
+        Figures of the dimension by name.
+    model : Model or None
+        Model of the dimension.
     step : (3,) float64 or None
         From the first to the last point, World; None for an area.
 
@@ -70,6 +74,8 @@ def thickness_error(
         Between the ends of the thickness on `model`, World.
     normal : (3,) float64
         Normal of the plane, World.
+    model : Model or None
+        Model of the ends.
     plane_model : Model or None
         Model of the plane; None for a compass reading.
     """

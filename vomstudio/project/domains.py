@@ -30,6 +30,7 @@ def domain_of(record: Record) -> str | None:
 
 
 def domain_names(records: RecordMap) -> list[str]:
+    """Return the sorted names of the domains in use."""
     return sorted(records.count_by(domain_of))
 
 

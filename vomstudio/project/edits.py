@@ -104,6 +104,7 @@ def _placed_by(model: Model, registration: Registration) -> bool:
 
 
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
+    """Change the path of a model whose file was moved."""
     model = _get(records, model_id, Model)
     if content_hash != model.content_hash:
         raise DocumentError(Finding("model.other-file", path=path, model=model.name))
@@ -183,6 +184,7 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
 
     Parameters
     ----------
+    records : Records
     measured : mapping
         By feature, "resolution" and, for traces, "outcrop_normal".
 

@@ -117,6 +117,7 @@ class Figure:
 def text_figure(
     name: str, title: str, explanation: str, value: Callable[[Subject], Any], **options: Any
 ) -> Figure:
+    """Create a figure whose value is text."""
     return Figure(name, title, explanation, value, "text", **options)
 
 
@@ -128,12 +129,14 @@ def figure_in_degrees(
     form: Form = "error",
     **options: Any,
 ) -> Figure:
+    """Create a figure in degrees."""
     return Figure(name, title, explanation, value, form, "deg", **options)
 
 
 def figure_in_metres(
     name: str, title: str, explanation: str, value: Callable[[Subject], Any], **options: Any
 ) -> Figure:
+    """Create a figure in metres."""
     return Figure(name, title, explanation, value, "length", "m", **options)
 
 

@@ -34,7 +34,7 @@ class FoldPlanes:
         Difference of dips from edge to edge of the most bowed model.
     not_good : int or None
         Number of planes whose verdict is not good; None if none has a verdict.
-    left_out : tuple of LeftOut
+    left_out : tuple of ExcludedRows
         Planes of the same kind that are not used, with reasons.
     """
 

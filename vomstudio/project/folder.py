@@ -146,6 +146,10 @@ class Project:
 
         Parameters
         ----------
+        folder : Path
+            Folder NAME.vom.
+        settings : callable, optional
+            Returns the settings of a new session.
         allow_unlocked : bool
             Also open a project whose folder cannot be written and therefore not be locked. For
             programs that keep such steps in memory (`buffer_unwritten_steps`).
@@ -432,6 +436,7 @@ def project_folder(path: Path) -> Path:
 
 
 def is_project(path: Path) -> bool:
+    """Return whether a path is the folder of a project or a file in one."""
     return is_regular(path / JOURNAL) or (is_regular(path) and path.parent.suffix == SUFFIX)
 
 
@@ -441,6 +446,7 @@ def untitled_folder() -> Path:
 
 
 def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
+    """Create a project without a name in the folder of untitled projects."""
     stamp = time.strftime("%Y%m%d-%H%M%S")
     folder = untitled_folder() / f"{stamp}{SUFFIX}"
     number = 1

@@ -66,6 +66,7 @@ def marks_of(grid: FaceGrid) -> str:
 
 
 def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
+    """Rename a sampling grid."""
     grid = _grid(records, grid_id)
     if not name.strip():
         raise DocumentError(Finding("name.empty"), field="name")
@@ -73,6 +74,7 @@ def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
 
 
 def remove_grid(records: Records, grid_id: str) -> Edit:
+    """Remove a sampling grid."""
     grid = _grid(records, grid_id)
     return change(records, f"Remove grid {grid.name}", {grid_id: None})
 

@@ -257,6 +257,7 @@ def register(kind: Kind) -> None:
 
 
 def kind_of(feature: Feature) -> Kind:
+    """Return the kind of a feature."""
     return _KINDS[type(feature)]
 
 
@@ -328,6 +329,7 @@ def line_of(subject: Subject) -> FloatArray | None:
 
 
 def always(feature: Any) -> bool:
+    """Return True for every feature."""
     return True
 
 
@@ -337,4 +339,5 @@ def plane_ids(feature: Any) -> tuple[str, ...]:
 
 
 def plane_dependencies(records: Records, feature: Any) -> list[Feature]:
+    """Return the planes on which a feature depends."""
     return planes_among(records, plane_ids(feature))

@@ -111,10 +111,12 @@ def words(measured: Measurement) -> list[str]:
 
 
 def figure_of(name: str) -> Callable[[Subject], Any]:
+    """Return a function for one figure of a subject's dimension."""
     return lambda s: (s.measured.dimension or {}).get(name)
 
 
 def length_figure(name: str, title: str, explanation: str, short: str = "") -> Figure:
+    """Create a figure of a dimension, in metres."""
     return Figure(name, title, explanation, figure_of(name), "length", "m", short=short)
 
 

@@ -330,6 +330,7 @@ def length_in_metres(length: float | None, rows: FloatArray) -> float | None:
 
 
 def is_metric(model: Model | None) -> bool:
+    """Return whether the lengths of a model are in metres."""
     return model is None or model.frame.has_metres
 
 

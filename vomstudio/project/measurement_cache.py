@@ -170,7 +170,9 @@ def measure_all(
 
     Parameters
     ----------
-    otherwise : Thresholds or None
+    records : Records
+    features : sequence of Feature
+    default_thresholds : Thresholds or None
         Thresholds for a project without a profile.
     known : mapping of str to Measurement, optional
         Measurements of dependencies that were already computed, by feature id.

@@ -129,6 +129,7 @@ def set_masks(
 
 
 def locate_photos(records: Records, photo_set_id: str, path: str) -> Edit:
+    """Change the folder of a photo set."""
     photo_set = _set(records, photo_set_id)
     return change(
         records,
@@ -244,4 +245,5 @@ def _set(records: Records, photo_set_id: str) -> PhotoSet:
 
 
 def photo_sets(records: Records) -> Iterable[PhotoSet]:
+    """Yield the photo sets of a project."""
     return (r for r in records.values() if isinstance(r, PhotoSet))

@@ -21,7 +21,10 @@ __all__ = ["NearestPick", "nearest_picks", "summary"]
 
 @dataclass(frozen=True, eq=False)
 class _Picks:
-    """Picks of one type and geometry. vectors (n, 3); points (m, 3), owner (m,) rows of vectors."""
+    """Picks of one type and geometry.
+
+    `vectors` are (n, 3); `points` (m, 3) belong to the rows `owner` (m,) of the vectors.
+    """
 
     features: list[Feature]
     vectors: FloatArray

@@ -8,6 +8,8 @@ from vomstudio.core.signals import Signal
 
 
 class Selection:
+    """Ids of the selected records; `changed` reports them."""
+
     def __init__(self) -> None:
         self.changed: Signal[tuple[str, ...]] = Signal()
         self._ids: tuple[str, ...] = ()

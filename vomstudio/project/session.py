@@ -81,6 +81,9 @@ class Session:
 
         Parameters
         ----------
+        edit : Edit
+        finishes_draft : bool, optional
+            Whether the edit finishes a line that is being drawn.
         joins : int, optional
             Number of the newest edit, as returned by this method, with which this one forms one
             step of the history. If another edit is the newest, this one becomes a step of its own.

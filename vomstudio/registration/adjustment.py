@@ -322,7 +322,7 @@ def _starts_of_kind(kind: Observed) -> list[FloatArray]:
 
 
 def _fixed_scale(kinds: Sequence[Observed]) -> float | None:
-    """Metres per unit of the model if the scale is fixed."""
+    """Return the metres per unit of the model if the scale is fixed."""
     for kind in kinds:
         if isinstance(kind, KeptScale):
             return float(kind.length[0] / np.linalg.norm(kind.second[0] - kind.first[0]))

@@ -1,4 +1,4 @@
-"""Observations from camera attitudes: complete attitudes, or vertical and north separately."""
+"""Observations from camera attitudes, complete or with vertical and north apart."""
 
 from __future__ import annotations
 
@@ -58,9 +58,23 @@ def match_attitudes(
     north_doubt_deg: float,
     messages: list[Finding],
 ) -> AttitudeEvidence:
-    """Match the attitudes of a table, with yaws from grid north, to the cameras of the model.
+    """Match the attitudes of a table to the cameras of the model.
 
-    messages : messages about excluded attitudes are appended
+    Parameters
+    ----------
+    table : AttitudeTable
+        Yaws from grid north.
+    rows : sequence of int
+        Rows of `views` in the table.
+    views : sequence of View
+    north_doubt_deg : float
+        Common one-sigma offset of all yaws.
+    messages : list of Finding
+        Messages about excluded attitudes are appended.
+
+    Returns
+    -------
+    AttitudeEvidence
     """
     which = np.asarray(rows, int)
     labels = [table.photos[row] for row in rows]

@@ -87,7 +87,17 @@ Single = tuple[int, int]
 
 @dataclass(frozen=True)
 class _TestResult:
-    """chance : p-value of its residual; strength : F ratio; of : number of tested observations"""
+    """Test of one observation.
+
+    Attributes
+    ----------
+    chance : float
+        p-value of its residual.
+    strength : float
+        F ratio.
+    of : int
+        Number of tested observations.
+    """
 
     single: Single
     chance: float
@@ -137,10 +147,14 @@ def find_blunders(
     Parameters
     ----------
     kinds : sequence of Observed
-    found : Adjustment
-        Of `kinds`.
+    fit_of_all : Adjustment
+        Adjustment of `kinds`.
     centre, size
-        As of `adjust`.
+        See `adjust`.
+
+    Returns
+    -------
+    list of Blunder
     """
     named = _find_blunders(kinds, fit_of_all, centre, size, trust_stated=True)
     if not np.isfinite(fit_of_all.rows.sigma).any():
@@ -261,7 +275,7 @@ def _clear_consistent(
     *,
     trust_stated: bool,
 ) -> None:
-    """Remove from both the observations that fit the others, and update the errors of the rest."""
+    """Remove the observations that fit the others from both, and update the other errors."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*excluded]:
         others_excluded = [other for other in excluded if other != single]
@@ -300,7 +314,15 @@ def _remaining(
 def select_observations(kind: Observed, keep: Sequence[bool]) -> Observed:
     """Return a kind of observation reduced to a subset.
 
-    keep : (n,) which of its single observations
+    Parameters
+    ----------
+    kind : Observed
+    keep : (n,) sequence of bool
+        True for the single observations to keep.
+
+    Returns
+    -------
+    Observed
     """
     rows = np.flatnonzero(keep)
     n = len(kind.labels)
@@ -421,7 +443,7 @@ def leave_one_out(
 
     Returns
     -------
-    list of Without
+    list of LeaveOneOut
         Empty if the directions agree or if there are more of them.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))

@@ -255,7 +255,17 @@ def _heights_finding(positions: Positions, longitude: float, latitude: float) ->
 
 # --- misread positions ------------------------------------------------------------------------
 def require_apart(world: FloatArray) -> None:
-    """Raise GeometryError if positions (n, 3) are in degrees or all equal."""
+    """Check that positions of cameras are neither in degrees nor all equal.
+
+    Parameters
+    ----------
+    world : (n, 3) ndarray
+
+    Raises
+    ------
+    GeometryError
+        If they are.
+    """
     if degrees := degree_findings(world, apart_m=_MIN_DISTANCE_M):
         raise GeometryError(degrees[0])
     if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _MIN_DISTANCE_M:

@@ -72,10 +72,19 @@ class Combined:
 
 
 def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatArray:
-    """Return the change (7,) that transforms one similarity into another.
+    """Return the change that transforms one similarity into another.
 
-    The turn, relative change of scale and shift about a place of World transform the result of
-    `other` into that of `fit`.
+    Parameters
+    ----------
+    fit, other : Similarity
+        The change transforms the result of `other` into that of `fit`.
+    about : (3,) ndarray
+        Place of World that the change refers to.
+
+    Returns
+    -------
+    (7,) ndarray
+        Turn, relative change of scale, and shift.
     """
     from scipy.spatial.transform import Rotation
 

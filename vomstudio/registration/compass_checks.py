@@ -1,4 +1,4 @@
-"""Check compass planes that do not agree with the others for strike and opposite direction.
+"""Check outlying compass planes for azimuths of the strike or of the opposite direction.
 
 The rotation of most planes is estimated by least median of squares over pairs of planes (Rousseeuw
 1984). The others are compared with it as they are and with other readings of their azimuth.
@@ -28,7 +28,15 @@ _MISREADINGS_DEG = (90.0, -90.0, 180.0)
 def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray) -> list[Finding]:
     """Find planes that agree with the others if their azimuth is read in another way.
 
-    model, world : (n, 3) unit normals; a normal and its opposite are the same
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world : (n, 3) ndarray
+        Unit normals; a normal and its opposite are the same.
+
+    Returns
+    -------
+    list of Finding
     """
     if len(labels) < MIN_PLANES:
         return []
@@ -61,7 +69,16 @@ def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray
 
 
 def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> list[Finding]:
-    """Return a finding if all angles (n,) are small enough to be radians."""
+    """Return a finding if all angles are small enough to be radians.
+
+    Parameters
+    ----------
+    azimuth_deg, inclination_deg : (n,) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     if len(azimuth_deg) < _MIN_READINGS:
         return []
     if azimuth_deg.max() > 2.0 * np.pi + 0.01 or inclination_deg.max() > np.pi / 2.0 + 0.01:
@@ -70,9 +87,22 @@ def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> lis
 
 
 def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -> float | None:
-    """Return the correction of an azimuth that puts a direction (3,) where the others do.
+    """Return the correction of an azimuth that makes a direction agree with the others.
 
-    None if neither a strike read as dip direction nor the opposite direction explains it.
+    Parameters
+    ----------
+    placed : (3,) ndarray
+        Direction by the registration.
+    world : (3,) ndarray
+        Direction that was read.
+    limit_deg : float
+        Maximum difference after the correction.
+
+    Returns
+    -------
+    float or None
+        Degrees. None if neither a strike read as dip direction nor the opposite direction explains
+        it.
     """
     fits = [
         (float(_angles_between(placed[None], _turn_azimuth(world, turn))[0]), turn)
@@ -136,7 +166,7 @@ def rotations_by_pairs(
 
 
 def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
-    """Return axes (3, 3) by two directions, symmetric in both; None if they are nearly parallel."""
+    """Return axes (3, 3) by two directions, symmetric in both; None if nearly parallel."""
     across = np.cross(a, b)
     length = float(np.linalg.norm(across))
     if length < _MIN_SINE:

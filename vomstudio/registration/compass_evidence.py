@@ -26,7 +26,7 @@ _READING_DEG = 3.0
 
 
 class Segment(NamedTuple):
-    """Two places on the model with the azimuth from the first to the second, or their distance.
+    """Two places on the model with the azimuth from first to second, or their distance.
 
     Attributes
     ----------
@@ -50,7 +50,15 @@ def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Fin
 
     Angles in radians, labels that occur twice, and strikes read as dip directions.
 
-    kinds : observations from the table, without excluded ones
+    Parameters
+    ----------
+    table : CompassTable
+    kinds : sequence of Observed
+        Observations of the table, without excluded ones.
+
+    Returns
+    -------
+    list of Finding
     """
     findings = radian_findings(table.azimuth_deg, table.inclination_deg)
     twice = [name for name, count in Counter(table.labels).items() if count > 1]
@@ -63,7 +71,16 @@ def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Fin
 
 
 def compass_alone(kinds: Sequence[Observed]) -> bool:
-    """Return whether north is determined by azimuths and compass readings, and by nothing else."""
+    """Return whether only azimuths and compass readings determine north.
+
+    Parameters
+    ----------
+    kinds : sequence of Observed
+
+    Returns
+    -------
+    bool
+    """
     read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
     others = any(
         isinstance(kind, Attitudes | Combined)
@@ -108,10 +125,14 @@ def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> 
 
     Parameters
     ----------
-    given : sequence of Segment
-        Azimuths in degrees.
+    segments : sequence of Segment
+        Lines with their azimuths, degrees.
     north_doubt_deg : float
-        As of `compass_directions`.
+        See `compass_directions`.
+
+    Returns
+    -------
+    Azimuths
 
     Raises
     ------

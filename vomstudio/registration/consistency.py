@@ -119,7 +119,14 @@ def disagreement_findings(
 ) -> list[Finding]:
     """Return findings if points and cameras contradict each other.
 
-    kinds, centre, size : as of `adjust`
+    Parameters
+    ----------
+    kinds, centre, size : sequence of Observed
+        See `adjust`.
+
+    Returns
+    -------
+    list of Finding
     """
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2

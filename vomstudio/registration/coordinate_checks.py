@@ -1,5 +1,6 @@
-"""Checks of control points for typical mistakes: swapped columns or labels, degrees, feet, another
-zone, a model in another frame.
+"""Checks of control points for typical mistakes.
+
+These are swapped columns or labels, degrees, feet, another zone, or a model in another frame.
 
 Each check reports a finding with a proposal; no coordinates are changed.
 """
@@ -68,7 +69,7 @@ def point_findings(
     model: FloatArray | None = None,
     crs: str | None = None,
 ) -> list[Finding]:
-    """Check whether the coordinates of control points are something else than they are taken for.
+    """Check control points for coordinates of another meaning than assumed.
 
     Parameters
     ----------
@@ -105,7 +106,16 @@ def point_findings(
 
 # --- single ones ------------------------------------------------------------------------------
 def far_from_others(world: FloatArray) -> BoolArray:
-    """Return a mask (n,) of the points (n, 3) that are far from most others."""
+    """Find the points that are far from most others.
+
+    Parameters
+    ----------
+    world : (n, 3) ndarray
+
+    Returns
+    -------
+    (n,) ndarray of bool
+    """
     if len(world) < 4:
         return np.zeros(len(world), bool)
     away = np.linalg.norm(world - np.median(world, axis=0), axis=1)
@@ -120,15 +130,16 @@ def find_misplaced_points(
 
     Parameters
     ----------
-    model, world : (n, 3) float
+    labels : sequence of str
+    model, world : (n, 3) ndarray
     crs : str or None
         CRS of World, whose area of use decides which points are correct.
 
     Returns
     -------
     findings : list of Finding
-    misplaced : (n,) array of bool
-        None are marked if it is not clear which are correct.
+    misplaced : (n,) ndarray of bool
+        All False if it is not clear which are correct.
     """
     degrees = degrees_among_metres(model, world)
     if degrees.any():
@@ -146,7 +157,19 @@ def find_misplaced_points(
 
 
 def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray) -> list[Finding]:
-    """Return findings about points far from the others, with the probable cause."""
+    """Return findings about points far from the others, with the probable cause.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    world : (n, 3) ndarray
+    far : (n,) ndarray of bool
+        True for points far from the others.
+
+    Returns
+    -------
+    list of Finding
+    """
     if not far.any():
         return []
     middle = np.median(world[~far], axis=0)
@@ -193,7 +216,17 @@ def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray)
 def swapped_label_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
-    """Return a finding about two points that fit the others if their labels are swapped."""
+    """Return a finding about two points that fit the others if their labels are swapped.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     if not _MIN_POINTS <= len(labels) <= _MAX_POINTS:
         return []
     rms = _rms(model, world)
@@ -229,7 +262,15 @@ def swapped_label_findings(
 def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]:
     """Return a finding if x and y look like degrees.
 
-    apart_m : minimum extent of the points in metres
+    Parameters
+    ----------
+    world : (n, 3) ndarray
+    apart_m : float, optional
+        Minimum extent of the points, metres.
+
+    Returns
+    -------
+    list of Finding
     """
     if len(world) < 3:
         return []
@@ -254,7 +295,15 @@ def misreading_findings(
 ) -> list[Finding]:
     """Return a finding if coordinates fit the model better in another unit or column order.
 
-    model, world : (n, 3); mirrors : whether swapped x and y are tried
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+    mirrors : bool, optional
+        Whether swapped x and y are tried.
+
+    Returns
+    -------
+    list of Finding
     """
     if len(model) < _MIN_POINTS:
         return []
@@ -300,7 +349,7 @@ def other_unit(axes: str, unit: str, factor: float) -> Finding:
 
 
 def _is_steep(world: FloatArray) -> bool:
-    """Return whether the vertical extent of points (n, 3) is much larger than the horizontal one.
+    """Return whether points (n, 3) extend much farther vertically than horizontally.
 
     Only such heights are tried in other units: smaller ones always fit flat ground better.
     """
@@ -312,7 +361,16 @@ def _is_steep(world: FloatArray) -> bool:
 def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Finding]:
     """Return a finding if the scale of a registration is the factor of a unit, such as feet.
 
-    scale : metres per unit of the model; scale_error_95 : relative
+    Parameters
+    ----------
+    scale : float
+        Metres per unit of the model.
+    scale_error_95 : float or None
+        Relative.
+
+    Returns
+    -------
+    list of Finding
     """
     if scale_error_95 is None or scale_error_95 > 4 * _SCALE_TOLERANCE:
         return []
@@ -419,7 +477,16 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
 def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> list[Finding]:
     """Return a finding if a registration moves or rotates a georeferenced model by a lot.
 
-    extent, placed : (n, 3) points of the model before and after; crs : of both
+    Parameters
+    ----------
+    extent, placed : (n, 3) ndarray
+        Points of the model before and after.
+    crs : str
+        CRS of both.
+
+    Returns
+    -------
+    list of Finding
     """
     from vomstudio.io.gis.crs import crs_name
 
@@ -449,7 +516,14 @@ def _turn_deg(before: FloatArray, after: FloatArray) -> float:
 def view_direction_findings(forward: FloatArray) -> list[Finding]:
     """Return a finding if most cameras look up at the sky after the registration.
 
-    forward : (n, 3) view directions, unit vectors in World
+    Parameters
+    ----------
+    forward : (n, 3) ndarray
+        View directions, unit vectors in World.
+
+    Returns
+    -------
+    list of Finding
     """
     # Photos of cave roofs and overhangs look up too, but rarely nearly all of them.
     if len(forward) < 3 or float(np.median(forward[:, 2])) < 0.7:
@@ -460,7 +534,14 @@ def view_direction_findings(forward: FloatArray) -> list[Finding]:
 def position_noise_findings(world: FloatArray, placed: FloatArray) -> list[Finding]:
     """Return a finding if the errors of camera positions are as large as their spacing.
 
-    world, placed : (n, 3) stated positions, and positions after the registration
+    Parameters
+    ----------
+    world, placed : (n, 3) ndarray
+        Stated positions, and positions after the registration.
+
+    Returns
+    -------
+    list of Finding
     """
     miss = float(np.sqrt(((placed - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
     apart = _reach(placed) if len(world) else 0.0

@@ -384,7 +384,10 @@ def _match_photos(
 
 
 def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Finding]) -> Points:
-    """Return the camera positions that fit; appends to `messages`, and findings to `suspicions`."""
+    """Return the camera positions that fit.
+
+    Messages are appended to `messages`, and findings to `suspicions`.
+    """
     positions = evidence.positions
     assert positions is not None
     messages += positions.notes
@@ -536,7 +539,17 @@ def _bowing_by_tilts(
 
 
 def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
-    """Return the difference of each photo attitude to that of the placed model."""
+    """Return the difference of each photo attitude to that of the placed model.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    placed : Placed
+
+    Returns
+    -------
+    list of AttitudeMiss
+    """
     table = evidence.attitudes
     if table is None:
         return []

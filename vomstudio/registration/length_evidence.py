@@ -161,7 +161,18 @@ def length_findings(
 ) -> list[Finding]:
     """Return findings about lengths that contradict the control points.
 
-    apart : labels of points and lengths that are left out or reported otherwise
+    Parameters
+    ----------
+    bars, segments : sequence of ScaleBar
+        Scale bars, and lengths given as two places.
+    pairs : Pairs or None
+        Control points.
+    apart : collection of str, optional
+        Labels of points and lengths that are excluded or reported otherwise.
+
+    Returns
+    -------
+    list of Finding
     """
     if pairs is None or not (bars or segments):
         return []

@@ -65,7 +65,21 @@ class KnownDirection:
 
 
 def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
-    """Return level lines as observations. Raises UsageError if both ends are at one place."""
+    """Return level lines as observations.
+
+    Parameters
+    ----------
+    lines : sequence of KnownDirection
+
+    Returns
+    -------
+    LevelLines
+
+    Raises
+    ------
+    UsageError
+        If both ends of a line are at one place.
+    """
     sigma = [
         _DEFAULT_LEVEL_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
     ]
@@ -79,7 +93,21 @@ def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
 
 
 def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
-    """Return plumb lines as observations. Raises UsageError if both ends are at one place."""
+    """Return plumb lines as observations.
+
+    Parameters
+    ----------
+    lines : sequence of KnownDirection
+
+    Returns
+    -------
+    PlumbLines
+
+    Raises
+    ------
+    UsageError
+        If both ends of a line are at one place.
+    """
     sigma = [
         _DEFAULT_PLUMB_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
     ]
@@ -105,7 +133,17 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
 
 
 def photo_upright_of(up: FloatArray) -> PhotoUpright:
-    """Return the prior of the vertical from how photos were held. up : (3,) model"""
+    """Return the prior of the vertical from how photos were held.
+
+    Parameters
+    ----------
+    up : (3,) ndarray
+        Mean vertical of the photos, model frame.
+
+    Returns
+    -------
+    PhotoUpright
+    """
     sigma = np.full((1, 2), np.radians(UPRIGHT_SIGMA_DEG))
     return PhotoUpright([tr("upright of the photos")], up[None] / np.linalg.norm(up), sigma)
 
@@ -113,7 +151,15 @@ def photo_upright_of(up: FloatArray) -> PhotoUpright:
 def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:
     """Return findings about what known lines leave undetermined of the vertical.
 
-    rotation : (3, 3) of the placed model
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    rotation : (3, 3) ndarray
+        Rotation of the placed model.
+
+    Returns
+    -------
+    list of Finding
     """
     findings = []
     for kind in kinds:

@@ -1,4 +1,4 @@
-"""Widen the error about the weakest axis beyond linear least squares by profile likelihood.
+"""Profile likelihood of the turn about the weakest axis, beyond linear least squares.
 
 Points nearly on a line, such as cameras along a flight, determine the turn about it by their
 distances from it. If its error may be ten degrees or more, the squared residuals no longer grow as
@@ -35,7 +35,16 @@ def widen_by_likelihood(
 
     The result is unchanged if a direction is undetermined, or if observations share an error.
 
-    centre : (1, 3) model, as of `adjust`
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    result : Adjustment
+    centre : (1, 3) ndarray
+        See `adjust`; model frame.
+
+    Returns
+    -------
+    Adjustment
     """
     if result.free.shape[1] or result.rows.shared.shape[1]:
         return result

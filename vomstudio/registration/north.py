@@ -33,7 +33,17 @@ _YAWS_CORRECTED = {
 
 
 def default_north_sigma_deg(north: str) -> float:
-    """Return the common offset of readings from "grid", "true" or "magnetic" north, one sigma."""
+    """Return the default common offset of readings, one sigma.
+
+    Parameters
+    ----------
+    north : {"grid", "true", "magnetic"}
+        Reference of the readings.
+
+    Returns
+    -------
+    float
+    """
     return MAGNETIC_NORTH_SIGMA_DEG if north == "magnetic" else 0.0
 
 
@@ -64,7 +74,7 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> ReadNorth:
-        """Return the record of the correction. sigma_deg : common error of all readings"""
+        """Return the record of the correction; `sigma_deg` is the common error of all readings."""
         day = "" if self.day is None else self.day.isoformat()
         return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
 
@@ -213,7 +223,20 @@ def convert_to_grid_north(
 ) -> AttitudeTable:
     """Convert all yaws to grid north.
 
-    A message about each correction is appended to `messages`. Raises InputError.
+    Parameters
+    ----------
+    table : AttitudeTable
+    north : North
+    messages : list of Finding
+        A message about each correction is appended.
+
+    Returns
+    -------
+    AttitudeTable
+
+    Raises
+    ------
+    InputError
     """
     angles = table.angles.copy()
     added: dict[str, list[float]] = {}
@@ -245,7 +268,26 @@ def convert_to_grid_north(
 
 
 def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
-    """Parse an angle between a minimum and 180 degrees. Raises UsageError."""
+    """Parse an angle of at most 180 degrees.
+
+    Parameters
+    ----------
+    text : str
+    field : str, optional
+        Option to name in the error.
+    minimum : float, optional
+        Degrees.
+
+    Returns
+    -------
+    float
+        Degrees.
+
+    Raises
+    ------
+    UsageError
+        If the text is not such an angle.
+    """
     try:
         value = float(text.strip().rstrip("°").replace(",", ".").replace("−", "-"))
     except ValueError:
@@ -256,7 +298,21 @@ def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
 
 
 def parse_day(text: str) -> date:
-    """Parse a day such as `2024-05-12`, or a year. Raises UsageError."""
+    """Parse a day such as `2024-05-12`, or a year.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    date
+
+    Raises
+    ------
+    UsageError
+        If the text is neither.
+    """
     try:
         return date.fromisoformat(text if len(text) > 4 else f"{text}-07-01")
     except ValueError as error:
@@ -264,7 +320,18 @@ def parse_day(text: str) -> date:
 
 
 def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
-    """Return longitude and latitude of the middle of points (n, 3) in a CRS; None outside of it."""
+    """Return longitude and latitude of the middle of points.
+
+    Parameters
+    ----------
+    crs : str
+    world : (n, 3) ndarray
+
+    Returns
+    -------
+    tuple of float or None
+        Degrees; None outside of the CRS.
+    """
     from vomstudio.io.gis.crs import to_degrees
 
     middle = np.median(world, axis=0)

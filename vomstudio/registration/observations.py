@@ -192,7 +192,9 @@ class Lengths:
 
 @dataclass(frozen=True, eq=False)
 class KeptScale(Lengths):
-    """A known scale, expressed as a length across the model; it is never excluded as an outlier.
+    """Known scale, expressed as a length across the model.
+
+    It is never excluded as an outlier.
 
     scale_error : relative error of the scale, one sigma; 0 if not known
     """
@@ -245,7 +247,7 @@ class Directions:
 
 @dataclass(frozen=True, eq=False)
 class Verticals:
-    """Directions of the model that point straight down, such as by the accelerometer of a phone.
+    """Directions of the model that point straight down, such as by a phone's accelerometer.
 
     model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
     cameras : (n, 3, 3) rotations from the cameras to the model; mount_sigma : as of `Attitudes`
@@ -413,7 +415,16 @@ _KIND_NAMES: tuple[tuple[type, str], ...] = (
 
 
 def kind_name(kind: Observed) -> str:
-    """Return the name of a kind of observations in the record of a registration."""
+    """Return the name of a kind of observations in the record of a registration.
+
+    Parameters
+    ----------
+    kind : Observed
+
+    Returns
+    -------
+    str
+    """
     if isinstance(kind, Points):
         return kind.name
     return next((name for cls, name in _KIND_NAMES if isinstance(kind, cls)), "reference")
@@ -469,7 +480,11 @@ def _rows(
     groups: tuple[str, ...],
     parts: tuple[str, ...] = (),
 ) -> Rows:
-    """groups, parts : of the rows of a single observation, by default one part a group"""
+    """Return rows with these errors, without errors in common.
+
+    `groups` and `parts` are those of the rows of a single observation; by default each group has
+    one part.
+    """
     n = len(misses)
     return Rows(
         np.asarray(misses, np.float64),

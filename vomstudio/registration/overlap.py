@@ -62,7 +62,20 @@ def _name(crs: str) -> str:
 
 
 def require_overlap(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
-    """Raise GeometryError if two boxes (2, 3) are farther apart than the larger is long."""
+    """Check that two boxes are not farther apart than the larger one is long.
+
+    Parameters
+    ----------
+    first, second : (2, 3) ndarray
+        Lowest and highest corner.
+    names : tuple of str
+        Names of both for the error.
+
+    Raises
+    ------
+    GeometryError
+        If they are.
+    """
     gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
     apart = float(np.linalg.norm(gap))
     size = max(float(np.linalg.norm(box[1] - box[0])) for box in (first, second))

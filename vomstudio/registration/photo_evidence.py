@@ -64,7 +64,7 @@ def read_photo_positions(photos: Mapping[str, Path]) -> Positions:
 
 
 def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
-    """Return the attitudes of photos, from a drone gimbal or a phone accelerometer and compass.
+    """Return the attitudes of photos by a drone gimbal or the sensors of a phone.
 
     Parameters
     ----------

@@ -179,7 +179,26 @@ def place_robustly(
 ) -> Placed:
     """Register a model without outliers, which are reported.
 
-    Raises GeometryError as `place`.
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    check : Points, optional
+        Check points.
+    extent : (n, 3) ndarray, optional
+        Points of the model.
+    up : (3,) ndarray, optional
+        Vertical from the photos, model frame.
+    doubted : bool, optional
+        See `place`.
+
+    Returns
+    -------
+    Placed
+
+    Raises
+    ------
+    GeometryError
+        See `place`.
     """
     first = place(kinds, check, extent, up=up, doubted=doubted)
     if not first.blunders:
@@ -467,7 +486,20 @@ def pairs(
 ) -> Points:
     """Return the selected pairs of points as observations.
 
-    sigma_m : (n, 3), None if not stated
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+    sigma_m : (n, 3) ndarray or None
+        One-sigma errors of `world`; None if not stated.
+    labels : sequence of str
+    which : (n,) ndarray
+        Mask of the selected points.
+    click_sigma_m : float, optional
+        One-sigma error of each coordinate of `model`, metres.
+
+    Returns
+    -------
+    Points
     """
     sigma = np.full(world.shape, np.nan) if sigma_m is None else sigma_m
     rows = np.flatnonzero(which)
@@ -530,5 +562,15 @@ def register_points(
 
 
 def prepend_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
-    """Return the placement with warnings that were reported before it was computed."""
+    """Return the placement with warnings that were reported before it was computed.
+
+    Parameters
+    ----------
+    placed : Placed
+    warnings : sequence of Finding
+
+    Returns
+    -------
+    Placed
+    """
     return replace(placed, warnings=(*warnings, *placed.warnings))

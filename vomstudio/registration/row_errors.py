@@ -56,7 +56,18 @@ def weighted_system(
 
 
 def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the inverse of the determined part, and an orthonormal null space of the rest."""
+    """Return the inverse of the determined part, and an orthonormal null space of the rest.
+
+    Parameters
+    ----------
+    information : (k, k) ndarray
+        Normal matrix.
+
+    Returns
+    -------
+    inverse : (k, k) ndarray
+    null_space : (k, j) ndarray
+    """
     has_information = np.diag(information) > 0.0
     if not has_information.all():
         # Planes and lines alone determine neither scale nor position.
@@ -91,7 +102,17 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def max_variance_ratio(free: float, free_alone: float) -> float:
-    """Return the largest ratio by chance of a group's variance to its variance alone."""
+    """Return the largest ratio by chance of a group's variance to its variance alone.
+
+    Parameters
+    ----------
+    free, free_alone : float
+        Degrees of freedom of both variances.
+
+    Returns
+    -------
+    float
+    """
     from scipy.stats import f
 
     return float(f.isf(_SIGNIFICANCE, free, free_alone))
@@ -118,7 +139,7 @@ def estimate_errors(
         Groups to estimate.
     alone : mapping
         Variance and redundancy of groups alone.
-    held : set of str
+    kept_alone : set of str
         Groups that keep their error alone. Groups that would exceed it by more than chance are
         added.
 
@@ -156,7 +177,24 @@ def estimate_errors(
 def remove_shared_errors(
     moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int
 ) -> FloatArray:
-    """Return the residuals without the part explained by shared errors."""
+    """Return the residuals without the part explained by shared errors.
+
+    Parameters
+    ----------
+    moves : ndarray
+        Derivatives of the weighted system.
+    misses : ndarray
+        Residuals of the weighted system.
+    inverse : ndarray
+        Inverse of the normal matrix.
+    m : int
+        Number of observations; the other rows are shared errors.
+
+    Returns
+    -------
+    ndarray
+        Residuals of all rows.
+    """
     k = len(misses) - m
     if not k:
         return misses
@@ -170,6 +208,19 @@ def estimate_drift(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[st
 
     Points and positions of cameras are in the order of their table, in which a receiver measured
     them; correlations that chance explains are left out.
+
+    Parameters
+    ----------
+    rows : Rows
+    moves : ndarray
+        Derivatives of the weighted system.
+    misses : ndarray
+        Residuals of the weighted system.
+
+    Returns
+    -------
+    dict
+        Correlation by group, "points" or "cameras".
     """
     correlations = {}
     for group in RECEIVERS:

@@ -164,8 +164,9 @@ def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) -> float:
-    """Return the expectation of the weighted sum of squares of the residuals of a fit with equal
-    weights, which leaves more of well known points than their own error.
+    """Return the expected weighted sum of squares of the residuals of a fit.
+
+    With equal weights, residuals of well known points exceed their own error.
 
     moves : (n, 3, 7); inverse : (7, 7) of their squares; known : (n, 3, 3) covariances
     """
@@ -185,7 +186,14 @@ def _information(moves: FloatArray, rho: float) -> FloatArray:
 def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
     """Return a finding about each table of positions whose errors are correlated.
 
-    drift : correlation of neighbours by group, "points" or "cameras"
+    Parameters
+    ----------
+    drift : mapping
+        Correlation of neighbours by group, "points" or "cameras".
+
+    Returns
+    -------
+    list of Finding
     """
     codes = {"points": "control.drift", "cameras": "cameras.drift"}
     return [Finding(codes[group], correlation=rho) for group, rho in drift.items() if rho > 0.0]
@@ -194,7 +202,14 @@ def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
 def scale_findings(scale_error: float) -> list[Finding]:
     """Return a finding if a registration leaves lengths uncertain.
 
-    scale_error : relative, one sigma
+    Parameters
+    ----------
+    scale_error : float
+        Relative, one sigma.
+
+    Returns
+    -------
+    list of Finding
     """
     if not scale_error > _MAX_SCALE_ERROR:
         return []
@@ -223,7 +238,19 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
 
 
 def min_variance(pooled: float, free: FloatArray) -> FloatArray:
-    """Return the lower limit (k,) of variances estimated with few degrees of freedom."""
+    """Return the lower limits of variances estimated with few degrees of freedom.
+
+    Parameters
+    ----------
+    pooled : float
+        Variance of all groups together.
+    free : (k,) ndarray
+        Degrees of freedom of each.
+
+    Returns
+    -------
+    (k,) ndarray
+    """
     return np.asarray(_MIN_VARIANCE_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
 
 

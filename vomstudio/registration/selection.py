@@ -10,5 +10,15 @@ from vomstudio.core.arrays import BoolArray
 
 
 def selected(names: Sequence[str], mask: BoolArray) -> list[str]:
-    """Return the names of the rows that a mask (n,) selects."""
+    """Return the names of the rows that a mask selects.
+
+    Parameters
+    ----------
+    names : sequence of str
+    mask : (n,) ndarray of bool
+
+    Returns
+    -------
+    list of str
+    """
     return [names[int(row)] for row in np.flatnonzero(mask)]

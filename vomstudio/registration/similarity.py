@@ -156,7 +156,10 @@ def _triples(n: int, seed: int) -> IntArray:
 
 
 def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
-    """Return the outside point that fits best if it fits; of many points several that fit well."""
+    """Return the outside point that fits best, if it fits.
+
+    Of many points several that fit well are returned.
+    """
     from scipy.stats import chi2, f
 
     outside = np.flatnonzero(~used)
@@ -185,12 +188,30 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> Int
 
 
 def jacobian(position: FloatArray) -> FloatArray:
-    """Return the derivatives (3, 7) of a point by a small turn, relative scale and shift."""
+    """Return the derivatives of a point by a small turn, relative scale and shift.
+
+    Parameters
+    ----------
+    position : (3,) ndarray
+
+    Returns
+    -------
+    (3, 7) ndarray
+    """
     return np.asarray(jacobians(position[None])[0])
 
 
 def jacobians(positions: FloatArray) -> FloatArray:
-    """Return the derivatives (n, 3, 7) of points (n, 3), see `jacobian`."""
+    """Return the derivatives of points, see `jacobian`.
+
+    Parameters
+    ----------
+    positions : (n, 3) ndarray
+
+    Returns
+    -------
+    (n, 3, 7) ndarray
+    """
     moves: FloatArray = np.zeros((len(positions), 3, 7))
     x, y, z = positions.T
     moves[:, 0, 1], moves[:, 0, 2] = z, -y
@@ -206,7 +227,16 @@ def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def nearly_on_a_line(points: FloatArray) -> bool:
-    """Return whether points (n, 3) are too collinear to determine the rotation about their line."""
+    """Return whether points are too collinear to determine the rotation about their line.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    bool
+    """
     axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(axes[1] < _NEARLY_COLLINEAR_RATIO * axes[0])
 

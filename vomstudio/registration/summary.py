@@ -81,7 +81,16 @@ class Summary:
 
 
 def summary_of(registration: Registration) -> Summary:
-    """Describe a registration in words, with 95 % errors."""
+    """Describe a registration in words, with 95 % errors.
+
+    Parameters
+    ----------
+    registration : Registration
+
+    Returns
+    -------
+    Summary
+    """
     facts = [(tr("Registered by"), tr(METHODS[registration.method])), *_points(registration)]
     if registration.observations:
         facts.append((tr("Observations"), _observations(registration)))

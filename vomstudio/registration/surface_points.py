@@ -1,4 +1,7 @@
-"""Points that represent a model: those of a cloud, or vertices with more points on large faces."""
+"""Points that represent a model.
+
+They are the points of a cloud, or vertices with more points on large faces.
+"""
 
 from __future__ import annotations
 
@@ -16,19 +19,48 @@ _MAX_EXTENT_POINTS = 20_000
 
 
 def points_of(data: Mesh | PointCloud) -> FloatArray:
-    """Return all points (n, 3) as in the file, duplicates included."""
+    """Return all points of a model, duplicates included.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    (n, 3) ndarray
+        As in the file.
+    """
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
 def some_points(data: Mesh | PointCloud) -> FloatArray:
-    """Return finite points (n, 3) spread over the model, enough for its extent."""
+    """Return finite points spread over the model, enough for its extent.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     points = points_of(data)
     some = np.asarray(points[:: max(1, len(points) // _MAX_EXTENT_POINTS)], np.float64)
     return some[np.isfinite(some).all(axis=1)]
 
 
 def known_resolution(data: Mesh | PointCloud) -> float | None:
-    """Return the effective resolution in the unit of the file; None for a single point."""
+    """Return the effective resolution of a model.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    float or None
+        In the unit of the file; None for a single point.
+    """
     from vomstudio.io.models.opening import resolution
 
     spacing = resolution(data)

@@ -13,9 +13,17 @@ _Z95 = 1.959963984540054
 
 
 def worst_turn95_deg(rotation: FloatArray | None) -> float | None:
-    """Return the 95 % error about the weakest axis, None if it is not known.
+    """Return the 95 % error about the weakest axis.
 
-    rotation : (3, 3) covariance of turns, rad squared
+    Parameters
+    ----------
+    rotation : (3, 3) ndarray or None
+        Covariance of turns, radians squared.
+
+    Returns
+    -------
+    float or None
+        Degrees; None if it is not known.
     """
     if rotation is None:
         return None
@@ -25,7 +33,14 @@ def worst_turn95_deg(rotation: FloatArray | None) -> float | None:
 def turn_findings(rotation: FloatArray | None) -> tuple[Finding, ...]:
     """Return the finding on a registration that makes planes on the model poor.
 
-    rotation : as of `worst_turn95_deg`
+    Parameters
+    ----------
+    rotation : ndarray or None
+        See `worst_turn95_deg`.
+
+    Returns
+    -------
+    tuple of Finding
     """
     worst_deg = worst_turn95_deg(rotation)
     if worst_deg is None or worst_deg <= MAX_TURN95_DEG:

@@ -38,7 +38,17 @@ _AZIMUTH_LIMITS_DEG = (10.0, 20.0)
 
 
 def fit_findings(result: Adjustment, kinds: Sequence[Observed]) -> list[Finding]:
-    """Return findings about the residuals of a fit."""
+    """Return findings about the residuals of a fit.
+
+    Parameters
+    ----------
+    result : Adjustment
+    kinds : sequence of Observed
+
+    Returns
+    -------
+    list of Finding
+    """
     findings: list[Finding] = []
     if result.misfit_factor > 1.0:
         findings.append(Finding("registration.residuals-large", times=result.misfit_factor))
@@ -81,6 +91,18 @@ def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
 def redundancy_findings(
     control: Sequence[PointResidual], check: Sequence[PointResidual], points: Points | None
 ) -> list[Finding]:
+    """Return findings about missing redundancy and check points of a registration.
+
+    Parameters
+    ----------
+    control, check : sequence of PointResidual
+        Residuals of the control and check points.
+    points : Points or None
+
+    Returns
+    -------
+    list of Finding
+    """
     if points is None:
         return []
     findings = []
@@ -92,7 +114,19 @@ def redundancy_findings(
 
 
 def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) -> Finding:
-    """Return the finding about the weakest axis. error_deg : 95 %"""
+    """Return the finding about the weakest axis.
+
+    Parameters
+    ----------
+    error_deg : float
+        95 % error.
+    trend_deg, plunge_deg : float
+        Direction of the axis.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding(
         "registration.weakest-axis",
         error95_deg=error_deg,
@@ -103,7 +137,16 @@ def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) 
 
 
 def worst_axis_findings(placed: Placed) -> list[Finding]:
-    """Return findings about the rotation error, and where one more point would help most."""
+    """Return findings about the rotation error, and where one more point would help most.
+
+    Parameters
+    ----------
+    placed : Placed
+
+    Returns
+    -------
+    list of Finding
+    """
     findings = []
     worst, adding = placed.rotation_error_95_deg.weakest, placed.worth_adding
     if worst.error_deg is not None:
@@ -122,7 +165,16 @@ def worst_axis_findings(placed: Placed) -> list[Finding]:
 
 
 def vertical_error_findings(placed: Placed) -> list[Finding]:
-    """Return findings about the error of the vertical if north may be undetermined."""
+    """Return findings about the error of the vertical if north may be undetermined.
+
+    Parameters
+    ----------
+    placed : Placed
+
+    Returns
+    -------
+    list of Finding
+    """
     if not placed.known.vertical:
         return []
     tilt = float(np.linalg.eigvalsh(np.array(placed.covariance)[:2, :2])[-1])
@@ -136,7 +188,25 @@ def vertical_error_findings(placed: Placed) -> list[Finding]:
 def reference_fit_finding(
     places: int, overlap: float, rms_m: float, blocks: int, block_m: float
 ) -> Finding:
-    """Return the finding with the figures of a `FittedToReference`."""
+    """Return the finding with the figures of a `FittedToReference`.
+
+    Parameters
+    ----------
+    places : int
+        Number of compared places.
+    overlap : float
+        See `FittedToReference`.
+    rms_m : float
+        Root mean square distance.
+    blocks : int
+        Number of blocks of the error estimate.
+    block_m : float
+        Size of a block.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding(
         "reference.fitted",
         places=places,
@@ -211,6 +281,20 @@ def blunder_findings(
     centre: FloatArray,
     size: float,
 ) -> list[Finding]:
+    """Return a finding about each blunder.
+
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    blunders : sequence of Blunder
+    result : Adjustment
+    centre, size : ndarray
+        See `adjust`.
+
+    Returns
+    -------
+    list of Finding
+    """
     from scipy.spatial.transform import Rotation
 
     if not blunders:
@@ -233,7 +317,17 @@ def blunder_findings(
 
 
 def suspect_findings(without: Sequence[LeaveOneOut]) -> list[Finding]:
-    """Return the finding about the suspect of a few directions, with the placement without it."""
+    """Return the finding about the suspect of a few directions, with the placement without it.
+
+    Parameters
+    ----------
+    without : sequence of LeaveOneOut
+        Placements without one of the directions each.
+
+    Returns
+    -------
+    list of Finding
+    """
     if not without or not without[0].suspect:
         return []
     first = without[0]
@@ -278,7 +372,15 @@ def _other_azimuth_findings(
 def bowing_findings(bowing: Bowing | None, *, photos: bool = False) -> list[Finding]:
     """Return a finding if the model is bent like a dome.
 
-    photos : evidence by the verticals of photos, not by points
+    Parameters
+    ----------
+    bowing : Bowing or None
+    photos : bool, optional
+        Whether the evidence is the verticals of photos, not points.
+
+    Returns
+    -------
+    list of Finding
     """
     if bowing is None or not bowing.significant or bowing.across_deg < _MIN_BOWING_DEG:
         return []
@@ -306,6 +408,14 @@ def describe_edges(bowing: Bowing) -> str:
     """Describe where the edges of a bowed model are, relative to the plane of its middle.
 
     A dome is a false anticline, a dish a false syncline; for a wall the azimuth is stated.
+
+    Parameters
+    ----------
+    bowing : Bowing
+
+    Returns
+    -------
+    str
     """
     toward = bowing.edges_toward
     if abs(float(toward[2])) < _MIN_UPWARD:
@@ -319,7 +429,15 @@ def describe_edges(bowing: Bowing) -> str:
 def lens_findings(bend: LensBend | None, bowing: Bowing | None) -> list[Finding]:
     """Return findings about the deformation of a model by lens errors.
 
-    seen : bowing by residuals
+    Parameters
+    ----------
+    bend : LensBend or None
+    bowing : Bowing or None
+        Bowing by the residuals.
+
+    Returns
+    -------
+    list of Finding
     """
     return [] if bend is None else lens_bend_findings(bend.across_deg, bend.stretch95, bowing)
 
@@ -327,7 +445,21 @@ def lens_findings(bend: LensBend | None, bowing: Bowing | None) -> list[Finding]
 def lens_bend_findings(
     across95_deg: float, stretch95: float | None, bowing: Bowing | None
 ) -> list[Finding]:
-    """Return findings as `lens_findings` from the record of a registration."""
+    """Return findings as `lens_findings` from the record of a registration.
+
+    Parameters
+    ----------
+    across95_deg : float
+        95 % tilt across the model by the lens error.
+    stretch95 : float or None
+        Relative 95 % error of lengths.
+    bowing : Bowing or None
+        Bowing by the residuals.
+
+    Returns
+    -------
+    list of Finding
+    """
     findings = []
     across = bowing_deg(across95_deg, bowing)
     bent = bowing is not None and bowing.significant

@@ -126,6 +126,8 @@ class Background:
 
         Parameters
         ----------
+        work : callable
+            Called in a thread.
         on_result, on_error : callable
             Called in the owner's thread.
         key : hashable
@@ -151,6 +153,14 @@ class Background:
 
         Parameters
         ----------
+        work : callable
+            Called in a thread with its request.
+        on_result, on_error : callable
+            See `run`.
+        key : Hashable, optional
+            See `run`.
+        expected : tuple of type, optional
+            See `run`.
         first : bool
             Whether to run it before all waiting requests. For the other parameters see `run`.
         """

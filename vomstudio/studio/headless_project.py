@@ -411,7 +411,7 @@ class HeadlessProject:
 
         Parameters
         ----------
-        brought : Brought
+        brought : ProjectedLines
             Lines on the surface, in World.
         names : iterable of str
             Names that the drawing states.
@@ -497,6 +497,9 @@ class HeadlessProject:
 
         Parameters
         ----------
+        model : Model
+        pairs : Pairs
+            Points on the model and in World.
         crs : str or None
             CRS of the pairs, "EPSG:n" in metres; None for a local frame.
         click_sigma_m : float, optional
@@ -540,8 +543,16 @@ class HeadlessProject:
 
         Parameters
         ----------
+        model : Model
+        reference : str or Path
+        pairs : Pairs or None
+            Points on the model and in World.
+        crs : str or None
+            CRS of World.
         stable : str or Path, optional
             Mask of the stable part of the reference.
+        click_sigma_m : float, optional
+            See `register`.
 
         Returns
         -------

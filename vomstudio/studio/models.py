@@ -107,6 +107,7 @@ class Models:
 
         Parameters
         ----------
+        path : Path
         name : str, optional
             Name of the record, by default that of the file.
         like : str, optional
@@ -163,6 +164,7 @@ class Models:
 
         Parameters
         ----------
+        model_id : str
         cameras : Path, optional
             File of its cameras, by default the one beside the model.
         photos : bool

@@ -37,6 +37,13 @@ class PhotoPaths:
 
         Parameters
         ----------
+        photos : ModelPhotos
+        photo : str
+            Name of the photo.
+        cost : str
+            Name of the cost.
+        ends : (2, 3) ndarray
+            File frame of the model.
         live : bool
             Whether to skip the check by other photos.
 
@@ -47,7 +54,7 @@ class PhotoPaths:
         InputError, UsageError
         """
         follower = self._followed_in(photos, photo, cost)
-        views, row = follower.photos.views, follower.photos.chosen
+        views, row = follower.photos.views, follower.photos.view_row
         world = transform.apply(views.to_world, ends)
         # Points that are only just hidden are at the edge that was clicked.
         if not views.shows(row, world, 4.0 * views.resolution).all():
@@ -72,11 +79,11 @@ class PhotoPaths:
             self.forget()
             self._opened, self._photos = _opened(photos), photos
         follower, row = self._follower, photos.views.row(photo)
-        if follower is None or follower.photos.chosen != row:
+        if follower is None or follower.photos.view_row != row:
             self._follower = None
             if row not in self._opened.files:
                 raise GeometryError(Finding("photo.file-missing", photo=photo))
-            follower = PhotoFollower(replace(self._opened, chosen=row), cost)
+            follower = PhotoFollower(replace(self._opened, view_row=row), cost)
             self._follower = follower
         return follower.with_cost(cost)
 

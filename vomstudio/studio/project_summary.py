@@ -137,6 +137,8 @@ def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
 
     Parameters
     ----------
+    folder : Path
+        Folder of the project.
     names : sequence of str
         Ids or names, by default all features.
 

@@ -121,6 +121,12 @@ class Jobs:
 
         Parameters
         ----------
+        job : Job[Request, Result]
+        request : Request
+        title : str
+            Name of the job for the user.
+        on_done, on_failed : callable
+            Called when the job ends.
         quiet : bool
             Whether to hide it.
         resumable : bool

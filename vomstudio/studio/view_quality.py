@@ -73,6 +73,8 @@ def depth_along(
     ----------
     direction : (3,) float64
         Unit vector, World.
+    models : mapping
+    records : mapping
 
     Returns
     -------

@@ -105,6 +105,9 @@ def read_in_world(
 
     Parameters
     ----------
+    path : str or Path
+    progress : Progress, optional
+    options : FrameOptions, optional
     project : str or Path, optional
         Folder of a project, whose placement of the model is used.
 

@@ -168,6 +168,7 @@ def add_shared_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
+    """Add ``--output`` and ``--force``."""
     parser.add_argument("-o", "--output", metavar="FILE", required=required, help=what)
     parser.add_argument(
         "--force", action="store_true", help=tr("replace FILE if it is there already")
@@ -175,6 +176,7 @@ def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
 
 
 def add_azimuth(parser: Parser) -> None:
+    """Add ``--azimuth``, the meaning of azimuths in a table."""
     parser.add_argument(
         "--azimuth",
         choices=["strike", "dipdir"],

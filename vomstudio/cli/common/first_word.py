@@ -84,8 +84,14 @@ def nearest_word(word: str, names: Sequence[str], alike: float = 0.6) -> str | N
 
     Parameters
     ----------
-    alike : float
+    word : str
+    names : sequence of str
+    alike : float, optional
         Minimum share of common letters, see `difflib`.
+
+    Returns
+    -------
+    str or None
     """
     import difflib
 

@@ -19,6 +19,7 @@ GRAPHICS_TIMEOUT_S = 30
 
 
 def add_global_options(parser: Parser) -> None:
+    """Add the options of the program itself."""
     parser.add_argument(
         "--version",
         action="store_true",
@@ -39,6 +40,7 @@ def add_global_options(parser: Parser) -> None:
 
 
 def run_global_option(args: argparse.Namespace, output: Output) -> None:
+    """Run an option that needs no command, such as ``--version``."""
     if args.version:
         if not args.json:
             raise HelpRequested(f"VOM Studio {__version__}")

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_sets(parser: Parser) -> None:
+    """Add the options about known sets."""
     parser.add_argument(
         "--sets-table",
         metavar="TABLE",
@@ -42,6 +43,7 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
 def figures_by_trace(
     bands: Mapping[Any, PlaneBand], priors: Sequence[SetPrior]
 ) -> dict[Any, BandFigures]:
+    """Return the figures of the bands by the name of their trace."""
     from vomstudio.geology.band_figures import describe_band
 
     return {name: describe_band(band, priors) for name, band in bands.items()}
@@ -78,6 +80,7 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
 
 
 def crossing_text(crossing: Mapping[str, Any]) -> str:
+    """Describe the plane through two crossing traces."""
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
         "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
@@ -90,6 +93,7 @@ def crossing_text(crossing: Mapping[str, Any]) -> str:
 
 
 def band_lines(band: BandFigures) -> list[str]:
+    """Describe the possible planes of a straight trace."""
     from vomstudio.geology.band_figures import band_lines
 
     likely = band.likely

@@ -21,7 +21,20 @@ if TYPE_CHECKING:
 
 
 def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio trace`` for a path between points.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    options : DrawnTraceOptions
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.products.ortho import back_projection
     from vomstudio.project.tables.line_table import write_line_table

@@ -16,7 +16,20 @@ from vomstudio.extraction.trace_options import ProposalOptions
 
 
 def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
-    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run ``vomstudio trace`` for proposed lines.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    options : ProposalOptions
+    out : Output
+        Receives the results, warnings and progress.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, TargetError
+    """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.proposals.edge_pictures import colour_by_edges
     from vomstudio.extraction.proposals.traces import propose_traces

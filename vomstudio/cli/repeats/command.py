@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Subparsers) -> None:
+    """Add the command ``repeats``."""
     parser = add_command(
         subparsers,
         "repeats",
@@ -40,6 +41,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Run ``vomstudio repeats``.
+
+    Parameters
+    ----------
+    args : Namespace
+        Parsed arguments.
+    out : Output
+        Receives the results, warnings and progress.
+    """
     from vomstudio.geology.coverage.table_repeats import table_repeats
     from vomstudio.project.repeated_picks import read_repeated_picks
 

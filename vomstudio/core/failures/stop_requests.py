@@ -113,6 +113,6 @@ def forget() -> None:
 
 
 def _unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
-    """Suppress the traceback of an interrupt that is lost in a callback: the signal is recorded."""
+    """Suppress the traceback of an interrupt in a callback, whose signal is recorded."""
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)

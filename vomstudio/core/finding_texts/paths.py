@@ -1,4 +1,4 @@
-"""Texts of the findings about traces that are followed or proposed on a model or in a photo."""
+"""Texts of the findings about traces followed or proposed on a model or in a photo."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     arcs,
     edges,
 ):
-    """Write the pairs of points between which a disc without points rolls; return their number.
+    """Write the pairs of points between which an empty disc rolls; return their number.
 
     Returns -1 if there are more than fit into `edges`. The points are sorted by `sort_into_cells`,
     with a margin of `reach` and one empty cells. With `sparing`, only gaps that reach a cell

@@ -34,7 +34,16 @@ _GAP_SIDES = 0.8
 
 
 def plane_axes(normal: FloatArray) -> FloatArray:
-    """Return two orthogonal unit axes (2, 3) in a plane."""
+    """Return two orthogonal unit axes in a plane.
+
+    Parameters
+    ----------
+    normal : (3,) ndarray
+
+    Returns
+    -------
+    (2, 3) ndarray
+    """
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     return np.stack([u, np.cross(normal, u)])

@@ -1,4 +1,4 @@
-"""Planes of a dense cloud, found on cells of about ten points and transferred to the points.
+"""Planes of a dense cloud from cells of about ten points, transferred to the points.
 
 Within a rock face neighbouring points have the same plane, so they can be analysed together. Edges,
 small pieces and rough ground, which cells do not resolve, are left to single points.

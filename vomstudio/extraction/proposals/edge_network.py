@@ -1,4 +1,4 @@
-"""Edge detection in pictures by the user's network: a local ONNX file, run by OpenCV's dnn.
+"""Edge detection in pictures by a local ONNX network, run by OpenCV's dnn.
 
 The input is one picture, (1, 3, height, width) red, green and blue from 0 to 1 (or one grey
 channel). The output is the probability of an edge at each pixel, (1, 1, height, width). If a

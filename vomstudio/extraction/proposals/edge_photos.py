@@ -32,6 +32,19 @@ class EdgePhotos(CalibratedPhotos):
 
 
 def replace_by_edges(photos: CalibratedPhotos, find: EdgeDetector, folder: Path) -> EdgePhotos:
-    """Replace the pixels of photos by detected edges."""
+    """Replace the pixels of photos by detected edges.
+
+    Parameters
+    ----------
+    photos : CalibratedPhotos
+    find : EdgeDetector
+        Detects the edges of a photo.
+    folder : Path
+        Folder for the detected edges.
+
+    Returns
+    -------
+    EdgePhotos
+    """
     values = {item.name: getattr(photos, item.name) for item in fields(photos)}
     return EdgePhotos(**values, find=find, folder=folder)

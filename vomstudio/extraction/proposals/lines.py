@@ -1,4 +1,4 @@
-"""Lines that stand out of the noise of a surface, and the probability of such lines in noise.
+"""Lines on a surface that are stronger than noise, and their probability in noise.
 
 The evidence is the cost of a followed trace compared with its surroundings. Places with strong
 evidence form connected pieces, and a line is the longest path through one. The p-value is the share
@@ -155,7 +155,19 @@ def simulate_strengths(
 
 
 def line_p_value(strength: float, strongest: FloatArray) -> float:
-    """Return the p-value of a line: the probability of one as strong in noise, 1 / 50 to 1."""
+    """Return the p-value of a line: the probability of one as strong in noise.
+
+    Parameters
+    ----------
+    strength : float
+    strongest : (k,) ndarray
+        Sorted strengths of the strongest lines in noise.
+
+    Returns
+    -------
+    float
+        From 1 / (k + 1) to 1.
+    """
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
 

@@ -14,7 +14,18 @@ _SEED = 20240229
 
 
 def sample_points(data: Mesh | PointCloud, count: int) -> PointCloud:
-    """Draw a random sample of points or vertices, with their colours and fields."""
+    """Draw a random sample of points or vertices, with their colours and fields.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    count : int
+        Number of points.
+
+    Returns
+    -------
+    PointCloud
+    """
     points = data.vertices if isinstance(data, Mesh) else data.points
     rows = np.sort(np.random.default_rng(_SEED).choice(len(points), count, replace=False))
     colours = data.colors

@@ -1,1 +1,1 @@
-"""Selection of faces or points: by a shape, by growing, by neighbours, by a value or a colour."""
+"""Selection of faces or points by shapes, growing, neighbours, values and colours."""

@@ -19,12 +19,35 @@ _COLOUR_STEPS = 64
 
 
 def selectable_fields(data: Mesh | PointCloud) -> tuple[str, ...]:
-    """List the fields of a model, ELEVATION first; none for a streamed cloud."""
+    """List the fields of a model, ELEVATION first; none for a streamed cloud.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    tuple of str
+    """
     return () if isinstance(data, StreamedCloud) else field_names(data)
 
 
 def field_range(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tuple[float, float]:
-    """Return the minimum and maximum of a field; NaN without values."""
+    """Return the minimum and maximum of a field.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    to_world : (4, 4) ndarray
+        Similarity from the file to World, for elevations.
+    name : str
+        Name of the field.
+
+    Returns
+    -------
+    low, high : float
+        NaN without values.
+    """
     values = _values(data, to_world, name)
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
@@ -65,7 +88,7 @@ def select_by_value(
 
 
 class ElementColours:
-    """Colours of the faces of a mesh, from its textures or vertices, or of the points of a cloud.
+    """Colours of the faces of a mesh (textures or vertices), or of the points of a cloud.
 
     Raises
     ------

@@ -101,6 +101,8 @@ def build_neighbours(data: Mesh | PointCloud, spacing: float) -> Neighbours:
 
 
 class MeshNeighbours:
+    """Faces of a mesh with their normals and their neighbours across edges."""
+
     def __init__(self, mesh: Mesh) -> None:
         from vomstudio.extraction.selection.region_kernels import (
             across_edges,

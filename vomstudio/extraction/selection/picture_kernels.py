@@ -1,4 +1,4 @@
-"""Compiled loops that test whether elements of a model are inside a shape drawn over the picture.
+"""Compiled tests of whether elements are inside a shape drawn over the picture.
 
 Optionally an element must also be visible. They write only to `out`.
 """

@@ -246,7 +246,7 @@ def _cell_normal(points, begins, near, count, cell, point_normals, normals):  # 
 )
 def grow_points(  # type: ignore[no-untyped-def]
     points,
-    given,
+    point_normals,
     begins,
     rows,
     columns,
@@ -271,8 +271,8 @@ def grow_points(  # type: ignore[no-untyped-def]
     Points are sorted by cells. A cell joins if its normal is within the angle, and its points
     within `reach` are taken. Returns the number of points; -1 if the seed's cell has no plane.
 
-    `begins` (c + 1,) is the first point of each cell; `given` are normals of the points, empty if
-    unknown; `normals` are those of the cells, NaN if not yet computed; `left_out` marks excluded
+    `begins` (c + 1,) is the first point of each cell; `point_normals` are those of the points, or
+    empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks excluded
     points; `met` must be zero; `near` and `cells` are working space for 27 and all cells.
     """
     ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
@@ -284,7 +284,7 @@ def grow_points(  # type: ignore[no-untyped-def]
         c = cells[head]
         around = _around(rows, columns, names, ends, ny, c, near)
         if normals[c, 0] != normals[c, 0]:
-            _cell_normal(points, begins, near, around, c, given, normals)
+            _cell_normal(points, begins, near, around, c, point_normals, normals)
         if head == 0:
             if normals[c, 0] == math.inf:
                 return -1

@@ -174,12 +174,32 @@ class ViewSnapshot:
 
 
 def element_count(data: Mesh | PointCloud) -> int:
-    """Return the number of faces of a mesh, or points of a cloud."""
+    """Return the number of faces of a mesh, or points of a cloud.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    int
+    """
     return len(data.faces) if isinstance(data, Mesh) else data.count
 
 
 def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
-    """Return the centres of gravity of faces, or points (k, 3), in the file's frame."""
+    """Return the centres of gravity of faces, or points.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+    ids : (k,) ndarray of int
+
+    Returns
+    -------
+    (k, 3) ndarray
+        In the file's frame.
+    """
     if isinstance(data, Mesh):
         return np.asarray(data.vertices[data.faces[ids]].mean(axis=1), np.float64)
     if isinstance(data, StreamedCloud):
@@ -188,7 +208,17 @@ def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
 
 
 def loaded_pieces(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
-    """Yield the first id and the points (k, 3) of each loaded run of points."""
+    """Yield the loaded runs of points of a cloud.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+
+    Yields
+    ------
+    tuple
+        First id, and points (k, 3).
+    """
     if not isinstance(cloud, StreamedCloud):
         yield 0, cloud.points
         return

@@ -234,9 +234,20 @@ def repeat_planes(
 
 
 def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> PlaneDistances:
-    """Measure the distances of points (n, 3) from the nearest planes, with their errors.
+    """Measure the distances of points from the nearest planes, with their errors.
 
     The error of plane k contains k times the error of the thickness.
+
+    Parameters
+    ----------
+    plane : PlaneEstimate
+    repeats : PlaneSeries
+        Series of parallel planes.
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    PlaneDistances
     """
     distances = plane.distances(points)
     bed = repeats.nearest(distances)

@@ -108,10 +108,19 @@ _COLORS = {
 
 
 def color_of_rock(word: str) -> str:
-    """Return the map colour of a lithology, "#rrggbb".
+    """Return the map colour of a lithology.
 
-    The colour of its class is used if it has none itself. Covered intervals and unknown lithologies
-    give "".
+    The colour of its class is used if it has none itself.
+
+    Parameters
+    ----------
+    word : str
+        Name of a lithology.
+
+    Returns
+    -------
+    str
+        "#rrggbb"; "" for covered intervals and unknown lithologies.
     """
     fields = strabospot_fields(word) or {}
     values = [value for value in fields.values() if value]

@@ -376,7 +376,10 @@ def _tilt_freedom(traces: _Traces) -> float:
 def _compare_pair(
     traces: _Traces, rows: tuple[int, int], ids: tuple[str, str], offset: FloatArray
 ) -> SamePlane:
-    """Test whether two traces lie in one plane; `offset` (3,) from first to second, in the axes."""
+    """Test whether two traces lie in one plane.
+
+    `offset` (3,) leads from the first to the second, in the axes.
+    """
     shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
     parts, free = shares_of_tilt, traces.free
     if traces.free_tilts is not None:

@@ -55,9 +55,7 @@ class CellGrid:
         return np.cross(self.right, self.up)
 
     def local(self, points: FloatArray) -> FloatArray:
-        """Return coordinates (..., 3) to the right, up and toward the viewer, in sides of a
-        cell.
-        """
+        """Return coordinates (..., 3) to the right, up and toward the viewer, in cell sides."""
         axes = np.stack([self.right, self.up, self.normal], axis=-1)
         return np.asarray((points - self.origin) @ axes / self.cell)
 
@@ -112,8 +110,9 @@ class ExposedArea:
 def create_grid(
     points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
 ) -> CellGrid:
-    """Create a grid of whole cells around points, in the plane through the one nearest to the
-    viewer.
+    """Create a grid of whole cells around points.
+
+    Its plane contains the point nearest to the viewer.
 
     Parameters
     ----------
@@ -188,7 +187,18 @@ def measure_faces(
 
 
 def measure_points(grid: CellGrid, points: FloatArray, spacing: float) -> ExposedArea:
-    """Measure the area of a cloud (n, 3), whose points cover squares as wide as the spacing."""
+    """Measure the area of a cloud, whose points cover squares as wide as the spacing.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    points : (n, 3) ndarray
+    spacing : float
+
+    Returns
+    -------
+    ExposedArea
+    """
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
@@ -247,8 +257,9 @@ class _AreaSums:
 def _cut_triangles(
     triangles: FloatArray, axis: int, count: int, lines: list[FloatArray]
 ) -> Iterator[FloatArray]:
-    """Yield pieces between neighbouring lines 0 to `count` along an axis; append cuts to
-    `lines`.
+    """Yield pieces between neighbouring lines 0 to `count` along an axis.
+
+    The cuts are appended to `lines`.
     """
     remaining = triangles
     while len(remaining):

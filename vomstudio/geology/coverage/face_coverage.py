@@ -91,7 +91,18 @@ class FaceCoverage(PrintableResult):
 
 
 def cell_name(grid: CellGrid, number: int) -> str:
-    """Return the name of a cell as on a map: A1 is the upper left; AA follows Z."""
+    """Return the name of a cell as on a map: A1 is the upper left; AA follows Z.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    number : int
+        Number of the cell.
+
+    Returns
+    -------
+    str
+    """
     row, column = divmod(int(number), grid.columns)
     letters = ""
     column += 1
@@ -179,7 +190,18 @@ def measure_coverage(
 
 
 def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
-    """Return the length of a line (k, 3) in each cell in the view, in the grid's unit."""
+    """Return the length of a line in each cell in the view.
+
+    Parameters
+    ----------
+    grid : CellGrid
+    line : (k, 3) ndarray
+
+    Returns
+    -------
+    dict
+        Lengths by number of the cell, in the grid's unit.
+    """
     flat = grid.local(line)[:, :2]
     lengths: dict[int, float] = {}
     for start, end in pairwise(flat):

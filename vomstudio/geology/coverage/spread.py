@@ -183,7 +183,17 @@ def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Repeate
 
 
 def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None:
-    """Measure the scatter of repeated picks; None without repeats."""
+    """Measure the scatter of repeated picks.
+
+    Parameters
+    ----------
+    structures : sequence of RepeatedStructure
+
+    Returns
+    -------
+    PickSpread or None
+        None without repeats.
+    """
     return _spread_from_squares(
         sum(s.squares() for s in structures), sum(len(s.rows) - 1 for s in structures)
     )
@@ -202,7 +212,17 @@ def _spread_from_squares(squares: float, n: int) -> PickSpread | None:
 
 
 def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorTest | None:
-    """Test the stated errors of repeated picks; None if no pair of picks states them."""
+    """Test the stated errors of repeated picks.
+
+    Parameters
+    ----------
+    structures : sequence of RepeatedStructure
+
+    Returns
+    -------
+    StatedErrorTest or None
+        None if no pair of picks states them.
+    """
     from scipy.stats import beta, chi2
 
     stated_structures = [s for s in structures if s.stated and len(s.rows) > 1]
@@ -237,6 +257,16 @@ def squared_difference(structure: RepeatedStructure, i: int, k: int) -> float:
     """Return the squared difference of two picks in their stated covariances.
 
     It is chi square with two degrees of freedom if the errors are right.
+
+    Parameters
+    ----------
+    structure : RepeatedStructure
+    i, k : int
+        Numbers of the picks.
+
+    Returns
+    -------
+    float
     """
     difference = structure.places[i] - structure.places[k]
     return float(

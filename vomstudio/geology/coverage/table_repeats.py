@@ -73,6 +73,8 @@ class InterpreterSpread:
 
 @dataclass(frozen=True)
 class ExcludedPick:
+    """Pick without repeats that count, and the reason."""
+
     id: str
     reason: Finding
 

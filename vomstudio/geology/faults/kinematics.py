@@ -66,12 +66,32 @@ def fault_movements(
 
 
 def p_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
-    """Return the unit vectors (n, 3) of greatest shortening."""
+    """Return the directions of greatest shortening of faults.
+
+    Parameters
+    ----------
+    normals, slips : (n, 3) ndarray
+        Unit vectors.
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     return np.asarray((normals - slips) / np.sqrt(2.0))
 
 
 def t_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
-    """Return the unit vectors (n, 3) of greatest extension."""
+    """Return the directions of greatest extension of faults.
+
+    Parameters
+    ----------
+    normals, slips : (n, 3) ndarray
+        Unit vectors.
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     return np.asarray((normals + slips) / np.sqrt(2.0))
 
 
@@ -95,7 +115,17 @@ class KinematicAxes:
 
 
 def kinematic_axes(normals: FloatArray, slips: FloatArray) -> KinematicAxes:
-    """Compute the kinematic axes of faults, with bootstrap errors (fixed seed)."""
+    """Compute the kinematic axes of faults, with bootstrap errors (fixed seed).
+
+    Parameters
+    ----------
+    normals, slips : (n, 3) ndarray
+        Unit vectors.
+
+    Returns
+    -------
+    KinematicAxes
+    """
     tensors = np.einsum("ni,nj->nij", normals, slips)
     tensors = tensors + np.swapaxes(tensors, 1, 2)
     values, axes = _principal_axes(tensors.mean(axis=0))
@@ -150,7 +180,17 @@ class RightDihedra:
 
 
 def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
-    """Compute the right dihedra of faults over the net."""
+    """Compute the right dihedra of faults over the net.
+
+    Parameters
+    ----------
+    normals, slips : (n, 3) ndarray
+        Unit vectors.
+
+    Returns
+    -------
+    RightDihedra
+    """
     side = np.linspace(-1.0, 1.0, GRID_SIZE)
     x, y = np.meshgrid(side, side)
     directions = unproject(np.stack([x.ravel(), y.ravel()], axis=-1))
@@ -159,9 +199,19 @@ def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
 
 
 def compressed_share(directions: FloatArray, normals: FloatArray, slips: FloatArray) -> FloatArray:
-    """Return the share (m,) of faults in whose compressional dihedra each direction (m, 3) lies.
+    """Return the share of faults in whose compressional dihedra each direction lies.
 
     Directions on the planes between the dihedra, as the strike of a dip-slip fault, count half.
+
+    Parameters
+    ----------
+    directions : (m, 3) ndarray
+    normals, slips : (n, 3) ndarray
+        Unit vectors.
+
+    Returns
+    -------
+    (m,) ndarray
     """
     count = np.zeros(len(directions))
     # Limit a block to a few million products.

@@ -115,7 +115,16 @@ class TableSlip(PrintableResult):
 
 
 def table_slip(table: SlipRows) -> TableSlip:
-    """Compute P and T axes of each fault, and the kinematic axes of all."""
+    """Compute P and T axes of each fault, and the kinematic axes of all.
+
+    Parameters
+    ----------
+    table : SlipRows
+
+    Returns
+    -------
+    TableSlip
+    """
     normals, slips = fault_movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
     axes = kinematic_axes(normals, slips)
     cones = [None] * 3 if axes.confidence95_deg is None else axes.confidence95_deg.tolist()

@@ -11,13 +11,34 @@ from vomstudio.geology.statistics import flip_to
 
 
 def rms(values: FloatArray) -> float:
+    """Return the root mean square.
+
+    Parameters
+    ----------
+    values : ndarray
+
+    Returns
+    -------
+    float
+    """
     return math.sqrt(float(np.mean(np.asarray(values) ** 2)))
 
 
 def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
-    """Return the shortest arc of the great circle that contains all poles, degrees.
+    """Return the shortest arc of the great circle that contains all poles.
 
     It is 180 degrees minus the widest gap between neighbours, axially.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    axes : (3, 3) ndarray
+        Eigenvectors of the orientation tensor.
+
+    Returns
+    -------
+    float
+        Degrees.
     """
     along = _angles_along_deg(poles, axes)
     gaps = np.diff(np.append(along, along[0] + 180.0))
@@ -25,7 +46,18 @@ def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
 
 
 def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
-    """Return the rows of the poles at both ends of the arc that contains all."""
+    """Return the rows of the poles at both ends of the arc that contains all.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    axes : (3, 3) ndarray
+        Eigenvectors of the orientation tensor.
+
+    Returns
+    -------
+    tuple of int
+    """
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     order = np.argsort(angle)
     along = angle[order]
@@ -39,7 +71,18 @@ def _angles_along_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def flip_into_arc(poles: FloatArray, axes: FloatArray) -> FloatArray:
-    """Return the poles, each by the end that lies in the arc that contains all of them."""
+    """Flip poles to the end in the arc that contains all of them.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    axes : (3, 3) ndarray
+        Eigenvectors of the orientation tensor.
+
+    Returns
+    -------
+    (n, 3) ndarray
+    """
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     along = np.sort(angle)
     gaps = np.diff(np.append(along, along[0] + 180.0))

@@ -85,7 +85,10 @@ class LeaveOneOut:
 
 @dataclass(frozen=True)
 class Stray:
-    """Outlying plane that the verdict excludes: position among the planes used, from 0, and id."""
+    """Outlying plane that the verdict excludes: position among the used planes, and id.
+
+    Positions start at 0.
+    """
 
     index: int
     id: str | None = None

@@ -11,14 +11,35 @@ from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict
 
 
 def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
-    """Report that bowing of the model may cause an open fold of this size."""
+    """Report that bowing of the model may cause an open fold of this size.
+
+    Parameters
+    ----------
+    bowed_deg : float or None
+        Bowing of the model.
+    arc_deg : float
+        Arc of the poles.
+
+    Returns
+    -------
+    list of Finding
+    """
     if bowed_deg is None or arc_deg >= bowed_deg:
         return []
     return [Finding("fold.bowed", bowed_deg=bowed_deg, arc_deg=arc_deg)]
 
 
 def shape_findings(shape: Shape) -> list[Finding]:
-    """Report the scatter and arc of the poles, and why limbs or an error are not known."""
+    """Report the scatter and arc of the poles, and why limbs or an error are not known.
+
+    Parameters
+    ----------
+    shape : Shape
+
+    Returns
+    -------
+    list of Finding
+    """
     findings = [Finding("fold.shape", n=shape.n, rms_deg=shape.rms_deg, arc_deg=shape.arc_deg)]
     if shape.limbs is not None and shape.limbs.doubt:
         findings.append(_unknown_limbs(shape.limbs))
@@ -32,8 +53,20 @@ def lone_plane_finding(
 ) -> Finding:
     """Report that a verdict depends on one plane.
 
-    Without it beta turns by `turn_deg`; if that is None, the others have the verdict `other`, or
-    one dip if this is None too.
+    Parameters
+    ----------
+    plane : str
+        Name of the plane.
+    turn_deg : float or None
+        Change of beta without the plane; None if the others have no such axis.
+    error95_deg : float
+        95 % error of beta.
+    other : Verdict or None
+        Verdict of the other planes if `turn_deg` is None; None if they have one dip.
+
+    Returns
+    -------
+    Finding
     """
     if turn_deg is not None:
         return Finding(
@@ -47,7 +80,19 @@ def lone_plane_finding(
 
 
 def cone_untested_finding(plane: str, other: Verdict) -> Finding:
-    """Report that a cone is excluded only because of one plane."""
+    """Report that a cone is excluded only because of one plane.
+
+    Parameters
+    ----------
+    plane : str
+        Name of the plane.
+    other : Verdict
+        Verdict without it.
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("fold.one-plane-excludes-cone", plane=plane, reason=other.reasons[0])
 
 
@@ -61,7 +106,17 @@ def _unknown_limbs(limbs: Limbs) -> Finding:
 
 
 def error_finding(semi_axes: tuple[float, float]) -> Finding:
-    """Report the joint 95 % region of beta, and its effect on projected lengths."""
+    """Report the joint 95 % region of beta, and its effect on projected lengths.
+
+    Parameters
+    ----------
+    semi_axes : tuple of float
+        Degrees.
+
+    Returns
+    -------
+    Finding
+    """
     major, minor = semi_axes
     if major > WEAK_AXIS_DEG:
         return Finding("fold.axis-weak", major_deg=major, minor_deg=minor, limit_deg=WEAK_AXIS_DEG)

@@ -166,9 +166,22 @@ class Shape:
 def describe_shape(
     poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
 ) -> Shape:
-    """Describe the shape of unit poles (n, 3) with the eigenvalues and axes of their tensor.
+    """Describe the shape of poles with the eigenvalues and axes of their tensor.
 
-    `overturned` (n,) is None if unknown.
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+        Unit vectors.
+    values : (3,) ndarray
+        Eigenvalues.
+    axes : (3, 3) ndarray
+        Eigenvectors.
+    overturned : (n,) ndarray of bool, optional
+        None if unknown.
+
+    Returns
+    -------
+    Shape
     """
     off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
@@ -230,6 +243,16 @@ def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     side; but a scatter about a great circle also fits two small circles beside it, if each pole may
     choose its end. The second fit is therefore judged as a mixture of both ends, and is used only
     if its likelihood is clearly higher.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    axes : (3, 3) ndarray
+        Eigenvectors of the orientation tensor.
+
+    Returns
+    -------
+    Cone or None
     """
     n = len(poles)
     if n < 4:
@@ -381,8 +404,14 @@ def _log_likelihood(n: int, sigma: float) -> float:
 def _test_mixture(
     poles: FloatArray, axes: FloatArray, around: _CircleAround
 ) -> tuple[float, float]:
-    """Return p of the great circle against the small circle with unknown ends, and the 95 %
-    half-width of its half-angle."""
+    """Test the great circle against the small circle with unknown ends.
+
+    Returns
+    -------
+    p : float
+    half_width_deg : float
+        95 % half-width of the half-angle.
+    """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
     gain = around.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
@@ -409,8 +438,7 @@ def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
-    """Return p of the great circle against the small one, and the 95 % half-width of the half-
-    angle.
+    """Return p of the great circle against the small one, and the half-angle's 95 % error.
 
     The error assumes that the poles are on the great circle.
     """

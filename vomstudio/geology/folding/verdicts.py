@@ -202,12 +202,30 @@ def _cylindrical_verdict(
 
 
 def uncertain(error95_deg: float) -> Finding:
-    """Report an axis that is valid only under conditions because of its error."""
+    """Report an axis that is valid only under conditions because of its error.
+
+    Parameters
+    ----------
+    error95_deg : float
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("fold.axis-uncertain", error_deg=error95_deg, limit_deg=KNOWN_AXIS_DEG)
 
 
 def too_uncertain(error95_deg: float) -> Finding:
-    """Report an axis that is not valid because of its error."""
+    """Report an axis that is not valid because of its error.
+
+    Parameters
+    ----------
+    error95_deg : float
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("fold.axis-too-uncertain", error_deg=error95_deg, limit_deg=WEAK_AXIS_DEG)
 
 

@@ -1,4 +1,4 @@
-"""Kinematic analysis of a slope at each of its facets, with the facet's attitude as the face.
+"""Kinematic analysis of a slope with the attitude of each of its facets as the face.
 
 Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic analysis, ROKA, Applied
 Sciences 11, 1698) use local faces in the same way.
@@ -63,7 +63,10 @@ class FacetFace:
 
 @dataclass(frozen=True)
 class CriticalShare:
-    """Number of critical planes or intersections among `of`; `share` is None if there are none."""
+    """Number of critical planes or intersections among `of`.
+
+    `share` is None if there are none.
+    """
 
     critical: int
     of: int
@@ -220,8 +223,9 @@ def _count_critical(
     sets: IntArray | None,
     progress: Progress,
 ) -> tuple[IntArray, IntArray]:
-    """Count planes (facets, 2), planar and flexural, and pairs (facets, 3), all, wedge and
-    toppling.
+    """Count critical planes and pairs of planes for each facet.
+
+    Planes (facets, 2) are planar and flexural; pairs (facets, 3) are all, wedge and toppling.
     """
     plane_counts = np.zeros((len(slopes), 2), np.int64)
     pair_counts = np.zeros((len(slopes), 3), np.int64)
@@ -256,7 +260,7 @@ def _exclude_own_plane(
     plane_counts: IntArray,
     pair_counts: IntArray,
 ) -> None:
-    """Subtract the own plane of a facet, in row `own_row`, and its intersections from the counts.
+    """Subtract a facet's own plane, in row `own_row`, and its intersections from counts.
 
     Nothing slides out of a face on its own plane or along a line in it.
     """

@@ -77,7 +77,17 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
 
 
 def empty_interval(size: float) -> Interval:
-    """Return the exact interval of a number per area or length if nothing was counted."""
+    """Return the exact interval of a number per area or length if nothing was counted.
+
+    Parameters
+    ----------
+    size : float
+        Area or length.
+
+    Returns
+    -------
+    Interval
+    """
     return 0.0, -math.log(TAIL_PROBABILITY) / size
 
 
@@ -121,9 +131,19 @@ def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float
 
 
 def line_dispersion(along_m: FloatArray, length_m: float) -> float:
-    """Return the dispersion of the number of crossings along a line, as `area_dispersion`.
+    """Return the dispersion of the number of crossings along a line.
 
-    `along_m` (n,) are their positions, m.
+    It is defined as in `area_dispersion`.
+
+    Parameters
+    ----------
+    along_m : (n,) ndarray
+        Positions of the crossings, m.
+    length_m : float
+
+    Returns
+    -------
+    float
     """
     n = len(along_m)
     if n < MIN_FOR_DISPERSION:
@@ -146,16 +166,36 @@ def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
 
 
 def crossings_per_trace(trace: IntArray) -> FloatArray:
-    """Return the number of crossings of each trace that meets the scanlines."""
+    """Return the number of crossings of each trace that meets the scanlines.
+
+    Parameters
+    ----------
+    trace : (n,) ndarray of int
+        Trace of each crossing.
+
+    Returns
+    -------
+    (k,) ndarray
+    """
     counts = np.unique(trace, return_counts=True)[1]
     return np.asarray(counts, np.float64)
 
 
 def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
-    """Return whether gaps (n,) are significantly more even than those of random places.
+    """Return whether gaps are significantly more even than those of random places.
 
     The test is Moran's (1951, Journal of the Royal Statistical Society B 13, 147-150) for
-    exponential gaps, by Bartlett's statistic. `repeats` is the number of gaps per independent one.
+    exponential gaps, by Bartlett's statistic.
+
+    Parameters
+    ----------
+    gaps : (n,) ndarray
+    repeats : float, optional
+        Number of gaps per independent one.
+
+    Returns
+    -------
+    bool
     """
     from scipy.special import gammainc
 
@@ -168,7 +208,19 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
 
 
 def regular_half_width(cv: float, gaps: float) -> float:
-    """Return half the 95 % interval of the logarithm of a mean gap, by Student's t."""
+    """Return half the 95 % interval of the logarithm of a mean gap, by Student's t.
+
+    Parameters
+    ----------
+    cv : float
+        Coefficient of variation of the gaps.
+    gaps : float
+        Number of gaps.
+
+    Returns
+    -------
+    float
+    """
     from scipy.special import stdtrit
 
     return float(stdtrit(gaps - 1.0, 1.0 - TAIL_PROBABILITY)) * cv / math.sqrt(gaps)

@@ -68,7 +68,7 @@ class LengthFit:
 
 @dataclass(frozen=True)
 class LengthLaw:
-    """Family of distributions by functions of lengths x (n,) and logarithms u (k,) of parameters.
+    """Family of distributions of lengths x (n,) with logarithms u (k,) of its parameters.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class LengthLaw:
     log_h: Callable[[FloatArray, FloatArray], FloatArray]
     log_mean: Callable[[FloatArray], float]
     free: int
-    given: Mapping[str, float]
+    constants: Mapping[str, float]
 
 
 def _exponential() -> LengthLaw:
@@ -104,7 +104,7 @@ def _exponential() -> LengthLaw:
         log_h=lambda x, u: log_s(x, u) + u[0],
         log_mean=lambda u: float(u[0]),
         free=1,
-        given={},
+        constants={},
     )
 
 
@@ -131,7 +131,7 @@ def _lognormal() -> LengthLaw:
         log_h=log_h,
         log_mean=lambda u: float(u[0] + 0.5 * math.exp(2 * u[1])),
         free=2,
-        given={},
+        constants={},
     )
 
 
@@ -162,13 +162,14 @@ def _weibull() -> LengthLaw:
         log_h=log_h,
         log_mean=lambda u: float(u[0] + gammaln(1 + math.exp(-u[1]))),
         free=2,
-        given={},
+        constants={},
     )
 
 
 def _power_law(minimum: float) -> LengthLaw:
-    """Pareto's law: S = (x / minimum)^-exponent. Lengths censored below the minimum do not
-    contribute.
+    """Return Pareto's law: S = (x / minimum)^-exponent.
+
+    Lengths censored below the minimum do not contribute.
     """
     log_minimum = math.log(minimum)
 
@@ -196,18 +197,41 @@ def _power_law(minimum: float) -> LengthLaw:
         log_h=log_h,
         log_mean=log_mean,
         free=2,
-        given={"minimum_m": minimum},
+        constants={"minimum_m": minimum},
     )
 
 
 def candidate_laws(lengths: FloatArray, cut: IntArray) -> list[LengthLaw]:
-    """Return the four laws; the power law begins at the shortest complete length of (n,)."""
+    """Return the four laws; the power law begins at the shortest complete length.
+
+    Parameters
+    ----------
+    lengths : (n,) ndarray
+        Metres.
+    cut : (n,) ndarray of int
+        Number of censored ends, 0 to 2.
+
+    Returns
+    -------
+    list of LengthLaw
+    """
     complete = lengths[cut == 0]
     return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete.min()))]
 
 
 def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
-    """Return the law of a fit with the logarithms of its parameters."""
+    """Return the law of a fit with the logarithms of its parameters.
+
+    Parameters
+    ----------
+    fit : LengthFit
+
+    Returns
+    -------
+    law : LengthLaw
+    logarithms : ndarray
+        Of the parameters.
+    """
     minimum = fit.parameters.get("minimum_m")
     laws = [_exponential(), _lognormal(), _weibull()]
     laws += [] if minimum is None else [_power_law(minimum.value)]
@@ -250,9 +274,23 @@ def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -
 def fit_law(
     law: LengthLaw, lengths: FloatArray, cut: IntArray, window: Window | None = None
 ) -> LengthFit | None:
-    """Fit one law; None if its likelihood has no maximum.
+    """Fit one law to lengths.
 
-    An example is a power law in a window with an infinite mean length.
+    Parameters
+    ----------
+    law : LengthLaw
+    lengths : (n,) ndarray
+        Metres.
+    cut : (n,) ndarray of int
+        Number of censored ends, 0 to 2.
+    window : Window, optional
+        Area in which the traces were mapped.
+
+    Returns
+    -------
+    LengthFit or None
+        None if the likelihood has no maximum, as for a power law in a window with an infinite mean
+        length.
     """
     from scipy.optimize import minimize
 
@@ -293,7 +331,7 @@ def fit_law(
         name: _interval(float(best.x[i]), math.sqrt(covariance[i, i]))
         for i, name in enumerate(law.parameters)
     }
-    parameters.update({name: Parameter(v, None, None) for name, v in law.given.items()})
+    parameters.update({name: Parameter(v, None, None) for name, v in law.constants.items()})
     mean = None
     if (log_mean := law.log_mean(best.x)) < -MIN_LOG:
         slope = _gradient(law.log_mean, best.x)

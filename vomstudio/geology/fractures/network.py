@@ -301,8 +301,18 @@ def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
 
 
 def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
-    """Describe the lengths of traces by their pieces in an area; without one nothing is
-    censored.
+    """Describe the lengths of traces by their pieces in an area.
+
+    Without an area nothing is censored.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    area : shapely Polygon, optional
+
+    Returns
+    -------
+    Lengths
     """
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
@@ -337,10 +347,19 @@ def describe_lengths(pieces: Pieces, area: Any = None) -> Lengths:
 
 
 def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None, float | None]:
-    """Return mean (up to the longest length) and median by Kaplan & Meier (1958).
+    """Estimate the mean and median of censored lengths by Kaplan & Meier (1958).
 
-    The median is None if more than half is censored before it; both are None without complete
-    lengths.
+    Parameters
+    ----------
+    lengths : (n,) ndarray
+    censored : (n,) ndarray of bool
+
+    Returns
+    -------
+    mean : float or None
+        Up to the longest length.
+    median : float or None
+        None if more than half is censored before it. Both are None without complete lengths.
     """
     from scipy.stats import CensoredData, ecdf
 
@@ -394,7 +413,19 @@ def _warnings(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) ->
 
 
 def trace_densities(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
-    """Return the densities over an area of the pieces (n,) that are members of a set."""
+    """Return the densities over an area of the pieces of a set.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    members : (n,) ndarray of bool
+        True for pieces of the set.
+    area : shapely Polygon
+
+    Returns
+    -------
+    Densities
+    """
     import shapely
 
     if area is None:

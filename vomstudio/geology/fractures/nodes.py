@@ -163,7 +163,7 @@ def _find_touches(
 
 
 def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
-    """Return places (m, 2) where two pieces meet, their rows (m, 2), and the number of overlaps."""
+    """Return the crossings of pieces: places (m, 2), rows (m, 2), number of overlaps."""
     import shapely
 
     first, second = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]

@@ -55,7 +55,18 @@ class Pieces:
 
 
 def coordinate_tolerance(lines: ObjectArray) -> float:
-    """Return the distance within which points of a map of traces (n,) are the same, m."""
+    """Return the distance within which points of a map of traces are the same.
+
+    Parameters
+    ----------
+    lines : (n,) ndarray of object
+        Shapely lines.
+
+    Returns
+    -------
+    float
+        Metres.
+    """
     import shapely
 
     median_length = float(np.median(shapely.length(lines))) if len(lines) else 1.0
@@ -63,7 +74,23 @@ def coordinate_tolerance(lines: ObjectArray) -> float:
 
 
 def circle_area(x: float, y: float, radius: float) -> Any:
-    """Return a polygon with the exact area of a circle; its edge is within 1e-6 radii."""
+    """Return a polygon with the exact area of a circle; its edge is within 1e-6 radii.
+
+    Parameters
+    ----------
+    x, y : float
+        Centre.
+    radius : float
+
+    Returns
+    -------
+    shapely Polygon
+
+    Raises
+    ------
+    GeometryError
+        If the radius is not positive, or a number is too large.
+    """
     import shapely
 
     # Larger coordinates have no digits left for metres.
@@ -117,7 +144,19 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Pi
 
 
 def line_segments(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return starts (m, 2) and ends (m, 2) of the straight segments of lines, and their line."""
+    """Return the straight segments of lines.
+
+    Parameters
+    ----------
+    lines : (n,) ndarray of object
+        Shapely lines.
+
+    Returns
+    -------
+    starts, ends : (m, 2) ndarray
+    line : (m,) ndarray of int
+        Line of each segment.
+    """
     import shapely
 
     xy, line = shapely.get_coordinates(lines, return_index=True)

@@ -103,10 +103,22 @@ class Spacing:
 def find_crossings(
     lines: ObjectArray, scanlines: ObjectArray, cap: float | None = None
 ) -> Crossings:
-    """Find the crossings of traces (n,) with scanlines (k,).
+    """Find the crossings of traces with scanlines.
 
-    Traces that run along a scanline have no crossing and count as overlaps. `cap` is the maximum
-    weight, None for no limit.
+    Traces that run along a scanline have no crossing and count as overlaps.
+
+    Parameters
+    ----------
+    lines : (n,) ndarray of object
+        Traces, as shapely lines.
+    scanlines : (k,) ndarray of object
+        Shapely lines.
+    cap : float, optional
+        Maximum weight; None for no limit.
+
+    Returns
+    -------
+    Crossings
     """
     import shapely
 
@@ -159,7 +171,20 @@ def find_crossings(
 
 
 def measure_spacing(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
-    """Measure the spacing of those crossings (n,) that are members of a set."""
+    """Measure the spacing of the crossings of a set.
+
+    Parameters
+    ----------
+    crossings : Crossings
+    members : (n,) ndarray of bool
+        True for crossings of the set.
+    cap : float, optional
+        Maximum weight; None for no limit.
+
+    Returns
+    -------
+    Spacing
+    """
     line, along = crossings.scanline[members], crossings.along_m[members]
     sine = np.sin(np.radians(crossings.angle_deg[members]))
     same = line[1:] == line[:-1]
@@ -234,7 +259,19 @@ def _scale(interval: Interval, factor: float | None) -> Interval:
 
 
 def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float | None, float]:
-    """Return the axial mean of azimuths, 0 to 180 degrees, and its resultant, 0 to 1."""
+    """Return the axial mean of azimuths.
+
+    Parameters
+    ----------
+    azimuth_deg, weights : (n,) ndarray
+
+    Returns
+    -------
+    mean : float or None
+        0 to 180 degrees.
+    resultant : float
+        0 to 1.
+    """
     total = float(weights.sum())
     if total <= 0:
         return None, 0.0
@@ -247,7 +284,19 @@ def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float 
 
 
 def assign_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]) -> IntArray:
-    """Return the clockwise range (n,) that contains each azimuth or its opposite; -1 if none."""
+    """Return the clockwise range that contains each azimuth or its opposite.
+
+    Parameters
+    ----------
+    azimuth_deg : (n,) ndarray
+    ranges : sequence of tuple of float
+        First and last azimuth of each, degrees.
+
+    Returns
+    -------
+    (n,) ndarray of int
+        Number of the range; -1 if none.
+    """
     rows = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):
         width = (high - low) % 180.0 or 180.0

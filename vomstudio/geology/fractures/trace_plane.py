@@ -33,13 +33,35 @@ LINE_TYPES = (1, 2, 5)
 
 
 def map_azimuths_deg(directions: FloatArray) -> FloatArray:
-    """Return the angles (n,) of lines (n, 2) in [0, 180), clockwise from y."""
+    """Return the azimuths of lines on a map.
+
+    Parameters
+    ----------
+    directions : (n, 2) ndarray
+
+    Returns
+    -------
+    (n,) ndarray
+        In [0, 180), clockwise from y.
+    """
     x, y = directions.T
     return np.asarray(np.degrees(np.arctan2(x, y)) % 180.0)
 
 
 def trace_azimuths_deg(directions: FloatArray, plane: TracePlane | None) -> FloatArray:
-    """Return the angles (n,) of traces (n, 2) in [0, 180), on a plane or on the map."""
+    """Return the angles of traces on a plane or on the map.
+
+    Parameters
+    ----------
+    directions : (n, 2) ndarray
+    plane : TracePlane or None
+        None for the map.
+
+    Returns
+    -------
+    (n,) ndarray
+        In [0, 180).
+    """
     return map_azimuths_deg(directions) if plane is None else plane.azimuths_deg(directions)
 
 
@@ -135,7 +157,7 @@ class TracePlane:
         return Plane(self.dip_direction_deg, self.dip_deg).normal()
 
     def finding(self, lines: int) -> Finding:
-        """Return the finding that states the plane. lines : number of lines on it"""
+        """Return the finding that states the plane and the number of lines on it."""
         return Finding(
             "lines.not-planar",
             plane=self.name,
@@ -177,8 +199,17 @@ class TracePlane:
 
         Parameters
         ----------
-        heights : (float, float)
+        shapes : (n,) ndarray of object
+            Shapely geometries.
+        option : {"area", "scanline"}
+            Option that the shapes belong to.
+        heights : tuple of float
             Lowest and highest Z of the traces.
+
+        Returns
+        -------
+        (n,) ndarray of object
+            Geometries on the plane.
 
         Raises
         ------
@@ -199,15 +230,30 @@ class TracePlane:
             if is_level is None or (is_level and (option == "area" or not is_within_heights)):
                 placed[i] = self._above(shape, option)
             else:
-                on_plane = shapely.force_3d(self.project(shapes[i : i + 1])[0])
+                projected = shapely.force_3d(self.project(shapes[i : i + 1])[0])
                 min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
-                if _extent(on_plane, option) < min_extent:
+                if _extent(projected, option) < min_extent:
                     raise self._edge_on(option)
         return self.project(placed)
 
     def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
-        """Return the circle (x, y, radius) on the plane of one in World: (X, Y, R), whose centre is
-        projected vertically, or (X, Y, Z, R). Raises GeometryError as `project_window`."""
+        """Project a circle in World to the plane.
+
+        Parameters
+        ----------
+        circle : sequence of float
+            (X, Y, R), whose centre is projected vertically, or (X, Y, Z, R).
+
+        Returns
+        -------
+        tuple of float
+            (x, y, radius) on the plane.
+
+        Raises
+        ------
+        GeometryError
+            As `project_window`.
+        """
         *centre, radius = circle
         if self.is_horizontal:
             return centre[0], centre[1], radius
@@ -377,7 +423,7 @@ def _no_plane() -> GeometryError:
 
 
 def _extent(shape: Any, option: str) -> float:
-    """Return the area enclosed by the rings of a shape with heights, or the length of its lines."""
+    """Return the area inside the rings of a shape with heights, or the length of its lines."""
     import shapely
 
     total = 0.0

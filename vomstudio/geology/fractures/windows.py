@@ -1,4 +1,4 @@
-"""Effects of the size and edge of a sampling window on number, length and intensity of traces."""
+"""Effects of the sampling window on number, length and intensity of traces."""
 
 from __future__ import annotations
 
@@ -58,7 +58,18 @@ class CircleEstimates:
 
 
 def circle_estimates(pieces: Pieces, radius: float) -> CircleEstimates:
-    """Estimate intensity, density and mean length of the traces in a circle of this radius, m."""
+    """Estimate intensity, density and mean length of the traces in a circle.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    radius : float
+        Metres.
+
+    Returns
+    -------
+    CircleEstimates
+    """
     n = int(pieces.cut.sum())
     m = 2 * len(pieces) - n
     mean = math.pi * radius * n / (2 * m) if m else None
@@ -100,7 +111,17 @@ def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
 
 
 def trace_directions(pieces: Pieces) -> FloatArray:
-    """Return unit vectors (n, 2) from start to end of each piece; of the longest part if closed."""
+    """Return the directions of pieces from start to end; of the longest part if closed.
+
+    Parameters
+    ----------
+    pieces : Pieces
+
+    Returns
+    -------
+    (n, 2) ndarray
+        Unit vectors.
+    """
     ends = pieces.ends()
     along = ends[:, 1] - ends[:, 0]
     length = np.hypot(*along.T)
@@ -116,6 +137,15 @@ def fit_window(pieces: Pieces, area: Any) -> Window:
     """Return the area with its mean width across the traces.
 
     Each direction has the weight of the ends of such traces inside.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    area : shapely Polygon
+
+    Returns
+    -------
+    Window
     """
     import shapely
 
@@ -135,7 +165,18 @@ def fit_window(pieces: Pieces, area: Any) -> Window:
 
 
 def share_beyond(lines: Any, area: Any) -> float:
-    """Return the share of an area outside the convex hull of all traces (n,)."""
+    """Return the share of an area outside the convex hull of all traces.
+
+    Parameters
+    ----------
+    lines : (n,) ndarray of object
+        Shapely lines.
+    area : shapely Polygon
+
+    Returns
+    -------
+    float
+    """
     import shapely
 
     hull = shapely.convex_hull(shapely.multilinestrings(shapely.get_parts(lines)))
@@ -146,7 +187,17 @@ def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
     """Compute P21 in circles of increasing size.
 
     Up to 64 circles of each size on a regular grid, from the smallest that contains a few traces to
-    the largest that fits; empty if no circle fits or there are no traces.
+    the largest that fits.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    area : shapely Polygon
+
+    Returns
+    -------
+    tuple of IntensityAtSize
+        Empty if no circle fits or there are no traces.
     """
     import shapely
 

@@ -61,8 +61,9 @@ class LineFigures:
 
 @dataclass(frozen=True)
 class AxisConfidence:
-    """Semi-axes of the joint 95 % region of an axis, degrees, and the direction of the larger
-    one.
+    """Semi-axes of the joint 95 % region of an axis, degrees.
+
+    It also contains the direction of the larger one.
     """
 
     max_deg: float
@@ -123,8 +124,9 @@ class KentFigures:
 
 @dataclass(frozen=True)
 class UniformityFigures:
-    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions; p is None for fewer than
-    5.
+    """Test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
+
+    p is None for fewer than 5 vectors.
     """
 
     test: str
@@ -134,18 +136,47 @@ class UniformityFigures:
 
 
 def line_figures(vector: FloatArray) -> LineFigures:
-    """Return trend and plunge of a vector (3,) as an axis."""
+    """Return trend and plunge of a vector as an axis.
+
+    Parameters
+    ----------
+    vector : (3,) ndarray
+
+    Returns
+    -------
+    LineFigures
+    """
     line = Line.from_vector(vector)
     return LineFigures(line.trend_deg, line.plunge_deg)
 
 
 def f95(bottom: float) -> float:
-    """Return the 95 % quantile of F with (2, bottom) degrees of freedom in closed form."""
+    """Return the 95 % quantile of F with (2, bottom) degrees of freedom in closed form.
+
+    Parameters
+    ----------
+    bottom : float
+
+    Returns
+    -------
+    float
+    """
     return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))
 
 
 def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
-    """Test unit vectors (n, 3) for uniformity."""
+    """Test unit vectors for uniformity.
+
+    Parameters
+    ----------
+    v : (n, 3) ndarray
+    directed : bool
+        Whether the vectors are directions, not axes.
+
+    Returns
+    -------
+    UniformityFigures
+    """
     n = len(v)
     if directed:
         raw = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
@@ -162,9 +193,22 @@ def assess_uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
 def axes_confidence(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
-    """Compute the model-free 95 % regions of the tensor's axes from unit vectors (n, 3).
+    """Compute the model-free 95 % regions of the tensor's axes.
 
-    A region is None for fewer than 5 vectors, or if the eigenvalue may be equal to another one.
+    Parameters
+    ----------
+    v : (n, 3) ndarray
+        Unit vectors.
+    values : (3,) ndarray
+        Eigenvalues of the tensor.
+    axes : (3, 3) ndarray
+        Eigenvectors of the tensor.
+    weights : (n,) ndarray, optional
+
+    Returns
+    -------
+    tuple of AxisConfidence or None
+        None for fewer than 5 vectors, or if the eigenvalue may be equal to another one.
     """
     n = len(v)
     w = np.ones(n) if weights is None else weights / weights.mean()
@@ -216,8 +260,13 @@ def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> Axis
 def fit_bingham(
     v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
-    """Fit Bingham's distribution to axes (n, 3) with their tensor, or return the reason for not
-    fitting.
+    """Fit Bingham's distribution to axes (n, 3) with their tensor.
+
+    Returns
+    -------
+    figures : BinghamFigures or None
+    finding : Finding or None
+        Reason if it was not fitted.
     """
     n = len(v)
     if n < 4:
@@ -254,9 +303,21 @@ def _bingham_confidence(
 
 
 def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
-    """Return the p-value of Fisher's distribution for directions (n, 3).
+    """Return the p-value of Fisher's distribution for directions.
 
-    None for few directions, and for identical or weakly clustered ones.
+    Parameters
+    ----------
+    v : (n, 3) ndarray
+        Unit vectors.
+    mean : (3,) ndarray
+        Mean direction.
+    kappa : float or None
+        Concentration.
+
+    Returns
+    -------
+    float or None
+        None for few directions, and for identical or weakly clustered ones.
     """
     if kappa is None or kappa < 5.0 or len(v) < MIN_FOR_FIT:
         return None
@@ -266,10 +327,21 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
 def fit_kent(
     v: FloatArray, directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
-    """Fit Kent's distribution to a cluster of directions (n, 3), or return the reason for not
-    fitting.
+    """Fit Kent's distribution to a cluster of directions.
 
-    Axes must be flipped to one side.
+    Parameters
+    ----------
+    v : (n, 3) ndarray
+        Unit vectors; axes must be flipped to one side.
+    directed : bool
+        Whether the vectors are directions, not axes.
+    weights : (n,) ndarray, optional
+
+    Returns
+    -------
+    figures : KentFigures or None
+    finding : Finding or None
+        Reason if it was not fitted.
     """
     n = len(v)
     if n < MIN_DIRECTIONS_FOR_KENT:

@@ -88,7 +88,20 @@ def _number(cell: str) -> float:
 
 
 def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArray, WeightFigures]:
-    """Return weights (n,), mean 1, of unit vectors (n, 3) by their errors, and their figures."""
+    """Return weights of unit vectors by their errors, and the figures of the weights.
+
+    Parameters
+    ----------
+    v : (n, 3) ndarray
+        Unit vectors.
+    errors : OrientationErrors
+
+    Returns
+    -------
+    weights : (n,) ndarray
+        Their mean is 1.
+    figures : WeightFigures
+    """
     is_known = np.isfinite(errors.error95_deg)
     error95_deg = (
         np.where(is_known, errors.error95_deg, np.median(errors.error95_deg[is_known]))
@@ -114,8 +127,9 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
 
 
 def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
-    """Return squared angles from the mean of a cluster, or else the great circle, and their
-    freedom.
+    """Return squared angles from the mean of a cluster, or from the great circle.
+
+    The second value is their degrees of freedom.
     """
     values, axes = orientation_tensor(v, weights)
     point, girdle, _ = vollmer(values)

@@ -16,7 +16,19 @@ MIN_VALUE = 1e-300
 
 
 def chi2_tail(free: int, square: float) -> float:
-    """Return the probability of a larger chi-square with `free` degrees of freedom."""
+    """Return the probability of a larger chi-square.
+
+    Parameters
+    ----------
+    free : int
+        Degrees of freedom.
+    square : float
+        Chi-square.
+
+    Returns
+    -------
+    float
+    """
     if square <= 0.0:
         return 1.0
     half = square / 2.0
@@ -36,7 +48,19 @@ def chi2_tail(free: int, square: float) -> float:
 
 
 def f_tail(top: float, bottom: float, ratio: float) -> float:
-    """Return the probability of a larger F with (top, bottom) degrees of freedom."""
+    """Return the probability of a larger F.
+
+    Parameters
+    ----------
+    top, bottom : float
+        Degrees of freedom.
+    ratio : float
+        F.
+
+    Returns
+    -------
+    float
+    """
     if ratio <= 0.0:
         return 1.0
     return _beta(bottom / 2.0, top / 2.0, bottom / (bottom + top * ratio))
@@ -44,7 +68,17 @@ def f_tail(top: float, bottom: float, ratio: float) -> float:
 
 @lru_cache(maxsize=1024)
 def t95(free: float) -> float:
-    """Return the two-sided 95 % quantile of Student's t."""
+    """Return the two-sided 95 % quantile of Student's t.
+
+    Parameters
+    ----------
+    free : float
+        Degrees of freedom.
+
+    Returns
+    -------
+    float
+    """
     low, high = 0.0, 13.0
     while f_tail(1.0, free, high**2) > 0.05:
         high *= 2.0

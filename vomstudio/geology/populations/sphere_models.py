@@ -67,7 +67,17 @@ class Kent:
 
 
 def bingham_nodes(k1: float, k2: float) -> Nodes:
-    """Return nodes in the frame of the axes, on the hemisphere with first > 0."""
+    """Return nodes in the frame of the axes, on the hemisphere with first > 0.
+
+    Parameters
+    ----------
+    k1, k2 : float
+        Concentrations.
+
+    Returns
+    -------
+    Nodes
+    """
     a, b = -k1, -k2
     x, wx = _legendre(-1.0, 1.0, _width(a))
     turn, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
@@ -85,9 +95,17 @@ def bingham_nodes(k1: float, k2: float) -> Nodes:
 
 
 def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
-    """Estimate Bingham's distribution from the eigenvalues of the tensor by maximum likelihood.
+    """Estimate Bingham's distribution by maximum likelihood.
 
-    None if S3 is 0, for which the concentration is infinite.
+    Parameters
+    ----------
+    eigenvalues : (3,) array_like
+        Eigenvalues of the orientation tensor.
+
+    Returns
+    -------
+    Bingham or None
+        None if S3 is 0, for which the concentration is infinite.
     """
     values = np.asarray(eigenvalues, dtype=np.float64)
     _, s2, s3 = (float(s) for s in values / values.sum())
@@ -121,8 +139,17 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
 
 
 def kent_nodes(kappa: float, beta: float) -> Nodes:
-    """Return nodes in the frame (mean, major, minor axis), on the equal-area plane about the
-    mean.
+    """Return nodes on the equal-area plane about the mean.
+
+    Parameters
+    ----------
+    kappa, beta : float
+        Concentration and ovalness.
+
+    Returns
+    -------
+    Nodes
+        Frame: mean, major, minor axis.
     """
     major = 1.0 / math.sqrt(kappa - 2.0 * beta)
     minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
@@ -143,10 +170,19 @@ def kent_nodes(kappa: float, beta: float) -> Nodes:
 
 
 def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
-    """Estimate Kent's distribution by maximum likelihood along the axes of the moments (his section
-    4).
+    """Estimate Kent's distribution by maximum likelihood along the axes of the moments.
 
-    None if the directions are not a cluster (kappa below 5) or scatter in one direction only.
+    See section 4 of his paper.
+
+    Parameters
+    ----------
+    directions : (n, 3) array_like
+        Unit vectors.
+
+    Returns
+    -------
+    Kent or None
+        None if the directions are not a cluster (kappa below 5) or scatter in one direction only.
     """
     x = np.asarray(directions, dtype=np.float64)
     mean = x.mean(axis=0)
@@ -298,7 +334,18 @@ def _rows(cross: FloatArray, matrix: FloatArray) -> FloatArray:
 
 
 def bingham_p(model: Bingham, x: FloatArray) -> float:
-    """Return the p-value of Bingham's model for axes (n, 3) in its frame, by fourth harmonics."""
+    """Return the p-value of Bingham's model by fourth harmonics.
+
+    Parameters
+    ----------
+    model : Bingham
+    x : (n, 3) ndarray
+        Axes in the frame of the model.
+
+    Returns
+    -------
+    float
+    """
     places = model.nodes.places
     return smooth_test(
         _quartic(x), _products(x), _quartic(places), _products(places), model.nodes.shares
@@ -306,8 +353,17 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
 
 
 def kent_p(model: Kent, x: FloatArray) -> float:
-    """Return the p-value of Kent's model for directions (n, 3) in its frame, by skewness and
-    kurtosis.
+    """Return the p-value of Kent's model by skewness and kurtosis.
+
+    Parameters
+    ----------
+    model : Kent
+    x : (n, 3) ndarray
+        Directions in the frame of the model.
+
+    Returns
+    -------
+    float
     """
     places = model.nodes.places
     return smooth_test(
@@ -320,9 +376,19 @@ def kent_p(model: Kent, x: FloatArray) -> float:
 
 
 def fisher_model_p(kappa: float, x: FloatArray) -> float:
-    """Return the p-value of Fisher's model for directions (n, 3) with the mean as first coordinate.
+    """Return the p-value of Fisher's model.
 
     Elongated or skewed clusters, and those with another decrease, fail it.
+
+    Parameters
+    ----------
+    kappa : float
+    x : (n, 3) ndarray
+        Directions with the mean as first coordinate.
+
+    Returns
+    -------
+    float
     """
     nodes = kent_nodes(kappa, 0.0)
     places = nodes.places

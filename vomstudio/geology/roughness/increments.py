@@ -1,4 +1,4 @@
-"""Roughness of a surface by second differences: growth with distance, and smoothest direction.
+"""Surface roughness by second differences: growth with distance, smoothest direction.
 
 z(x + h) - 2 z(x) + z(x - h) is independent of tilt, so the subtracted plane does not matter. For a
 self-affine surface its mean square grows as |h|^(2 H) with the Hurst exponent H (Kent & Wood 1997,
@@ -176,7 +176,7 @@ def measure_variations(heights: FloatArray, cell: float, shortest: float) -> Var
 def fit_exponent(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> Exponent | None:
-    """Fit the Hurst exponent of all directions over the distances that noise does not dominate.
+    """Fit the Hurst exponent of all directions over distances not dominated by noise.
 
     Parameters
     ----------
@@ -199,7 +199,20 @@ def fit_exponent(
 def fit_directional_exponents(
     variations: Variations, noise: float, missing_variance: float = 0.0
 ) -> list[DirectionExponent]:
-    """Fit the Hurst exponent of each direction that allows one."""
+    """Fit the Hurst exponent of each direction that allows one.
+
+    Parameters
+    ----------
+    variations : Variations
+    noise : float
+        Standard deviation of the noise, m.
+    missing_variance : float, optional
+        Variance that the model does not contain, m2.
+
+    Returns
+    -------
+    list of DirectionExponent
+    """
     exponents = []
     for i, angle in enumerate(variations.angles_deg.tolist()):
         exponent = _fit_exponent(variations, noise, np.array([i]), NOISE_FACTOR * missing_variance)
@@ -246,7 +259,19 @@ def find_smoothest_direction(variations: Variations, noise: float) -> SmoothestD
 
 
 def resolved_range(variations: Variations, noise: float) -> tuple[float, float] | None:
-    """Return the range of distances that noise does not dominate, m."""
+    """Return the range of distances that noise does not dominate.
+
+    Parameters
+    ----------
+    variations : Variations
+    noise : float
+        Standard deviation of the noise, m.
+
+    Returns
+    -------
+    tuple of float or None
+        Metres.
+    """
     resolved = np.flatnonzero(_is_resolved(variations, noise))
     return (
         (float(variations.lags[resolved[0]]), float(variations.lags[resolved[-1]]))
@@ -256,8 +281,9 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 
 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
-    """Return relative cosine and sine terms (2, k, n) of twice the direction in mean squares (d, k,
-    n).
+    """Return relative cosine and sine terms (2, k, n) of twice the direction.
+
+    The mean squares are (d, k, n).
 
     By least squares, because cells do not allow regular steps of direction and length.
     """
@@ -359,8 +385,9 @@ def _error95(jackknife: FloatArray) -> float:
 
 
 def _slope(lengths: FloatArray, squares: FloatArray) -> float:
-    """Return the slope of logarithms, weighted by the number (size / h)^2 of independent
-    differences.
+    """Return the slope of logarithms.
+
+    The weights are the numbers (size / h)^2 of independent differences.
     """
     x, y = np.log(lengths), np.log(np.maximum(squares, 1e-300))
     weight = 1.0 / lengths**2

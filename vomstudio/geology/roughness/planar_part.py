@@ -131,7 +131,7 @@ def _planar_parts(
     noise: float,
     scatter: float,
 ) -> list[tuple[FloatArray, float, BoolArray]]:
-    """Return plane, scatter and cells of the largest part of a broken surface, and of the next one.
+    """Return plane, scatter and cells of the two largest parts of a broken surface.
 
     `scatter` is that about the plane of all cells; the list is empty if the surface is not broken.
     """

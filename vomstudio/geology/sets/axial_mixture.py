@@ -1,4 +1,4 @@
-"""Sets of planes among poles: a mixture of clusters on the sphere and a uniform background.
+"""Sets among poles: a mixture of clusters on the sphere and a uniform background.
 
 Each cluster is a Bingham (1974) distribution, which may be elongated and has equal densities for a
 pole and its opposite, so that sets of steep planes, whose poles lie on both sides of the net, need
@@ -170,7 +170,17 @@ def propose_clusters(
 
 
 def clusters_from_seeds(poles: FloatArray, seeds: FloatArray) -> Mixture:
-    """Fit the mixture with one cluster per seed (k, 3), in their order."""
+    """Fit the mixture with one cluster per seed, in their order.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+    seeds : (k, 3) ndarray
+
+    Returns
+    -------
+    Mixture
+    """
     k = len(seeds)
     weights = np.append(np.full(k, 0.9 / k), 0.1)
     axes = np.array([_frame(seed) for seed in seeds])
@@ -314,8 +324,9 @@ def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
 
 @functools.cache
 def _spreads() -> tuple[FloatArray, FloatArray]:
-    """Return variances of Watson's distribution in one direction, ascending, and log
-    concentrations.
+    """Return the variances of Watson's distribution in one direction, and log concentrations.
+
+    The variances ascend.
 
     Half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
     """
@@ -332,10 +343,20 @@ def _concentration(variance: FloatArray) -> FloatArray:
 
 
 def expected_random_groups(n: int, members: FloatArray) -> float:
-    """Return the expected number of random groups as close as members (k, 3) among n poles.
+    """Return the expected number of random groups as close as the members of a set.
 
     Groups are k poles with pairwise angles up to the widest angle between the members. The share of
     uniform poles within an angle of a pole is 1 - cos(angle).
+
+    Parameters
+    ----------
+    n : int
+        Number of poles.
+    members : (k, 3) ndarray
+
+    Returns
+    -------
+    float
     """
     k = len(members)
     min_cosine = float(np.abs(members @ members.T).min())

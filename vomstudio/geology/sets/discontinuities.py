@@ -1,5 +1,4 @@
-"""Discontinuities of a set: parallel planes separated by position, with spacing, persistence and
-area.
+"""Discontinuities of a set: its parallel planes, with spacing, persistence and area.
 
 Pieces of one set whose positions along its mean normal differ by more than their scatter are
 different discontinuities; the others are pieces of one. Riquelme, Abellan, Tomas & Jaboyedoff
@@ -275,7 +274,16 @@ def _may_be_fewer(
 
 
 def describe_faces(pieces: Pieces) -> str | None:
-    """Return whether all planes together are on one face or on several; None for too few."""
+    """Return whether all planes together are on one face or on several; None for too few.
+
+    Parameters
+    ----------
+    pieces : Pieces
+
+    Returns
+    -------
+    str or None
+    """
     located = pieces.places[np.isfinite(pieces.places).all(axis=1)]
     if len(located) < MIN_PLACES:
         return None
@@ -288,7 +296,21 @@ def describe_faces(pieces: Pieces) -> str | None:
 def measure_scanline_spacing(
     normal: FloatArray, poles: FloatArray, places: FloatArray, line: FloatArray
 ) -> ScanlineSpacing:
-    """Measure the spacing of persistent planes (m, 3) through places (m, 3) along a line (2, 3)."""
+    """Measure the spacing of persistent planes along a line.
+
+    Parameters
+    ----------
+    normal : (3,) ndarray
+        Mean normal of the set.
+    poles, places : (m, 3) ndarray
+        Poles of the planes, and a point of each.
+    line : (2, 3) ndarray
+        Ends of the line.
+
+    Returns
+    -------
+    ScanlineSpacing
+    """
     step = line[1] - line[0]
     length = float(np.linalg.norm(step))
     denominators = poles @ step

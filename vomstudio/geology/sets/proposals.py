@@ -303,7 +303,16 @@ def describe_proposal(
 
 
 def fit_set(poles: FloatArray) -> SetFit:
-    """Fit Fisher's (1953) and Kent's (1982) distribution to a set of poles (n, 3)."""
+    """Fit Fisher's (1953) and Kent's (1982) distribution to a set of poles.
+
+    Parameters
+    ----------
+    poles : (n, 3) ndarray
+
+    Returns
+    -------
+    SetFit
+    """
     statistics = set_statistics(poles)
     fisher_figures, kent_figures = statistics.fisher, statistics.kent
     better = None
@@ -411,7 +420,21 @@ def _girdle_findings(
 
 
 def parse_seeds(text: str | None) -> tuple[Plane, ...]:
-    """Parse planes such as 120/45,300/80. Raises UsageError."""
+    """Parse planes such as 120/45,300/80.
+
+    Parameters
+    ----------
+    text : str or None
+
+    Returns
+    -------
+    tuple of Plane
+
+    Raises
+    ------
+    UsageError
+        If the text is not such a list.
+    """
     planes = []
     for word in [] if text is None else text.split(","):
         try:
@@ -467,9 +490,18 @@ def _describe_set(
 def spacing_along(
     normal: FloatArray, places: FloatArray | None
 ) -> tuple[float | None, float | None]:
-    """Return the mean gap of persistent planes along a normal, and the relative deviation of gaps.
+    """Return the mean gap of persistent planes along a normal.
 
-    None if fewer than two of the places (n, 3) are known.
+    Parameters
+    ----------
+    normal : (3,) ndarray
+    places : (n, 3) ndarray or None
+        A point of each plane; NaN if unknown.
+
+    Returns
+    -------
+    gap, deviation : float or None
+        Mean and relative deviation of the gaps; None if fewer than two places are known.
     """
     if places is None:
         return None, None

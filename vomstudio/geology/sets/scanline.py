@@ -10,7 +10,22 @@ from vomstudio.core.findings import Finding
 
 
 def parse_scanline(text: str | None) -> FloatArray | None:
-    """Parse the ends (2, 3) of "x,y,z,x,y,z", m; None for None. Raises UsageError."""
+    """Parse the ends of a scanline, "x,y,z,x,y,z".
+
+    Parameters
+    ----------
+    text : str or None
+
+    Returns
+    -------
+    (2, 3) ndarray or None
+        Metres; None for None.
+
+    Raises
+    ------
+    UsageError
+        If the text is not such a line.
+    """
     if text is None:
         return None
     try:

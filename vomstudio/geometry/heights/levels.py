@@ -1,4 +1,4 @@
-"""Levels of the points of a patch: two planes a step apart, or two layers of misaligned scans.
+"""Levels in the points of a patch: two parallel planes, or layers of misaligned scans.
 
 One plane of all points would lie between them. Steps are detected by the means of small cells,
 which scatter much less than points, so that steps of twice the noise are visible: after subtraction
@@ -88,18 +88,45 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
 
 
 def level_findings(gap_m: float | None) -> list[Finding]:
-    """Report levels that make a plane doubtful; no finding for None."""
+    """Report levels that make a plane doubtful; no finding for None.
+
+    Parameters
+    ----------
+    gap_m : float or None
+        Gap between the levels, m; None if there are none.
+
+    Returns
+    -------
+    list of Finding
+    """
     return [] if gap_m is None else [Finding("plane.levels", gap_m=gap_m)]
 
 
 def bend_findings(is_bent: bool) -> list[Finding]:
-    """Report a curved face that makes the plane of a piece doubtful."""
+    """Report a curved face that makes the plane of a piece doubtful.
+
+    Parameters
+    ----------
+    is_bent : bool
+
+    Returns
+    -------
+    list of Finding
+    """
     return [Finding("plane.bowed")] if is_bent else []
 
 
 def grid_steps(points: FloatArray) -> FloatArray:
-    """Return the grid (3,) to which a file's coordinates were rounded, 0 if there was no
-    rounding.
+    """Return the grid to which a file's coordinates were rounded.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    (3,) ndarray
+        Steps of x, y and z; 0 if they were not rounded.
     """
     steps = np.zeros(3)
     for axis in range(3):
@@ -126,8 +153,9 @@ def grid_steps(points: FloatArray) -> FloatArray:
 def _gap_between_cells(
     a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, max_scatter: float
 ) -> float | None:
-    """Return the gap between levels of cells, whose scatter without a step is below
-    `max_scatter`.
+    """Return the gap between levels of cells.
+
+    Without a step, their scatter is below `max_scatter`.
     """
     for start_slopes in (slopes, np.zeros(2)):
         if float(np.std(mean - start_slopes[0] * a - start_slopes[1] * b)) < max_scatter:
@@ -189,8 +217,9 @@ def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
 
 
 def _round_places(x: FloatArray) -> Int16Array:
-    """Round positions so that points of a lattice row are in one cell regardless of the plane's
-    tilt.
+    """Round positions so that points of a lattice row are in one cell.
+
+    This does not depend on the tilt of the plane.
 
     Short integers are sorted ten times faster.
     """

@@ -1,5 +1,7 @@
-"""Compiled loops over cubic cells that hold points: the points of cell c, which stand sorted, are
-points[begins[c]:begins[c + 1]]."""
+"""Compiled loops over cubic cells that contain points.
+
+Points are sorted by cell: those of cell c are points[begins[c]:begins[c + 1]].
+"""
 
 from __future__ import annotations
 
@@ -8,17 +10,26 @@ import math
 from vomstudio.geometry.kernels.cells import eigen_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_ODD = 0x9E3779B97F4A7C15 - (1 << 64)
+_HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 """Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
 
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
 def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-def]
-    """The up to 26 cells around each, and how many they are in all: those of cell c become
-    near[starts[c]:starts[c + 1]].
+    """Find the neighbours of each cell, at most 26, and return their total number.
 
-    keys : sorted numbers of cells, i + row j + layer k, no cell at an end of a row or layer;
-    at : (9,) zeros
+    Parameters
+    ----------
+    keys : (k,) ndarray
+        Sorted numbers of cells, i + row j + layer k. No cell is at an end of a row or layer.
+    row, layer : int
+        Steps of the cell number along j and k.
+    at : (9,) ndarray
+        Zeros; working space.
+    starts : (k + 1,) ndarray
+        Output: the neighbours of cell c are near[starts[c]:starts[c + 1]].
+    near : ndarray
+        Output: rows of `keys`.
     """
     total = 0
     for c in range(len(keys)):
@@ -40,7 +51,7 @@ def near_cells(keys, row, layer, at, starts, near):  # type: ignore[no-untyped-d
 
 @kernel("b1(f8[:,::1], i8[::1])")
 def has_twins(points, begins):  # type: ignore[no-untyped-def]
-    """Whether two points of a cell are at one place."""
+    """Return whether two points of a cell have the same coordinates."""
     for c in range(len(begins) - 1):
         for a in range(begins[c], begins[c + 1]):
             for b in range(a + 1, begins[c + 1]):
@@ -55,9 +66,11 @@ def has_twins(points, begins):  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1])")
 def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
-    """How many points are not finite; low and high, which come as inf and -inf, become the bounds
-    of the others."""
-    odd = 0
+    """Compute the bounds of the finite points and return the number of the others.
+
+    `low` and `high` are inf and -inf on entry and the bounds on return.
+    """
+    non_finite = 0
     ax, ay, az = low[0], low[1], low[2]
     bx, by, bz = high[0], high[1], high[2]
     for p in range(len(points)):
@@ -65,13 +78,13 @@ def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
         if not math.isfinite(x + y + z) and not (
             math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
         ):
-            odd += 1
+            non_finite += 1
             continue
         ax, ay, az = min(ax, x), min(ay, y), min(az, z)
         bx, by, bz = max(bx, x), max(by, y), max(bz, z)
     low[0], low[1], low[2] = ax, ay, az
     high[0], high[1], high[2] = bx, by, bz
-    return odd
+    return non_finite
 
 
 @part
@@ -86,19 +99,24 @@ def _number(points, p, per, row, layer):  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], f8, i8, i8, i8[::1])")
 def cell_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
-    """Of points from 0 on, in cells `per` of which are along a unit: i + row j + layer k, each
-    counted from 1 on."""
+    """Compute the cell number i + row j + layer k of each point.
+
+    i, j and k start at 1; `per` is the number of cells per unit. Coordinates are not negative.
+    """
     for p in range(len(points)):
         keys[p] = _number(points, p, per, row, layer)
 
 
 @kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
 def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
-    """The same of the points in every sixteenth cell, wherever it lies; how many they are."""
+    """Compute the numbers of the points in one of 16 cells, and return how many they are.
+
+    The cells are selected by a hash of their number; see `cell_numbers`.
+    """
     count = 0
     for p in range(len(points)):
         key = _number(points, p, per, row, layer)
-        if (key * _ODD) >> 60 == 0:
+        if (key * _HASH_FACTOR) >> 60 == 0:
             keys[count] = key
             count += 1
     return count
@@ -106,9 +124,11 @@ def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
 
 @kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
 def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-def]
-    """Sort by the bits first to last, from the lowest on, those that are equal in them as they
-    come (Knuth, The Art of Computer Programming 3, 5.2.5). other : as long, working space; counts :
-    (512,) as well"""
+    """Sort by the bits `first` to `last`, keeping the order of equal values.
+
+    Radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3, 5.2.5).
+    `other`, as long as `values`, and `counts` (512,) are working space.
+    """
     n, turns = len(values), 0
     for shift in range(first, last, 9):
         mask = (1 << min(9, last - shift)) - 1
@@ -130,9 +150,21 @@ def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-d
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
 def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type: ignore[no-untyped-def]
-    """Of sorted numbers of cells with the point's own in the lower bits: the points in their order,
-    their rows, the place of each row, the number of each cell and where it begins; how many cells
-    there are."""
+    """Sort points by cell and return the number of cells.
+
+    Parameters
+    ----------
+    packed : (n,) ndarray
+        Sorted cell numbers, with the row of the point in the lower `bits`.
+    bits : int
+    points : (n, 3) ndarray
+    rows, row_of : (n,) ndarray
+        Output: row of each sorted point, and position of each row.
+    places : (n, 3) ndarray
+        Output: sorted points.
+    keys, begins : ndarray
+        Output: number of each cell and its first sorted point.
+    """
     cells, last = 0, -1
     low = (1 << bits) - 1
     for at in range(len(packed)):
@@ -153,9 +185,21 @@ def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type:
 def nearest_in_block(  # type: ignore[no-untyped-def]
     points, begins, starts, near_cells_, keys, row, layer, side, rows, cells, near, squares, known
 ):
-    """Of each row its nearest points in its cell (cells) and those around, itself the first, and
-    the squares of how far they are. known becomes whether there are as many as are asked for, and
-    none can be nearer in another cell."""
+    """Find the nearest points of each row in its cell and the cells around it.
+
+    Parameters
+    ----------
+    points, begins, starts, near_cells_, keys
+        Sorted points and their cells, as from `lined_up` and `near_cells`.
+    row, layer, side
+        Steps of the cell number, and side of a cell.
+    rows, cells : (k,) ndarray
+        Rows of the query points, and their cells.
+    near, squares : (k, m) ndarray
+        Output: rows of the nearest points, the point itself first, and squared distances.
+    known : (k,) ndarray of bool
+        Output: whether m points were found and none in a farther cell can be nearer.
+    """
     most = near.shape[1]
     for i in range(len(rows)):
         x, y, z = points[rows[i], 0], points[rows[i], 1], points[rows[i], 2]
@@ -187,7 +231,7 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
 def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
-    """Of each cell's points the mean, and the covariance about it (xx, yy, zz, xy, xz, yz)."""
+    """Compute the mean and the covariance (xx, yy, zz, xy, xz, yz) of each cell's points."""
     for c in range(len(begins) - 1):
         first, last = begins[c], begins[c + 1]
         n = last - first
@@ -219,8 +263,11 @@ def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
 def block_planes(  # type: ignore[no-untyped-def]
     first, last, begins, means, inner, starts, near, count, normals, spreads
 ):
-    """Of the points in each of the cells first to last and those around it: how many, the unit
-    normal of their plane, and the eigenvalues of their covariance, from the least on."""
+    """Fit a plane to the points of each cell from `first` to `last` and the cells around it.
+
+    Outputs are the number of points, the unit normal, and the eigenvalues of the covariance in
+    ascending order.
+    """
     for c in range(first, last):
         x, y, z = means[c, 0], means[c, 1], means[c, 2]
         n = 0.0
@@ -236,7 +283,7 @@ def block_planes(  # type: ignore[no-untyped-def]
             zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
             xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
         sx, sy, sz = sx / n, sy / n, sz / n
-        found = eigen_of(
+        eigen = eigen_of(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
@@ -245,5 +292,5 @@ def block_planes(  # type: ignore[no-untyped-def]
             yz / n - sy * sz,
         )
         count[c] = int(n)
-        normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
-        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]
+        normals[c, 0], normals[c, 1], normals[c, 2] = eigen[0], eigen[1], eigen[2]
+        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(eigen[3], 0.0), eigen[4], eigen[5]

@@ -6,15 +6,15 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_SPREAD = 0x9E3779B97F4A7C15 - (1 << 64)
+_HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 """Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
 
 
 @part
 def slot_of(names, name):  # type: ignore[no-untyped-def]
-    """Where a row of cells stands in the table, or the empty place where it would."""
+    """Return the slot of a row of cells in the table, or the free slot for it."""
     last = len(names) - 1
-    at = ((name * _SPREAD) >> 20) & last
+    at = ((name * _HASH_FACTOR) >> 20) & last
     while names[at] != -1 and names[at] != name:
         at = (at + 1) & last
     return at
@@ -22,8 +22,19 @@ def slot_of(names, name):  # type: ignore[no-untyped-def]
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
 def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
-    """The table of rows of cells that hold points. rows : (r,) their numbers, begins : (r + 1,)
-    where the points of each begin; names come full of -1, more than r, a power of two of them."""
+    """Fill the table of rows of cells that contain points.
+
+    Parameters
+    ----------
+    rows : (r,) ndarray
+        Numbers of the rows of cells.
+    begins : (r + 1,) ndarray
+        First point of each.
+    names : ndarray
+        Output, -1 on entry; its length is a power of two above r.
+    ends : (len(names), 2) ndarray
+        Output: first point of the row and of the next one.
+    """
     for at in range(len(rows)):
         slot = slot_of(names, rows[at])
         names[slot] = rows[at]
@@ -31,11 +42,11 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
 
 
 @part
-def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
-    """The first of sorted keys in a range that is not below the wanted one."""
+def first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
+    """Return the first position of a range of sorted keys whose key is not below `bound`."""
     while low < high:
         middle = (low + high) // 2
-        if keys[middle] < wanted:
+        if keys[middle] < bound:
             low = middle + 1
         else:
             high = middle
@@ -44,13 +55,16 @@ def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
 
 @part
 def cell_of(value, size, count):  # type: ignore[no-untyped-def]
+    """Return the cell of a coordinate, limited to the grid."""
     return min(max(math.floor(value / size), 0), count - 1)
 
 
 @part
 def _rotation(p, q, m):  # type: ignore[no-untyped-def]
-    """(tangent, cosine, sine) of the turn that makes the element m between the diagonal elements p
-    and q vanish."""
+    """Return tangent, cosine and sine of the rotation that eliminates an element.
+
+    The element m is between the diagonal elements p and q.
+    """
     if m == 0.0:
         return 0.0, 1.0, 0.0
     t = (q - p) / (2.0 * m)
@@ -66,9 +80,11 @@ def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
 
 @part
 def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
-    """(unit eigenvector of the least eigenvalue, the eigenvalues from the least on) of the
-    symmetric matrix with the rows (a, d, e), (d, b, f), (e, f, c): cyclic Jacobi rotations
-    (Golub & Van Loan, Matrix Computations, 8.5)."""
+    """Return the eigenvector of the smallest eigenvalue, then the ascending eigenvalues.
+
+    The symmetric matrix has the rows (a, d, e), (d, b, f), (e, f, c). Cyclic Jacobi rotations
+    (Golub & Van Loan, Matrix Computations, 8.5).
+    """
     v00, v01, v02 = 1.0, 0.0, 0.0
     v10, v11, v12 = 0.0, 1.0, 0.0
     v20, v21, v22 = 0.0, 0.0, 1.0
@@ -110,9 +126,12 @@ def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
 def planes_near(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
 ):
-    """Of the points in a ball around each place: how many, their mean, the unit normal of their
-    plane and the eigenvalues of their covariance, from the least on; a normal of NaN where there
-    are fewer than three. Points and places are relative to the grid's corner."""
+    """Fit a plane to the points in a ball around each place.
+
+    Outputs are the number of points, their mean, the unit normal of their plane, and the
+    eigenvalues of their covariance in ascending order; the normal is NaN for fewer than three
+    points. Points and places are relative to the grid's corner.
+    """
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
@@ -145,7 +164,7 @@ def planes_near(  # type: ignore[no-untyped-def]
         means[row, 0], means[row, 1], means[row, 2] = x + sx, y + sy, z + sz
         if n < 3:
             continue
-        found = eigen_of(
+        eigen = eigen_of(
             xx / n - sx * sx,
             yy / n - sy * sy,
             zz / n - sz * sz,
@@ -153,8 +172,8 @@ def planes_near(  # type: ignore[no-untyped-def]
             xz / n - sx * sz,
             yz / n - sy * sz,
         )
-        normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
-        spreads[row, 0], spreads[row, 1], spreads[row, 2] = found[3], found[4], found[5]
+        normals[row, 0], normals[row, 1], normals[row, 2] = eigen[0], eigen[1], eigen[2]
+        spreads[row, 0], spreads[row, 1], spreads[row, 2] = eigen[3], eigen[4], eigen[5]
 
 
 @kernel(
@@ -164,9 +183,12 @@ def planes_near(  # type: ignore[no-untyped-def]
 def along_axes(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, places, axes, radius, reach, count, means, spreads
 ):
-    """Of the points in a cylinder around each place, `reach` to either side along a unit axis: how
-    many, the mean of their positions along it and the standard deviation (n - 1). Points and places
-    are relative to the grid's corner."""
+    """Measure the points in a cylinder around each place along a unit axis.
+
+    The cylinder extends `reach` to either side. Outputs are the number of points, and the mean and
+    the standard deviation (n - 1) of their positions along the axis. Points and places are relative
+    to the grid's corner.
+    """
     pieces = max(1, math.ceil(reach / size))
     half = reach / pieces
     for row in range(len(places)):

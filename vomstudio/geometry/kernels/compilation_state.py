@@ -1,4 +1,4 @@
-"""Whether all kernels of this program have been compiled on this machine, told without loading one.
+"""Record of whether all kernels are compiled on this machine.
 
 To look each one up takes a process of its own two seconds. So whoever has made all of them ready
 leaves a note beside them that is called by the program's files, what compiles them and the machine.
@@ -19,12 +19,12 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def noted() -> bool:
-    """They were made ready, by this very program on this machine."""
+    """Return whether this version of the program compiled all kernels on this machine."""
     return load_code(_name()) is not None
 
 
 def note() -> None:
-    """All of them are ready now."""
+    """Record that all kernels are compiled."""
     store_code(_name(), b"")
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernels: written in Python, compiled by numba once, and loaded without it afterwards.
+"""Kernels in Python, compiled by numba once and loaded without it afterwards.
 
 `import numba` takes longer than most of a small command. Nothing here imports it before a kernel
 must be compiled: its machine code is cached on the disk and loaded into a later process by llvmlite
@@ -89,15 +89,33 @@ def _numba_cache(folder: Path) -> Iterator[None]:
 
 
 def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
-    """Declare a kernel that releases the GIL, compiled for one signature and cached on the disk.
+    """Declare a kernel that releases the GIL, compiled for one signature.
 
-    `fastmath` allows reordered sums and excludes NaN, for kernels of pictures.
+    Its code is cached on the disk.
+
+    Parameters
+    ----------
+    signature : str
+        In numba's notation.
+    fastmath : bool, optional
+        Whether sums may be reordered and NaN is excluded, for kernels of pictures.
+
+    Returns
+    -------
+    callable
+        Decorator.
     """
     return lambda function: Kernel(function, signature, fastmath)
 
 
 def make_ready(*modules: ModuleType) -> None:
-    """Load or compile the kernels of these modules now, to avoid delays later."""
+    """Load or compile the kernels of these modules now, to avoid delays later.
+
+    Parameters
+    ----------
+    *modules : ModuleType
+        Modules that define kernels.
+    """
     for module in modules:
         for value in vars(module).values():
             if isinstance(value, Kernel):
@@ -105,8 +123,17 @@ def make_ready(*modules: ModuleType) -> None:
 
 
 def part(function: Callable[..., Any]) -> Part:
-    """Declare a part of kernels, compiled with the first one that calls it and contained in its
-    code.
+    """Declare a part of kernels.
+
+    It is compiled with the first kernel that calls it and contained in its code.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    Part
     """
     return Part(function)
 
@@ -116,18 +143,45 @@ def step(function: Callable[..., Any]) -> Part:
 
     It is as fast as inline code, and with fastmath its sums have the same order. For one or two
     calls only, because each call is a copy.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    Part
     """
     return Part(function, inline="always")
 
 
 def fast_part(function: Callable[..., Any]) -> Part:
-    """Declare a `part` for kernels with fastmath."""
+    """Declare a `part` for kernels with fastmath.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    Part
+    """
     return Part(function, fastmath=True)
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
-    """Return the array as a kernel needs it: contiguous, of this type and writable; copied if
-    needed.
+    """Return the array as a kernel needs it: contiguous, of this type and writable.
+
+    It is copied only if needed.
+
+    Parameters
+    ----------
+    array : array_like
+    dtype : dtype
+
+    Returns
+    -------
+    ndarray
     """
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
 
@@ -147,6 +201,15 @@ def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """Return the array for kernels that do not write to it, without copying read-only memory.
 
     Writing to the result ends the process.
+
+    Parameters
+    ----------
+    array : array_like
+    dtype : dtype
+
+    Returns
+    -------
+    ndarray
     """
     required = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
     if required.flags.writeable or not required.size:

@@ -57,10 +57,18 @@ class _CannotCache(Exception):
 def entry(
     source: Source, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
-    """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
-    numba.
+    """Return the kernel as machine code, compiled if it is not in the cache.
 
-    `compile_by_numba` makes the kernel that reports errors inside the code.
+    Parameters
+    ----------
+    source : Source
+    compile_by_numba : callable
+        Returns the kernel that reports errors inside the code.
+
+    Returns
+    -------
+    callable or None
+        None if numba must compile the kernel.
     """
     if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return None
@@ -94,7 +102,7 @@ def _linked(
 
 
 def _address(symbol: str, code: bytes) -> int:
-    """Where the entry lies, after the code was put into this process."""
+    """Load the code into this process and return the address of its entry."""
     import llvmlite.binding as llvm
 
     if any(llvm.address_of_symbol(name) is None for name in _missing_symbols(code)):
@@ -114,7 +122,7 @@ def _address(symbol: str, code: bytes) -> int:
 
 
 def _missing_symbols(code: bytes) -> list[str]:
-    """What an ELF object file does not bring itself, by the *System V ABI*, ch. 4."""
+    """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
     if code[:6] != b"\x7fELF\x02\x01":  # 64 bits, little-endian
         raise _CannotCache
     (sections_at,) = struct.unpack_from("<Q", code, 0x28)
@@ -134,7 +142,10 @@ def _missing_symbols(code: bytes) -> list[str]:
 
 
 def _compiled(source: Source, signature: Signature) -> bytes:
-    """Name of the entry and object code; empty where the code cannot stand without numba."""
+    """Compile a kernel to the name of its entry and object code.
+
+    The result is empty if the code requires numba.
+    """
     import llvmlite.binding as llvm
     import numba
 
@@ -188,6 +199,14 @@ def numba_cache_folder(source: Source) -> Path | None:
 
     numba recognises a changed kernel by the time and size of its file and misses changes of the
     parts that it calls from other files. So the folder's name contains the hash of all of them.
+
+    Parameters
+    ----------
+    source : Source
+
+    Returns
+    -------
+    Path or None
     """
     try:
         name = _file_name(source).removesuffix(".code")
@@ -207,7 +226,17 @@ def numba_cache_folder(source: Source) -> Path | None:
 
 
 def load_code(name: str) -> bytes | None:
-    """What was kept under a name, None where nothing is or it was damaged."""
+    """Return the code stored under a name; None if there is none or it is damaged.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file in the cache.
+
+    Returns
+    -------
+    bytes or None
+    """
     for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
             whole = read_whole(folder / name)
@@ -222,7 +251,14 @@ def _sealed(code: bytes) -> bytes:
 
 
 def store_code(name: str, code: bytes) -> None:
-    """In the first folder that can be written; in none if it must be."""
+    """Store code in the first cache folder that can be written, if any.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file in the cache.
+    code : bytes
+    """
     for folder in cache_folders():
         draft = folder / f"{name}.{os.getpid()}.part"
         try:
@@ -258,7 +294,7 @@ def _file_name(source: Source) -> str:
 
 @cache
 def _environment() -> tuple[str, ...]:
-    """Of what every kernel's code depends."""
+    """Return everything outside of a kernel that determines its code."""
     import llvmlite
     import llvmlite.binding as llvm
 
@@ -275,8 +311,10 @@ def _environment() -> tuple[str, ...]:
 
 
 def compiler() -> tuple[str, ...]:
-    """What compiles kernels and how it is set, told without importing it: first numba's version,
-    "" where it is not installed."""
+    """Return the version and the settings of the compiler without importing it.
+
+    The first item is numba's version, "" if it is not installed.
+    """
     spec = find_spec("numba")
     where = None if spec is None else spec.origin
     settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
@@ -288,8 +326,10 @@ def compiler() -> tuple[str, ...]:
 
 
 def _meaning(function: Callable[..., Any]) -> Iterator[str]:
-    """All that the function's machine code is made of: instructions, constants, and the values of
-    the names it uses, through its parts."""
+    """Yield everything that determines the function's machine code.
+
+    These are instructions, constants, and the values of the names it uses, through its parts.
+    """
     assert isinstance(function, FunctionType)
     codes = all_code(function)
     for code in codes:
@@ -308,7 +348,7 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
 
 
 def _ordered(constant: Any) -> Any:
-    """Sets have another order in each process."""
+    """Sort a set, whose order differs between processes."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 

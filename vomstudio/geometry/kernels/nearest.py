@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.raytree import LEAF
 
 @part
 def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
-    """Of the distance from a place to a box; infinite of an empty one."""
+    """Return the squared distance from a place to a box; infinite for an empty box."""
     if low[node, 0] > high[node, 0]:
         return np.inf
     dx = max(low[node, 0] - x, 0.0, x - high[node, 0])
@@ -21,7 +21,10 @@ def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
 
 @part
 def _edge(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
-    """Where along an edge, 0 to 1, a place is nearest; both relative to its first end."""
+    """Return the nearest point of an edge as a fraction 0 to 1.
+
+    The place and the edge are relative to the first end of the edge.
+    """
     length = ex * ex + ey * ey + ez * ez
     if length == 0.0:
         return 0.0
@@ -29,10 +32,12 @@ def _edge(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
 
 
 @part
-def _on_triangle(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: ignore[no-untyped-def]
-    """Weights of the second and third corner of the point of a triangle that is nearest to a
-    place, exactly 0 or 1 on an edge; corner a, and the edges from it. See Ericson (2004),
-    Real-Time Collision Detection, 5.1.5."""
+def _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: ignore[no-untyped-def]
+    """Return the weights of the second and third corner at the nearest point of a triangle.
+
+    They are exactly 0 or 1 on an edge. The triangle is corner a and the edges from it. See Ericson
+    (2004), Real-Time Collision Detection, 5.1.5.
+    """
     px, py, pz = x - ax, y - ay, z - az
     ee = ex * ex + ey * ey + ez * ez
     ff = fx * fx + fy * fy + fz * fz
@@ -69,8 +74,10 @@ def _on_triangle(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: ignore[n
 def nearest_faces(  # type: ignore[no-untyped-def]
     points, faces, order, low, high, places, index, weights, stack, entry
 ):
-    """The face that is nearest to each place, and the weights of its corners there; index comes
-    full of -1, weights of NaN."""
+    """Find the nearest face of each place, and the weights of its corners there.
+
+    `index` is -1 and `weights` NaN on entry.
+    """
     leaves = (len(low) + 1) // 2
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
@@ -103,7 +110,7 @@ def nearest_faces(  # type: ignore[no-untyped-def]
                 ax, ay, az = points[i, 0], points[i, 1], points[i, 2]
                 ex, ey, ez = points[j, 0] - ax, points[j, 1] - ay, points[j, 2] - az
                 fx, fy, fz = points[m, 0] - ax, points[m, 1] - ay, points[m, 2] - az
-                u, v = _on_triangle(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z)
+                u, v = _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z)
                 dx = x - ax - u * ex - v * fx
                 dy = y - ay - u * ey - v * fy
                 dz = z - az - u * ez - v * fz

@@ -1,4 +1,4 @@
-"""Compiled sums over cells of nearly equal count, by which a patch's points are told apart."""
+"""Compiled sums over the cells of a patch, which have nearly equal numbers of points."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 
 @part
-def _not_above(bounds, value):  # type: ignore[no-untyped-def]
-    """How many of a few bounds are not above a value."""
+def _count_not_above(bounds, value):  # type: ignore[no-untyped-def]
+    """Count the bounds that are not above a value."""
     count = 0
     for k in range(len(bounds)):
         count += value >= bounds[k]
@@ -16,15 +16,26 @@ def _not_above(bounds, value):  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[:,::1])")
 def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
-    """Of each cell how many points, and the sums of u, v, r, uu, uv, vv, ur and vr.
+    """Count the points of each cell, and sum their u, v, r, uu, uv, vv, ur and vr.
 
-    across, along : by which a point is in a cell; slabs : (k - 1,) sorted bounds of the first;
-    parts : (k, k - 1) those of the second in each slab; count : (k k,), sums : (k k, 8), zeros
+    Parameters
+    ----------
+    across, along : (n,) ndarray
+        Coordinates that determine the cell of a point.
+    slabs : (k - 1,) ndarray
+        Sorted bounds of `across`.
+    parts : (k, k - 1) ndarray
+        Sorted bounds of `along` in each slab.
+    u, v, r : (n,) ndarray
+    count : (k k,) ndarray
+        Output, zeros on entry.
+    sums : (k k, 8) ndarray
+        Output, zeros on entry.
     """
     side = len(parts)
     for i in range(len(u)):
-        slab = _not_above(slabs, across[i])
-        at = slab * side + _not_above(parts[slab], along[i])
+        slab = _count_not_above(slabs, across[i])
+        at = slab * side + _count_not_above(parts[slab], along[i])
         a, b, h = u[i], v[i], r[i]
         count[at] += 1
         sums[at, 0] += a
@@ -39,8 +50,18 @@ def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignor
 
 @kernel("void(f8[:,::1], f8[::1], f8[::1], f8[:,::1])")
 def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untyped-def]
-    """The sum of the points' outer products about their mean. weights : (k,), or (1,) for all;
-    centre : a place near the points, which becomes their mean; scatter : zeros"""
+    """Sum the weighted outer products of points about their mean.
+
+    Parameters
+    ----------
+    points : (k, 3) ndarray
+    weights : (k,) ndarray
+        Or (1,) for all.
+    centre : (3,) ndarray
+        A place near the points, which becomes their mean.
+    scatter : (3, 3) ndarray
+        Output, zeros on entry.
+    """
     x, y, z = centre[0], centre[1], centre[2]
     for turn in range(2):
         w, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
@@ -65,7 +86,10 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
 
 @kernel("f8(f8[:,::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
 def turned(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def]
-    """Coordinates along three axes, the rows, from a centre on; the sum of the squares of r."""
+    """Compute coordinates along three axes, the rows, and return the sum of squares of r.
+
+    The coordinates are relative to `centre`.
+    """
     x, y, z = centre[0], centre[1], centre[2]
     total = 0.0
     for i in range(len(points)):

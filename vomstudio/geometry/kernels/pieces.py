@@ -16,10 +16,15 @@ Run = Callable[[Callable[[int, int], object]], None]
 
 @contextmanager
 def split_work(count: int) -> Iterator[Run]:
-    """Yield a function that runs work(first, last) over pieces of `count` elements.
+    """Yield a function that runs ``work(first, last)`` over pieces of a range.
 
     There are as many pieces as processors; few elements are one piece in this thread. The work is a
     kernel that releases the GIL and writes to its own elements only.
+
+    Parameters
+    ----------
+    count : int
+        Number of elements.
     """
     pieces = min(PROCESSORS, count // MIN_PIECE_SIZE)
     if pieces < 2:

@@ -1,5 +1,7 @@
-"""Compiled fits of curved surfaces to the points near a place, which stand sorted by the cells of a
-grid."""
+"""Compiled fits of curved surfaces to the points near a place.
+
+The points are sorted by the cells of a grid.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +10,16 @@ import math
 from vomstudio.geometry.kernels.cells import cell_of, first_not_below, slot_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
-_FEWEST = 10
-"""Points for the six coefficients of a quadric, so that noise is averaged at all."""
+_MIN_POINTS = 10
+"""Points for the six coefficients of a quadric, so that noise is averaged."""
 
 
 @part
 def _solved(rows):  # type: ignore[no-untyped-def]
-    """Gaussian elimination with pivots of rows (6, 7), in place; whether there is a solution, which
-    then stands in the last column."""
+    """Solve rows (6, 7) in place by Gaussian elimination with pivots.
+
+    Returns whether there is a solution, which is then the last column.
+    """
     for k in range(6):
         best = k
         for i in range(k + 1, 6):
@@ -31,16 +35,16 @@ def _solved(rows):  # type: ignore[no-untyped-def]
             for j in range(k, 7):
                 rows[i, j] -= share * rows[k, j]
     for k in range(5, -1, -1):
-        left = rows[k, 6]
+        remainder = rows[k, 6]
         for j in range(k + 1, 6):
-            left -= rows[k, j] * rows[j, 6]
-        rows[k, 6] = left / rows[k, k]
+            remainder -= rows[k, j] * rows[j, 6]
+        rows[k, 6] = remainder / rows[k, k]
     return True
 
 
 @part
 def _across(x, y, z):  # type: ignore[no-untyped-def]
-    """Two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
+    """Return two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
     side = math.copysign(1.0, z)
     a = -1.0 / (side + z)
     b = x * y * a
@@ -52,13 +56,15 @@ def _across(x, y, z):  # type: ignore[no-untyped-def]
     "f8[:,::1], f8[::1])"
 )
 def curvatures_near(  # type: ignore[no-untyped-def]
-    points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, found
+    points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, curvature
 ):
-    """Mean curvature at each place of the quadric that is fitted, as a height along the unit normal
-    there, to the points in a ball around it (Goldman 2005, Computer Aided Geometric Design 22,
-    632); positive where the surface bends away from the normal, as on a ball whose normals point
-    out. Points and places are relative to the grid's corner; rows : (6, 7) to work in; found : NaN
-    where it stays unknown."""
+    """Compute the mean curvature at each place of the quadric fitted to the points in a ball.
+
+    The quadric is a height along the unit normal (Goldman 2005, Computer Aided Geometric Design 22,
+    632). The curvature is positive where the surface bends away from the normal, as on a ball whose
+    normals point out. Points and places are relative to the grid's corner. `rows` (6, 7) is working
+    space; `curvature` is NaN on entry and stays so if the curvature is unknown.
+    """
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
@@ -111,7 +117,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                     rows[4, 6] += uv * h
                     rows[5, 5] += vv * vv
                     rows[5, 6] += vv * h
-        if n < _FEWEST:
+        if n < _MIN_POINTS:
             continue
         # The other products are the same sums.
         rows[1, 1], rows[1, 2], rows[2, 2] = rows[0, 3], rows[0, 4], rows[0, 5]
@@ -127,4 +133,4 @@ def curvatures_near(  # type: ignore[no-untyped-def]
         fuu, fuv, fvv = 2.0 * rows[3, 6], rows[4, 6], 2.0 * rows[5, 6]
         g = 1.0 + fu * fu + fv * fv
         bend = (1.0 + fv * fv) * fuu - 2.0 * fu * fv * fuv + (1.0 + fu * fu) * fvv
-        found[row] = -bend / (2.0 * g * math.sqrt(g) * radius)
+        curvature[row] = -bend / (2.0 * g * math.sqrt(g) * radius)

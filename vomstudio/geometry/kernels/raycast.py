@@ -11,12 +11,14 @@ INSIDE = -1e-9
 
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], f8[:,::1], f8[:,:,::1])")
-def grid_hits(points, faces, chosen, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
-    """First hits of rays along +z through the centres of a grid's pixels; see `cast_grid`. face
-    comes full of -1, depth of infinity."""
+def grid_hits(points, faces, selected, left, top, step, face, depth, weights):  # type: ignore[no-untyped-def]
+    """Find the first hits of rays along +z through the centres of a grid's pixels.
+
+    See `cast_grid`. `face` is -1 and `depth` infinity on entry.
+    """
     h, w = face.shape
-    for at in range(len(chosen)):
-        f = chosen[at]
+    for at in range(len(selected)):
+        f = selected[at]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az
@@ -50,11 +52,14 @@ def grid_hits(points, faces, chosen, left, top, step, face, depth, weights):  # 
 @kernel(
     "void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], i4[:,::1], f8[:,::1], f8[:,:,::1])"
 )
-def quarter_hits(points, faces, chosen, left, top, step, slot, face, depth, weights):  # type: ignore[no-untyped-def]
-    """As `grid_hits`, four rays in each pixel whose slot is not -1: row `slot` of the results."""
+def quarter_hits(points, faces, selected, left, top, step, slot, face, depth, weights):  # type: ignore[no-untyped-def]
+    """Find the first hits of four rays in each pixel whose slot is not -1.
+
+    As `grid_hits`; the slot is the row of the results.
+    """
     h, w = slot.shape
-    for at in range(len(chosen)):
-        f = chosen[at]
+    for at in range(len(selected)):
+        f = selected[at]
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
         ex, ey, ez = points[b, 0] - ax, points[b, 1] - ay, points[b, 2] - az

@@ -12,7 +12,10 @@ INSIDE = -1e-12
 
 
 def stack_space() -> tuple[IntArray, FloatArray]:
-    """Working space of a walk: a kernel that allocates none can be loaded without numba."""
+    """Allocate the working space of a walk.
+
+    A kernel that allocates none can be loaded without numba.
+    """
     return np.empty(128, np.int64), np.empty(128, np.float64)
 
 
@@ -23,7 +26,7 @@ def _finite(vector):  # type: ignore[no-untyped-def]
 
 @part
 def _enters(low, high, node, start, way, last):  # type: ignore[no-untyped-def]
-    """Where along a ray it enters a box; infinite if it does not before `last`."""
+    """Return the distance at which a ray enters a box; infinite if not before `last`."""
     near, far = 0.0, last
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]
@@ -67,6 +70,7 @@ def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ign
 def first_faces(  # type: ignore[no-untyped-def]
     points, faces, order, low, high, starts, ways, ends, index, distance, weights, stack, entry
 ):
+    """Find the first face that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]
@@ -122,6 +126,7 @@ def first_faces(  # type: ignore[no-untyped-def]
 def first_points(  # type: ignore[no-untyped-def]
     points, order, low, high, starts, ways, ends, reach, thick, index, distance, stack, entry
 ):
+    """Find the first surface of points that each ray hits, up to its end."""
     leaves = (len(low) + 1) // 2
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]

@@ -110,8 +110,9 @@ class Signature:
         ]
 
     def c_function(self) -> Any:
-        """Return the ctypes type of the machine code's entry, which releases the GIL during a
-        call.
+        """Return the ctypes type of the machine code's entry.
+
+        It releases the GIL during a call.
         """
         types = [t for p in self._parameters for t in p.c_types()]
         return ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)

@@ -14,8 +14,9 @@ COMPILING = threading.RLock()
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Function of a kernel, its signature in numba's notation, and whether sums may be
-    reordered.
+    """Function of a kernel with its signature in numba's notation.
+
+    `fastmath` allows sums to be reordered.
     """
 
     function: Callable[..., Any]
@@ -45,7 +46,16 @@ class Part:
 
 
 def all_code(function: FunctionType) -> list[CodeType]:
-    """Return the code of a function and of the functions inside it."""
+    """Return the code of a function and of the functions inside it.
+
+    Parameters
+    ----------
+    function : FunctionType
+
+    Returns
+    -------
+    list of CodeType
+    """
     codes = [function.__code__]
     for code in codes:
         codes += [c for c in code.co_consts if isinstance(c, CodeType)]
@@ -53,7 +63,17 @@ def all_code(function: FunctionType) -> list[CodeType]:
 
 
 def linked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function with its parts compiled by numba."""
+    """Return the function with its parts compiled by numba.
+
+    Parameters
+    ----------
+    function : callable
+        Function that calls parts.
+
+    Returns
+    -------
+    callable
+    """
     assert isinstance(function, FunctionType)
 
     def resolved(value: Any) -> Any:

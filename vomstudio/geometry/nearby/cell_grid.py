@@ -80,9 +80,20 @@ class CellGrid:
 
 
 def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
-    """Sort points (n, 3), with coordinates from 0, into cells.
+    """Sort points into cubic cells.
 
-    The cell of the median point contains about `per_cell` points. Coincident points become one.
+    Coincident points become one.
+
+    Parameters
+    ----------
+    local : (n, 3) ndarray
+        Coordinates, not negative.
+    per_cell : float
+        Approximate number of points in the cell of the median point.
+
+    Returns
+    -------
+    CellGrid
     """
     local = for_kernels(local, np.float64)
     high = np.full(3, -np.inf)
@@ -111,8 +122,9 @@ def create_cell_grid(local: FloatArray, per_cell: float) -> CellGrid:
 
 
 def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
-    """Determine the side of a cell iteratively; on a surface, counts grow with the square of the
-    side.
+    """Determine the side of a cell iteratively.
+
+    On a surface, counts grow with the square of the side.
     """
     n = len(local)
     size = np.sort(high)[::-1]

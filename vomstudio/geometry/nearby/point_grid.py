@@ -1,4 +1,4 @@
-"""Points sorted by the cells of a grid: sums over the neighbours of many places, in parallel.
+"""Points sorted by grid cells, for parallel sums over the neighbours of many places.
 
 Search trees return lists of neighbours, which for millions of places do not fit into memory; a
 compiled loop over the cells stores only the sums.
@@ -44,7 +44,9 @@ class LocalPlanes:
 
 @dataclass(frozen=True, eq=False)
 class CylinderStatistics:
-    """Positions of the points in a cylinder around each of k places, along its axis from the place.
+    """Positions of points in a cylinder around each of k places, along its axis.
+
+    They are relative to the place.
 
     Attributes
     ----------
@@ -133,7 +135,9 @@ class PointGrid:
         radius: float,
         progress: Progress | None = None,
     ) -> FloatArray:
-        """Compute the mean curvature (k,) of quadrics through the points within `radius` of places.
+        """Compute the mean curvature (k,) of quadrics through the points near places.
+
+        The points are within `radius`.
 
         In inverse units of the points, positive if the surface bends away from the unit normals (k,
         3); NaN for fewer than ten points. Raises Cancelled through `progress`, whose steps are
@@ -231,9 +235,23 @@ class PointGrid:
 def run_in_blocks(
     work: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
 ) -> None:
-    """Run work on k rows in blocks of `size` rows and in threads; it must release the GIL.
+    """Run work on rows in blocks and in threads.
 
-    The steps of `progress` are rows. Raises Cancelled through `progress`.
+    Parameters
+    ----------
+    work : callable
+        Called with the slice of each block; must release the GIL.
+    k : int
+        Number of rows.
+    progress : Progress
+        Its steps are rows.
+    size : int, optional
+        Number of rows per block.
+
+    Raises
+    ------
+    Cancelled
+        If the user cancels through `progress`.
     """
     blocks = [slice(start, min(start + size, k)) for start in range(0, k, size)]
     results = map_parallel(work, blocks, min(_MAX_THREADS, PROCESSORS))

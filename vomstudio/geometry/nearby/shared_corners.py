@@ -1,4 +1,4 @@
-"""Shared vertices of faces: coincident vertices are one, and so are faces on the same vertices.
+"""Shared vertices of faces: coincident vertices become one, and so do equal faces.
 
 Free sides next to each other, such as at the seam of two tiles, are one side.
 """
@@ -26,8 +26,17 @@ def snap_corners(places: FloatArray, faces: IntArray) -> FloatArray:
     """Snap vertices that are much closer than a side is long.
 
     Only if few faces share a side, as when each has its own rounded or transformed vertices;
-    otherwise the places (n, 3) are returned unchanged. They are finite at the vertices of faces (k,
-    3).
+    otherwise the places are returned unchanged.
+
+    Parameters
+    ----------
+    places : (n, 3) ndarray
+        Finite at the vertices of faces.
+    faces : (k, 3) ndarray of int
+
+    Returns
+    -------
+    (n, 3) ndarray
     """
     nodes = welded(places)[faces]
     if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):

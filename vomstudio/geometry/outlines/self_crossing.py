@@ -12,7 +12,9 @@ MAX_RELATIVE_CHANGE = 1e-9
 
 
 def resolve_crossings(polygons: Any) -> tuple[Any, list[Finding]]:
-    """Resolve the self-crossings of shapely polygons (n,), or of one, and report changed areas.
+    """Resolve the self-crossings of shapely polygons (n,), or of one.
+
+    Changed areas are reported.
 
     Returns
     -------

@@ -23,8 +23,10 @@ N_SEEDS = 64
 
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
-    """Triangles (k, 3, 3), their projection along the outline's normal (k, 3, 2), the share of each
-    inside (k,), and the projected outline.
+    """Triangles (k, 3, 3) and their share inside an outline.
+
+    It also contains their projection (k, 3, 2) along the outline's normal, the share (k,) of each
+    inside, and the projected outline.
     """
 
     faces: FloatArray
@@ -60,10 +62,17 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
 
 
 def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
-    """Return the triangles (k, 3, 3) of the part of a surface inside an outline, cut by the
-    outline.
+    """Return the part of a surface inside an outline, cut at the outline.
 
-    The arguments are those of `area_inside`.
+    Parameters
+    ----------
+    corners, ring : array_like
+        See `area_inside`.
+
+    Returns
+    -------
+    (k, 3, 3) ndarray or None
+        Triangles; None as in `area_inside`.
     """
     enclosed = _find_enclosed(corners, ring)
     if enclosed is None:

@@ -85,9 +85,24 @@ def cast_quarters(
     top: float,
     step: float,
 ) -> GridHits:
-    """Cast four rays, through the centres of the quarters, in each requested pixel of a grid.
+    """Cast four rays per requested pixel of a grid, through the centres of its quarters.
 
-    Results (n, 4) are in row order of `is_requested` (height, width).
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+    faces : (k, 3) ndarray of int32
+    selected : (m,) ndarray of int32
+        Rows of the faces to hit.
+    is_requested : (height, width) ndarray of bool
+    left, top : float
+        Coordinates of the grid's corner.
+    step : float
+        Size of a pixel.
+
+    Returns
+    -------
+    GridHits
+        Arrays (n, 4), in row order of `is_requested`.
     """
     from vomstudio.geometry.kernels.raycast import quarter_hits
 

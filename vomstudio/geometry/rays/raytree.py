@@ -95,8 +95,7 @@ class RayTree:
     def cast(
         self, starts: npt.ArrayLike, ways: npt.ArrayLike, last: npt.ArrayLike = np.inf
     ) -> RayHits:
-        """Return the first hits of rays from starts (n, 3) or (3,) along ways (n, 3), before
-        `last`.
+        """Return the first hits of rays from starts (n, 3) or (3,) along ways (n, 3).
 
         `last` is in lengths of the direction. For a cloud it is the point nearest to the ray on the
         first surface. Rays that are not finite have no hit.

@@ -83,14 +83,14 @@ class CloudNodes:
         Maximum number of points in memory.
     first : tuple of int
         Rows of the nodes that represent the whole.
-    in_order : bool
+    is_ordered : bool
         True if consecutive points of a node are neighbours.
-    at_once : int
+    batch_points : int
         Number of points of a batch to fetch.
     """
 
-    in_order = False
-    at_once = 0
+    is_ordered = False
+    batch_points = 0
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class CloudNodes:
 class ArrangedNodes(CloudNodes):
     """Nodes of a cloud in memory."""
 
-    in_order = True
+    is_ordered = True
 
     def __init__(self, cloud: PointCloud, arrangement: Arrangement, budget: int) -> None:
         self._cloud, self._arrangement = cloud, arrangement
@@ -192,7 +192,7 @@ class NodeStore(CloudNodes):
         Reads the points of nodes in order; raises InputError.
     """
 
-    at_once = FETCH_BATCH_POINTS
+    batch_points = FETCH_BATCH_POINTS
 
     def __init__(
         self,
@@ -260,8 +260,12 @@ class NodeStore(CloudNodes):
         return np.asarray(self._order[index], np.int64)
 
     def points_of(self, ids: IntArray) -> FloatArray:
-        """Return coordinates (k, 3) float64 as in the file; missing nodes are read. Raises
-        InputError.
+        """Return coordinates (k, 3) float64 as in the file; missing nodes are read.
+
+        Raises
+        ------
+        InputError
+            If a node cannot be read.
         """
         ids = np.asarray(ids, np.int64)
         points = np.empty((len(ids), 3))
@@ -295,8 +299,17 @@ class NodeStore(CloudNodes):
 
 
 def parent_rows(keys: IntegerArray) -> IntArray:
-    """Return the rows (n,) of the parents of nodes with keys (level, x, y, z) (n, 4), -1 for
-    none.
+    """Return the rows of the parents of nodes.
+
+    Parameters
+    ----------
+    keys : (n, 4) ndarray of int
+        Level, x, y and z of each node.
+
+    Returns
+    -------
+    (n,) ndarray of int
+        -1 for none.
     """
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
     parent_keys = np.column_stack([keys[:, 0] - 1, keys[:, 1:] >> 1])
@@ -305,8 +318,9 @@ def parent_rows(keys: IntegerArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class StreamedCloud(PointCloud):
-    """First levels of a large cloud, which represent all of it as a sample, and the store of its
-    nodes.
+    """First levels of a large cloud, which represent all of it as a sample.
+
+    The store contains all its nodes.
     """
 
     store: NodeStore = field(kw_only=True)
@@ -330,9 +344,20 @@ class StreamedCloud(PointCloud):
 
 
 def split_cloud(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
-    """Split a cloud into runs of points, which share its memory."""
+    """Split a cloud into runs of points, which share its memory.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    counts : iterable of int
+        Number of points of each run.
+
+    Returns
+    -------
+    list of PointCloud
+    """
     clouds, start = [], 0
     for count in counts:
-        clouds.append(cloud.of_rows(slice(start, start + count)))
+        clouds.append(cloud.select_rows(slice(start, start + count)))
         start += count
     return clouds

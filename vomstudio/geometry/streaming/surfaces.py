@@ -14,6 +14,16 @@ MAX_FACE_POINTS = 20_000
 
 
 def create_surface(data: Mesh | PointCloud) -> MeshSurface | CloudSurface:
+    """Return the surface of a model, for queries of its faces or points.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+
+    Returns
+    -------
+    MeshSurface or CloudSurface
+    """
     if isinstance(data, StreamedCloud):
         return StreamedSurface(data)
     return MeshSurface(data) if isinstance(data, Mesh) else CloudSurface(data)

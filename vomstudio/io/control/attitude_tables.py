@@ -97,6 +97,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
 
     Parameters
     ----------
+    path : str or Path
     north : str
         North reference if the table does not state it: "grid", "true" or "magnetic".
 

@@ -18,10 +18,14 @@ def project_points(
 
     Parameters
     ----------
+    path : Path
+        File of the points, for messages.
     points : sequence of ControlPoint
         Empty for a format that is not read in degrees.
     text : str or None
         CRS as the file states it, in `line`.
+    line : int, optional
+        Line in which the file states the CRS, for messages.
 
     Returns
     -------

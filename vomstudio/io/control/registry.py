@@ -21,6 +21,7 @@ GROUP = "vomstudio.control_formats"
 
 @functools.cache
 def find_formats() -> LoadedPlugins[ControlFormat]:
+    """Return the formats of control points, including plugins."""
     from vomstudio.io.control import formats
 
     return find_plugins(formats, "CONTROL_FORMAT", ControlFormat, GROUP)

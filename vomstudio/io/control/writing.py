@@ -31,6 +31,8 @@ def write_control(
 
     Parameters
     ----------
+    path : Path
+    points : iterable of ControlPoint
     crs : str or None
         "EPSG:n" of the points, or WKT in one line, which a comment of the table states.
 

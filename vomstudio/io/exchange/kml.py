@@ -1,4 +1,4 @@
-"""Layers as KML 2.2 for Google Earth and similar programs: longitude and latitude of WGS 84.
+"""Layers as KML 2.2 for Google Earth and similar programs, in degrees of WGS 84.
 
 Planes and lines are drawn as map symbols, at their heights; traces, lineations and patches as they
 are. Each type of feature has its colour. Heights are those of the project: above the geoid if its
@@ -33,8 +33,14 @@ def kml_text(
 
     Parameters
     ----------
+    out : Path
+        File for which the text is written.
+    layers : sequence of Layer
+    crs : str or None
+        CRS of the layers.
     colors : mapping of str to str
         "#rrggbb" by lower-case name of the feature type.
+    title : str
 
     Raises
     ------

@@ -55,6 +55,7 @@ MIN_VERTICAL_DIP_DEG, MAX_HORIZONTAL_DIP_DEG = 89.5, 0.5
 
 
 def is_plane(row: Row) -> bool:
+    """Return whether a row of the orientation table is a plane."""
     return bool(row["element"] == "plane")
 
 

@@ -102,6 +102,8 @@ def assumed_frame(
 
     Parameters
     ----------
+    file : Path
+    options : FrameOptions
     up, unit : str
         Up axis and unit in use.
     has_up, has_unit : bool
@@ -125,7 +127,13 @@ def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> S
 
 
 def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
-    """Return the axes with a unit that was given. Raise UsageError if their CRS has another one."""
+    """Return the axes with a unit that was given.
+
+    Raises
+    ------
+    UsageError
+        If their CRS has another unit.
+    """
     if axes.kind == "local":
         return StatedAxes()
     if axes.kind != "projected" or axes.crs is None or axes.unit_m is None:

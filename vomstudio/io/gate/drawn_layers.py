@@ -201,6 +201,7 @@ def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
 
     Parameters
     ----------
+    raw : RawLayer
     include_rings : bool
         False excludes closed lines, with the finding ``lines.closed``.
 

@@ -198,7 +198,10 @@ def _unit(header: Groups) -> float | None:
 
 
 def _names(value: Value) -> set[str]:
-    """Return the names that GDAL may give a layer, for several code pages and escapes (U+00E9)."""
+    """Return the names that GDAL may give a layer.
+
+    They are those of several code pages and of escapes (U+00E9).
+    """
     raw = value_text(value)
     names = {raw.decode("utf-8", "replace"), raw.decode("cp1252", "replace"), raw.decode("latin-1")}
     names |= {

@@ -62,7 +62,7 @@ class ReadLine:
     closed : bool
     crs : str or None
         CRS of the layer, None if it states none.
-    words : FeatureWords
+    words : FeatureAttributes
     """
 
     layer: str

@@ -247,10 +247,15 @@ def stroke(
 
     Parameters
     ----------
+    length_mm, width_mm : float
+        Size of the line.
+    color : str
     angle : str
         Expression, degrees clockwise from up.
     offset : str
         "x,y" in millimetres before the rotation, y down.
+    by : mapping
+        Further properties by name.
     """
     values = {
         "name": "line",

@@ -1,4 +1,4 @@
-"""Models as folders of .npy files, for the transfer of arrays from a worker process to the window.
+"""Models as folders of .npy files, to transfer arrays from a worker to the window.
 
 A folder is written under a temporary name and renamed, so it is complete or absent. It may be
 deleted at any time and is never trusted: what contradicts itself or its source is read again. It is
@@ -52,7 +52,9 @@ _ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
 def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
-    """Write `loaded` as `folder`, replacing an existing one, and return what `open_cached` would.
+    """Write `loaded` as `folder`, replacing an existing one.
+
+    Returns what `open_cached` would return.
 
     Raises TargetError.
     """
@@ -176,7 +178,7 @@ def _stamp(path: Path) -> dict[str, object]:
 
 
 def _has_missing_image(meta: dict[str, Any]) -> bool:
-    """Return whether an image extracted from the model's file is missing from the user's cache."""
+    """Return whether an image extracted from the model's file is missing from the cache."""
     store = os.fspath(image_store.folder())
     textures = [m.get("texture") for m in meta["materials"]]
     return any(t and t.startswith(store) and not os.path.isfile(t) for t in textures)
@@ -205,7 +207,7 @@ def folder_of(path: Path, cache: Path) -> Path:
 
 
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
-    """Return the model at `path` from the cache in `folder`, updating the cache if it is outdated.
+    """Return the model at `path` from the cache in `folder`, which is updated if outdated.
 
     It is valid if the file has the same size and time, or else the same SHA-256. Raises the errors
     of `read_model`.
@@ -369,7 +371,10 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
 
 
 def _npy_header(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
-    """Return the header of such an array file; numpy would evaluate a damaged header as Python."""
+    """Return the header of an array file.
+
+    numpy would evaluate a damaged header as Python.
+    """
     stream = io.BytesIO()
     descr = np.lib.format.dtype_to_descr(kind)
     header = {"descr": descr, "fortran_order": False, "shape": shape}

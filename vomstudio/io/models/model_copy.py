@@ -30,7 +30,7 @@ PHOTOS = Path("photos")
 
 
 def companions(model: Path) -> list[Path]:
-    """Return the other files that a model needs, if they are in the model's folder or below it.
+    """Return the other files that a model needs, in the model's folder or below it.
 
     These are a .prj, offset or registration beside it; the material files and images of an OBJ; the
     buffers and images of a glTF; the images of a PLY; the world file and mask of a GeoTIFF.
@@ -70,10 +70,16 @@ def copy_model(
     photos: bool = False,
     registration: Registration | None = None,
 ) -> Path:
-    """Copy a model and its companions to a new folder below `folder` and return the copy's path.
+    """Copy a model and its companions to a new folder below `folder`.
+
+    Returns the path of the copy.
 
     Parameters
     ----------
+    model : Path
+        File of the model.
+    folder : Path
+    progress : Progress, optional
     cameras : Path or None
         Cameras of its photos, by default `cameras.json` beside it. The copy is `cameras.json` and
         refers to the photos.

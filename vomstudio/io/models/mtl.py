@@ -56,6 +56,7 @@ def decode(raw: bytes) -> str:
 
 
 def unquote(name: str) -> str:
+    """Remove quotes around a name."""
     name = name.strip()
     if len(name) >= 2 and name[0] == name[-1] and name[0] in "\"'":
         return name[1:-1].strip()

@@ -1,4 +1,4 @@
-"""`NAME.offset.txt` beside a model: the integer origin, and the CRS, of float32 coordinates.
+"""Integer origin and CRS of float32 coordinates in `NAME.offset.txt` beside a model.
 
 One line of the form `EPSG:32615; World = (x, -z, y) + offset 576000 5188000 0`; a CRS without a
 code follows on a line of its own as `CRS: ` and its WKT.
@@ -48,6 +48,7 @@ class Offset:
 
 
 def offset_path(model: Path) -> Path:
+    """Return the path of the offset file of a model."""
     return model.with_name(f"{model.stem}.offset.txt")
 
 
@@ -71,6 +72,7 @@ def read_offset(model: Path) -> Offset:
 
 
 def named_crs(text: str) -> str | None:
+    """Return the CRS that a text states, as code or WKT."""
     code, wkt = _EPSG.search(text), _WKT.search(text)
     if wkt is not None:
         return wkt.group(1).strip()

@@ -43,10 +43,17 @@ def write_piece(
 
     Parameters
     ----------
+    loaded : LoadedModel
     packed_mask : array of uint8
         Packed mask with a bit for each face or point.
     source, content_hash : Path, str
         The file on which they were selected.
+    crs : str or None
+        CRS of the model's file.
+    folder : Path
+    name : str
+        Name of the piece.
+    progress : Progress
     registration : Registration or None
         Registration of the source, whose coordinates the piece keeps.
 
@@ -109,7 +116,7 @@ def write_piece(
 
 
 def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
-    """Return the selected faces of a mesh with their vertices and materials, or points of a cloud.
+    """Return the selected faces of a mesh with vertices and materials, or points of a cloud.
 
     `mask` (n,) selects them; all values and the file's frame are kept. Raises GeometryError for an
     empty selection, or a mask of another model.
@@ -119,7 +126,7 @@ def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud
         raise GeometryError(Finding("model.other-selection", selected=len(mask), count=count))
     if not mask.any():
         raise GeometryError(Finding("model.empty-selection"))
-    return _faces_of(data, mask) if isinstance(data, Mesh) else data.of_rows(mask)
+    return _faces_of(data, mask) if isinstance(data, Mesh) else data.select_rows(mask)
 
 
 def _faces_of(mesh: Mesh, mask: BoolArray) -> Mesh:

@@ -84,7 +84,7 @@ def _copc_points(path: Path, count: int) -> PointCloud | None:
         cloud = file.read(file.overview(count))
     if not len(cloud.points):
         return None
-    return cloud.of_rows(_evenly_spaced(len(cloud.points), count))
+    return cloud.select_rows(_evenly_spaced(len(cloud.points), count))
 
 
 def _evenly_spaced(n: int, count: int) -> AnyArray:

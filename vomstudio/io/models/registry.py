@@ -22,6 +22,7 @@ GROUP = "vomstudio.readers"
 
 @functools.cache
 def find_readers() -> LoadedPlugins[Reader]:
+    """Return the readers of models, including plugins."""
     from vomstudio.io.models import formats
 
     return find_plugins(formats, "READER", Reader, GROUP)

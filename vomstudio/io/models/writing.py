@@ -33,12 +33,14 @@ GROUP = "vomstudio.writers"
 
 @functools.cache
 def find_all() -> LoadedPlugins[Writer]:
+    """Return the writers of models, including plugins and their errors."""
     from vomstudio.io.models import writers
 
     return find_plugins(writers, "WRITER", Writer, GROUP)
 
 
 def find_writers() -> tuple[Writer, ...]:
+    """Return the writers of models, including plugins."""
     return find_all().all
 
 
@@ -68,6 +70,15 @@ def write_model(
 
     Parameters
     ----------
+    data : Mesh or PointCloud
+    crs : str or None
+        CRS of x, y and z.
+    path : str or Path
+    force : bool, optional
+        Whether to replace existing files.
+    inputs : iterable of Path, optional
+        Files that must not be overwritten.
+    progress : Progress, optional
     axes : Axes
         Properties of x, y and z that the file states.
     registration : Registration or None

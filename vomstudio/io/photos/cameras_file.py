@@ -79,6 +79,7 @@ def has_known_scale(model: str | Path) -> bool | None:
 
 
 def view_to_dict(view: View) -> dict[str, Any]:
+    """Return a view as plain data for JSON."""
     lens = view.intrinsics
     return {
         "name": view.name,
@@ -92,7 +93,13 @@ def view_to_dict(view: View) -> dict[str, Any]:
 
 
 def view_from_dict(row: dict[str, Any]) -> View:
-    """Return a view. Raises KeyError, TypeError, ValueError or GeometryError for invalid values."""
+    """Return a view.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, GeometryError
+        For invalid values.
+    """
     lens = Intrinsics(
         str(row["model"]),
         int(row["width"]),

@@ -94,6 +94,10 @@ def store_mask(
 
     Parameters
     ----------
+    path : Path
+        File of the mask.
+    used : (h, w) ndarray of bool
+        True for used pixels.
     previous : Path or None
         The photo's previous mask.
 

@@ -24,6 +24,7 @@ _FOLDER_NAMES = {"mask", "masks"}
 
 
 def is_mask(path: Path, root: Path) -> bool:
+    """Return whether a picture is a mask, by its name or folder."""
     if path.suffix.lower() not in PICTURES:
         return False
     inside = path.relative_to(root).parts[:-1]
@@ -31,6 +32,8 @@ def is_mask(path: Path, root: Path) -> bool:
 
 
 class MaskFinder:
+    """Search for the masks of photos by their file names."""
+
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._masks_by_name = {self._key(path): path for path in masks}
         self._stems: dict[Path, Counter[str]] = {}

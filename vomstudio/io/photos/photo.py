@@ -42,7 +42,7 @@ class PhotoTags:
 
 @dataclass(frozen=True)
 class Photo(PhotoTags):
-    """Path, size, camera, position and direction of a photo; None for values it does not state.
+    """Path, size, camera, position and direction of a photo; None if it does not state them.
 
     name : relative to the folder, with forward slashes
     width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only

@@ -141,7 +141,7 @@ def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
 
 
 def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
-    """Return grey values (h, w) uint8 as stored, reduced to a long side of about `size` pixels.
+    """Return grey values (h, w) uint8 as stored, reduced to a long side of about `size`.
 
     Raises InputError.
     """

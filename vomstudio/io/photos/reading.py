@@ -353,7 +353,7 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
 
 
 def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
-    """Return yaw, pitch and roll, whether they are exactly 0, and whether they are from a comment.
+    """Return yaw, pitch and roll, whether they are all 0, and whether a comment states them.
 
     Tags of the manufacturer are used before EXIF `UserComment`.
     """

@@ -87,7 +87,9 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
 
 
 def flatten(packet: bytes | str | None) -> dict[str, str]:
-    """Return the properties of a packet by their local names, `Struct/Member` inside structures.
+    """Return the properties of a packet by their local names.
+
+    Inside structures they are `Struct/Member`.
 
     Pix4D's properties are prefixed by `Camera:`, since others use the same names differently.
     """

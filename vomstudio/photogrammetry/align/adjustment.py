@@ -32,7 +32,7 @@ def adjust(
     covariance: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, FloatArray]:
-    """Refine poses, points and the free parameters of cameras in place, and drop bad observations.
+    """Refine poses, points and free camera parameters in place; drop bad observations.
 
     Large residuals are down-weighted.
 
@@ -76,7 +76,9 @@ def cross_validation_error(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> float:
-    """Return the mean error of every fifth tie point from cameras adjusted without them, pixels.
+    """Return the mean error of every fifth tie point, pixels.
+
+    The cameras are adjusted without these points.
 
     Only points in 3 photos or more are used; NaN if there are no such points. `reconstruction` is
     unchanged. Raises Cancelled.
@@ -130,7 +132,10 @@ def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
 
 
 def owned_by_colmap(part: Any) -> Any:
-    """Prevent Python from deleting a part of a COLMAP problem, which the problem deletes itself."""
+    """Prevent Python from deleting a part of a COLMAP problem.
+
+    The problem deletes it itself.
+    """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(part))
     return part
 
@@ -199,7 +204,9 @@ def create_adjuster(
 def estimate_covariances(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
 ) -> dict[int, FloatArray]:
-    """Return the covariances of the free parameters of each camera, for residuals of unit variance.
+    """Return the covariances of the free parameters of each camera.
+
+    They are for residuals of unit variance.
 
     Cameras for which it is not available are missing.
     """

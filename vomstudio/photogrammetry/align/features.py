@@ -142,7 +142,10 @@ class Features:
 
 
 def extract(task: ExtractTask) -> Features:
-    """Detect the features of a photo. An unreadable photo gives a `problem` instead of an error."""
+    """Detect the features of a photo.
+
+    An unreadable photo gives a `problem` instead of an error.
+    """
     width = height = 0
     try:
         with open_picture(task.photo, PHOTOS) as image:
@@ -177,7 +180,10 @@ def extract(task: ExtractTask) -> Features:
 
 
 def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
-    """Detect keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w), in its pixels."""
+    """Detect keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w).
+
+    Keypoints are in pixels of the picture.
+    """
     pycolmap = colmap()
     settings = pycolmap.FeatureExtractionOptions()
     settings.max_image_size = max(image.shape)

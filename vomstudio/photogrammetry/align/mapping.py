@@ -1,4 +1,4 @@
-"""Compute cameras and tie points from matches by COLMAP's mappers, and convert them to a scene.
+"""Cameras and tie points from matches by COLMAP's mappers, converted to a scene.
 
 Schönberger & Frahm 2016 (CVPR), structure from motion revisited; Pan et al. 2024 (ECCV) for global
 mapping.

@@ -172,7 +172,7 @@ def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]
 
 
 def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
-    """Number of distinct mutual nearest neighbours."""
+    """Count the distinct mutual nearest neighbours."""
     if len(a) < 2 or len(b) < 2:
         return 0
     cosine = a @ b.T
@@ -193,7 +193,13 @@ def match_pairs(
     threads: int = -1,
     seed: int = 0,
 ) -> None:
-    """Match and verify pairs that are not yet in the database. Raises Cancelled within a block."""
+    """Match and verify pairs that are not yet in the database.
+
+    Raises
+    ------
+    Cancelled
+        Also within a block.
+    """
     pycolmap = colmap()
     with open_for_reading(path) as database:
         remaining_pairs = [pair for pair in pairs if not is_compared(database, pair)]

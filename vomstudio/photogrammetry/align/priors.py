@@ -165,7 +165,9 @@ def select_free_parameters(
 def fixed_focal(
     exif_px: float | None, long_side: int, sigma: float, trusted: bool
 ) -> tuple[float, Finding] | None:
-    """Return the fixed focal length in pixels for a freed one with a large error, and the reason.
+    """Return the fixed focal length for a free one with a large error, and the reason.
+
+    The focal length is in pixels.
 
     None if the relative error `sigma` is small enough.
     """

@@ -139,7 +139,7 @@ def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
 
 
 def mean_views(scene: SparseScene) -> FloatArray:
-    """Return the mean number (v,) of photos of the tie points of each photo; NaN without points."""
+    """Return the mean number (v,) of photos of each photo's tie points; NaN without any."""
     lengths = scene.track_lengths[scene.track_points].astype(np.float64)
     total = np.bincount(scene.track_views, lengths, len(scene.views))
     count = np.bincount(scene.track_views, minlength=len(scene.views))
@@ -148,7 +148,9 @@ def mean_views(scene: SparseScene) -> FloatArray:
 
 
 def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
-    """Return the overlap (v, v): the share of picture i that is on photo j, with a zero diagonal.
+    """Return the overlap (v, v): the share of picture i that is on photo j.
+
+    The diagonal is zero.
 
     Places in the picture have the depth of the nearest tie point. (The tie points themselves are in
     the overlap of photos and would exaggerate it.) Occlusion is ignored.

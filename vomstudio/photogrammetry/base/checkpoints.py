@@ -1,4 +1,4 @@
-"""Checkpoints: folders of finished stages, named by everything that their content depends on.
+"""Checkpoints: folders of finished stages, named by all inputs of their content.
 
 A stage works in `NAME-KEY.part`, which is renamed `NAME-KEY` when it is complete and on the disk.
 Files inside are written atomically, so that a run that was stopped or killed, or lost its power,
@@ -102,7 +102,13 @@ class Checkpoints:
     """All stages below one folder."""
 
     def __init__(self, root: Path) -> None:
-        """Raises TargetError if the folder cannot be created."""
+        """Create the folder if needed.
+
+        Raises
+        ------
+        TargetError
+            If the folder cannot be created.
+        """
         self.root = root
         try:
             root.mkdir(parents=True, exist_ok=True)

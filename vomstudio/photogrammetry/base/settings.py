@@ -77,7 +77,13 @@ class Settings(Result):
     region: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raises UsageError for an unknown quality or device, or an invalid region."""
+        """Check the values.
+
+        Raises
+        ------
+        UsageError
+            For an unknown quality or device, or an invalid region.
+        """
         if self.quality not in QUALITIES:
             raise UsageError(
                 Finding("option.not-a-choice", value=self.quality, choices=list(QUALITIES)),

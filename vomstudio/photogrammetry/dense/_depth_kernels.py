@@ -137,7 +137,7 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreeing):  # 
 def plane_normals(  # type: ignore[no-untyped-def]
     inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted
 ):
-    """Fit planes, which are affine in inverse depth, and return unit normals towards the camera.
+    """Fit planes, affine in inverse depth, and return unit normals towards the camera.
 
     inverse : (h, w), 0 = none
     steepness : relative difference of inverse depth per pixel of distance between surfaces

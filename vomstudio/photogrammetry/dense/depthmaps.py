@@ -158,7 +158,6 @@ def depth_map(task: DepthTask) -> DepthMap:
     InputError
         If a photo cannot be read.
     """
-
     _check(task)
     view, valid = task.reference.view, task.reference.valid
     if not valid.any():

@@ -1,4 +1,4 @@
-"""Remove foreground fattening: depths that a matching window at an edge assigns to the sky."""
+"""Removal of foreground fattening: depths that a window at an edge assigns to the sky."""
 
 from __future__ import annotations
 

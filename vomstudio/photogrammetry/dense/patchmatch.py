@@ -65,7 +65,7 @@ def match(
     ----------
     view, gray : View, (h, w) array
         The photo, pinhole.
-    wanted : (h, w) array of bool
+    active : (h, w) array of bool
         Pixels to compute.
     known : (h, w) array
         Known inverse depths, 0 = none, whose planes are propagated.
@@ -195,7 +195,10 @@ def _run_in_blocks(
     arrays: tuple[object, ...],
     settings: tuple[object, ...],
 ) -> None:
-    """Run a kernel on blocks of rows; pixels of one colour read planes of the other colour only."""
+    """Run a kernel on blocks of rows.
+
+    Pixels of one colour read planes of the other colour only.
+    """
     jobs = [
         pool.submit(work, *arrays, *settings, top, min(top + _BLOCK_ROWS, height))
         for top in range(0, height, _BLOCK_ROWS)

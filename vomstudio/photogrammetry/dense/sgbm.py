@@ -140,7 +140,7 @@ def pair_inverse_depth(
     near: float,
     far: float,
 ) -> tuple[Float32Array, float] | None:
-    """Return inverse depths (h, w) in the first photo, and their change per pixel of disparity.
+    """Return inverse depths (h, w) in the first photo, and their change per disparity pixel.
 
     0 without a depth; None if the pair cannot be rectified.
 

@@ -1,4 +1,4 @@
-"""Join disconnected components of an alignment by markers that were set by hand in photos of both.
+"""Joining of disconnected components of an alignment by markers set in photos of both.
 
 A marker is located in each component by two or more photos. Three that are not collinear determine
 the similarity between two components (Umeyama 1991, without mirroring); then cameras and tie points

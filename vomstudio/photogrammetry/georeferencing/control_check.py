@@ -31,7 +31,15 @@ _FAR_M = 5000.0
 
 @dataclass(frozen=True)
 class PointCheck:
-    """Check of one point. use : "control" or "check"; photos : number in which it is marked"""
+    """Check of one point.
+
+    Attributes
+    ----------
+    use : str
+        "control" or "check".
+    photos : int
+        Number of photos in which it is marked.
+    """
 
     label: str
     use: str

@@ -1,4 +1,4 @@
-"""Adjust a registered scene to ground control, with focal lengths fixed or estimated by a rule.
+"""Adjustment of a registered scene to ground control, with fixed or free focal lengths.
 
 Control points, and accurate camera positions, can distinguish a longer lens from rock farther away
 if the photos alone cannot. Their information on a focal length is the total minus that of the tie

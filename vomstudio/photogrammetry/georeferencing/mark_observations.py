@@ -20,7 +20,14 @@ SAME_SPOT_PX = 3.0
 
 @dataclass(frozen=True, eq=False)
 class PointMarks:
-    """Marks of a point. views : (k,) rows of the views; pixels : (k, 2)"""
+    """Marks of a point.
+
+    Attributes
+    ----------
+    views : (k,) ndarray
+        Rows of the views.
+    pixels : (k, 2) ndarray
+    """
 
     views: IntArray
     pixels: FloatArray

@@ -221,7 +221,7 @@ class PlacedPhotos:
         return cls(tuple(parts))
 
     def part_of(self, photo: str) -> int | None:
-        """Number of the component that a photo is in; None without a pose."""
+        """Return the number of the component that contains a photo; None without a pose."""
         for number, views in enumerate(self._views):
             if photo in views:
                 return number
@@ -349,7 +349,7 @@ def usable_tables(
 
 # --- what is missing ------------------------------------------------------------------------------
 def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
-    """Return the control points that can place the model: those marked in two (of these) photos."""
+    """Return the control points that can place the model: those marked in two photos."""
     allowed = None if photos is None else set(photos)
     return [
         p.label

@@ -129,6 +129,8 @@ def placement_errors(
     lenses : sequence of LensVerdict or None
         Treatment of the lenses in the adjustment to `points` and `centres`; None if the scene was
         not adjusted.
+    points, centres : sequence of KnownPoint, optional
+        Control points and camera positions of the adjustment.
     """
 
     def place_again(other: SparseScene) -> Similarity:

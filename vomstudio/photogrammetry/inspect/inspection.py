@@ -1,4 +1,4 @@
-"""Read data of a finished reconstruction for inspection: pairs, cameras, residuals, depth maps.
+"""Data of a finished reconstruction: pairs, cameras, residuals, depth maps.
 
 All functions read the folder of a reconstruction without changes, and raise InputError if a stage
 is unfinished or damaged. Pixels are those of the photos as stored.
@@ -36,7 +36,7 @@ NO_DEPTH = (58, 60, 64)
 
 
 def _stage(out: Path, name: str, results: str) -> Path:
-    """Return the folder of a finished stage. results : its content, for the message"""
+    """Return the folder of a finished stage; `results` names its content in the message."""
     folder = stage_folder(out, name)
     if folder is None:
         raise InputError(Finding("reconstruct.not-yet", results=tr(results)), file=out)

@@ -1,4 +1,4 @@
-"""Relate the photos of a model to its surface: photos that show a point, and points under pixels.
+"""Photos of a model and its surface: photos that show a point, points under pixels.
 
 Lines of sight include the distortion of the lens (the collinearity equations), and end at the first
 surface.

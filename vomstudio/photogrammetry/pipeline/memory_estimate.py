@@ -29,7 +29,7 @@ class MemoryNeed:
 
 
 def memory_need(settings: Settings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
-    """Return the memory requirement. sizes : width and height of the photos"""
+    """Return the memory requirement of photos with these widths and heights."""
     from vomstudio.photogrammetry.base.memory import available_bytes
     from vomstudio.photogrammetry.dense.memory_limits import fitting_size, memory_of_all
 

@@ -68,8 +68,10 @@ def place_scene(
 
 
 def registration_findings(settings: Settings, registration: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield findings on control or a CRS that were requested and could not be used, and on marks
-    that scatter."""
+    """Yield findings on requested control or CRS that could not be used, and bad marks.
+
+    Bad marks are those that scatter.
+    """
     if refused := registration.get("refused"):
         reason = {
             "value": None,

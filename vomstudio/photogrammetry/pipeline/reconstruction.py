@@ -354,7 +354,7 @@ class _Run:
             near = neighbours_by_name(scene, pairs)
             cloud = fuse(maps.names, maps, photos, near, progress=self.log)
             if self.region is not None:
-                cloud = cloud.of_rows(self.region.inside(cloud.points, scene.origin))
+                cloud = cloud.select_rows(self.region.inside(cloud.points, scene.origin))
             write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
         return load_result(load_cloud, stage.folder / _CLOUD), stage

@@ -193,7 +193,7 @@ def grow_faces(owner, spare, rounds):  # type: ignore[no-untyped-def]
 
 @part
 def _weight(t):  # type: ignore[no-untyped-def]
-    """Return the weight of a sample at distance t of a cubic convolution (Keys 1981, a = -1/2)."""
+    """Return the weight of a cubic convolution at distance t (Keys 1981, a = -1/2)."""
     t = abs(t)
     if t < 1.0:
         return 1.0 + t * t * (1.5 * t - 2.5)

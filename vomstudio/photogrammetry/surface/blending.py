@@ -123,7 +123,10 @@ def blend(
     texel: float,
     progress: Progress,
 ) -> Blend:
-    """Compute the contribution of each photo. texel : edge in the unit of the vertices"""
+    """Compute the contribution of each photo.
+
+    `texel` is its edge in the unit of the vertices.
+    """
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
     count, m, n = len(visible), len(faces), len(vertices)
@@ -234,7 +237,7 @@ def _unclipped(colors: Float32Array) -> BoolArray:
 def _balance(
     rows: _Rows, n: int, count: int, values: Float32Array, usable: BoolArray | None
 ) -> FloatArray:
-    """Return the excess (count, c) of each photo's values over the others' at the same vertices.
+    """Return the excess (count, c) of each photo's values over others at the same vertices.
 
     Least squares over the medians of all pairs, with a mean of about 0 in each connected group.
     """

@@ -1,4 +1,4 @@
-"""Build a surface from a dense cloud: Poisson reconstruction, trimmed, sharpened and checked."""
+"""Surface of a dense cloud by Poisson reconstruction, trimmed, sharpened and checked."""
 
 from __future__ import annotations
 

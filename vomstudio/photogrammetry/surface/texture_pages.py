@@ -68,7 +68,14 @@ class TileTask:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """Result of a tile. rgb (h, w, 3); filled (h, w) : charts with their gutters"""
+    """Result of a tile.
+
+    Attributes
+    ----------
+    rgb : (h, w, 3) ndarray
+    filled : (h, w) ndarray
+        Pixels of charts with their gutters.
+    """
 
     rgb: ByteArray
     filled: BoolArray
@@ -172,7 +179,7 @@ def draw_pages(
 
 
 def _tile_memory(photos: Sequence[Photo]) -> int:
-    """Return the peak memory of `draw_tile`: the sums of a tile, and one photo with its pyramid."""
+    """Return the peak memory of `draw_tile`: sums of a tile, and a photo with its pyramid."""
     largest = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
     return 35 * _TILE**2 + 6 * largest + 20_000_000
 

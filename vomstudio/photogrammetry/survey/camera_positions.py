@@ -1,4 +1,4 @@
-"""Camera positions of a survey: conversion to metres, accuracy, and the registration by them."""
+"""Camera positions of a survey: conversion to metres, accuracy, and registration."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
 
 
 def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, FloatArray]:
-    """Return the 95 % rotation error of a registration by positions, and its weakest axis (3,).
+    """Return the 95 % rotation error of a registration by positions.
+
+    The second value is its weakest axis (3,).
 
     180 if it is undetermined: all positions collinear, or at one place.
 

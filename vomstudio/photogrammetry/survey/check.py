@@ -189,7 +189,7 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
 
 
 def _camera_group(group: Sequence[Photo]) -> str:
-    """Number, camera, size and focal length of photos that share a calibration."""
+    """Return number, camera, size and focal length of photos that share a calibration."""
     first = group[0]
     camera = first.camera or tr("unknown camera")
     if first.focal_px:

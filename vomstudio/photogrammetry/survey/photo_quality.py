@@ -91,7 +91,6 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
 
     pixels : (h, w) grey; mask : (h, w), True for used pixels
     """
-
     tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
     for level in range(4):
         across, along = (_edge_sigma(tiles, axis) for axis in (1, 0))

@@ -40,7 +40,7 @@ def add_forecasts(
 
 
 def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
-    """Return the forecasts by the positions of the cameras and by the control points of a plan.
+    """Return the forecasts of a plan, by its camera positions and by its control points.
 
     Parameters
     ----------

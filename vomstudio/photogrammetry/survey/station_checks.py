@@ -35,7 +35,7 @@ def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
 def pair_findings(
     measurements: SurveyMeasurements, best: Sequence[float], limits: Limits
 ) -> list[Finding]:
-    """Return findings on matches, overlap and base. best : see `best_overlap`"""
+    """Return findings on matches, overlap and base; `best` is defined by `best_overlap`."""
     photos, pairs = measurements.photos, measurements.pairs
     count = len(photos)
     if count < 2:

@@ -149,7 +149,10 @@ def _too_long(points, tri, limit):  # type: ignore[no-untyped-def]
 
 @part
 def _settle(points, starts, nx, ny, grid_left, top, side, x, y, limit, tri):  # type: ignore[no-untyped-def]
-    """Change an enclosing triangle to Delaunay's; return whether its sides are within the limit."""
+    """Change an enclosing triangle to Delaunay's.
+
+    Returns whether its sides are within the limit.
+    """
     for _ in range(MAX_EXCHANGES):
         f, g, h = _lifted(points, tri, x, y)
         if math.isnan(f):

@@ -190,7 +190,7 @@ def _draw_map(ax: Axes, mapped: MappedNetwork, style: NetStyle) -> None:
 
 
 def _orientation(mapped: MappedNetwork) -> tuple[str, str, str]:
-    """Return the directions to the left, right and up on the map; "" for the sides of a picture."""
+    """Return the map directions to the left, right and up; "" for the sides of a picture."""
     plane = mapped.found.plane
     is_map = plane is None or plane.is_horizontal
     if mapped.y_axis != "N":

@@ -86,10 +86,11 @@ def map_fractures(
         Geometries in place of the files, metres, with or without heights.
     crs : str or None
         CRS of `lines`, if it is stated.
-    counted : Counted or None
+    counted : SamplingRegion or None
         Area or scanlines in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
         Set of each trace, in place of an attribute.
+    progress : Progress, optional
 
     Raises
     ------

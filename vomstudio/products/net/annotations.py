@@ -11,6 +11,7 @@ from vomstudio.products.net.style import layer
 
 
 def draw_additions(page: Page) -> None:
+    """Draw circles, errors and further elements of a net."""
     net = page.net
     _draw_circles(page, net.circles_typed)
     _draw_errors(page, net.errors)

@@ -383,7 +383,7 @@ def make_sets(
     ids: Mapping[str, Sequence[str]] | None = None,
     turns: Mapping[str, Turns] | None = None,
 ) -> tuple[NetSet, ...]:
-    """Build sets from {name: (kind, azimuths, angles)}, with default colours and symbols in order.
+    """Build sets from {name: (kind, azimuths, angles)}, with default colours and symbols.
 
     Rows that are not numbers are omitted.
     """

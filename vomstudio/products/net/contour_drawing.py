@@ -19,6 +19,7 @@ from vomstudio.products.net.style import NetStyle, layer, mix_colors
 
 
 def draw_contours(page: Page, plan: ContourPlan) -> None:
+    """Draw density contours."""
     style, n = page.style, len(plan.levels)
     if not n:
         return

@@ -167,6 +167,7 @@ def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> 
 
 
 def dash(of: NetSet | None) -> str:
+    """Return the line style of a set."""
     return DASHES[of.variant % len(DASHES)] if of is not None else "-"
 
 

@@ -34,6 +34,7 @@ class Entry:
 
 
 def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
+    """Return the legend entries of a net."""
     entries = []
     names = [s.name for s in net.sets]
     for s in net.sets:

@@ -1,4 +1,4 @@
-"""Contents of roses and histograms as plain data, from the rows of a table or the sets of a net."""
+"""Contents of roses and histograms as plain data, from a table or the sets of a net."""
 
 from __future__ import annotations
 

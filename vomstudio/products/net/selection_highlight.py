@@ -86,7 +86,7 @@ def draw_emphasis(
 
 
 def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
-    """Draw the feature that is being picked: a ring with a cross, its great circle and its cone."""
+    """Draw the feature being picked: ring with a cross, great circle and cone."""
     live = net.live
     place = None if live is None else live.place
     if live is None or place is None:

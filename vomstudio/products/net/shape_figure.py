@@ -1,4 +1,6 @@
-"""Figure of the shapes of point clouds to which planes were fitted: coplanarity by collinearity.
+"""Figure of the shapes of clouds to which planes were fitted.
+
+It shows coplanarity by collinearity.
 
 Coplanarity is 1 / l3 and collinearity l1 / l2 of the eigenvalues normalised by their sum (Tavani et
 al., eqs. 20 and 21, fig. 27). A ball of points is at (1, 3), a rod along the border l2 = l3 where
@@ -45,7 +47,9 @@ def write_shapes(
     style: NetStyle = PRINT,
     dpi: float = 300.0,
 ) -> int:
-    """Write the figure of rows of the orientation table; return the number of planes with a shape.
+    """Write the figure of rows of the orientation table.
+
+    Returns the number of planes with a shape.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Figure of the kinematic analysis of a slope: one net per mode of failure, with its critical zone.
+"""Figure of a kinematic slope analysis: one net per failure mode with its critical zone.
 
 Each net is equal-area, lower hemisphere: poles of planes for planar sliding and flexural toppling,
 intersections for wedges and direct toppling.

@@ -65,6 +65,7 @@ def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines:
 
 
 def is_stereonet_axes(ax: Any) -> bool:
+    """Return whether axes are those of mplstereonet."""
     return isinstance(ax, _library().StereonetAxes)
 
 
@@ -120,6 +121,7 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
 
 
 def text_below(net: NetContents) -> list[str]:
+    """Return the lines of text below a net."""
     return [*net.averages, *net.notes]
 
 

@@ -81,7 +81,10 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
 
 @kernel("void(i8[::1], i4[::1], f8[:,::1], i4[:,::1], u1[:,::1], u1[:,::1])")
 def blend_corners(rows, face, weights, faces, colors, rgb):  # type: ignore[no-untyped-def]
-    """Interpolate the colours of the pixels `rows` between those of the corners, colors (n, 3)."""
+    """Interpolate the colours of the pixels `rows` between those of the corners.
+
+    `colors` are (n, 3).
+    """
     for at in range(len(rows)):
         k = rows[at]
         f = face[k]

@@ -83,7 +83,7 @@ class BackLine:
     name : str
     layer : str
         Layer on which it was drawn.
-    words : FeatureWords
+    words : FeatureAttributes
     pixels : (m, 2) float64
         Column and row of its vertices on the picture.
     is_met : (m,) bool
@@ -256,7 +256,7 @@ def project_lines(
 
     Returns
     -------
-    Brought
+    ProjectedLines
     """
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
     pixels = [line.points if step is None else _denser(line.points, step / gsd) for line in lines]

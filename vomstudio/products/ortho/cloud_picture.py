@@ -28,7 +28,7 @@ _MAX_TREE_POINTS = 2_000_000
 
 
 class CloudSource:
-    """Source of tiles of a cloud: discs of the local spacing, with holes closed up to `hole_m`.
+    """Tiles of a cloud: discs of the local spacing, with holes closed up to `hole_m`.
 
     Colours are those of the points, else their intensity, else their depth as grey.
     """

@@ -24,10 +24,12 @@ _MIN_DEVIATION_DEG = 1.0
 
 
 def domains_of(items: Iterable[Item]) -> list[str]:
+    """Return the sorted names of the domains of items."""
     return sorted({item.domain for item in items if item.domain})
 
 
 def no_domains_error(field: str) -> UsageError:
+    """Return the error of items without domains."""
     return UsageError(Finding("domain.none"), field=field)
 
 
@@ -72,7 +74,7 @@ def _select_planes(items: list[Item]) -> tuple[list[Item], int | None]:
 
 
 def off_axis_findings(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
-    """Return findings if a view is off the axis of a domain by more than its error and a degree."""
+    """Return findings if a view is off a domain's axis by more than its error and a degree."""
     try:
         axis = axes_of_domains(items, "")[name]
     except (UsageError, KeyError):

@@ -21,7 +21,7 @@ from vomstudio.products.ortho.tiles import Tile, TilePicture
 
 @dataclass(frozen=True, eq=False)
 class DrawnPicture:
-    """Drawn picture; also the source of its own tiles, so that it can be written without redrawing.
+    """Drawn picture, and the source of its own tiles for writing without redrawing.
 
     Parameters
     ----------

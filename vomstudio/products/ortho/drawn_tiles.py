@@ -18,7 +18,10 @@ Drawn = TypeVar("Drawn")
 def draw_tiles(
     source: Drawer[Drawn], grid: Grid, progress: Progress, threads: int | None
 ) -> Iterator[tuple[Tile, Drawn]]:
-    """Yield (tile, drawing) as soon as they are ready; few at a time, so that memory is bounded."""
+    """Yield (tile, drawing) as soon as they are ready.
+
+    Few are drawn at a time, so that memory is bounded.
+    """
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))
     workers = min(threads or PROCESSORS, MAX_THREADS, len(tiles))

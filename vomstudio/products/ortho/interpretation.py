@@ -148,6 +148,7 @@ def read_items(folder: Path) -> tuple[Item, ...]:
 
 
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
+    """Return the features of a project to draw on a picture."""
     table = project_table(records, measurements)
     colors, written = {}, {}
     for record in records.values():

@@ -178,6 +178,7 @@ def choose_ticks(low: float, high: float) -> FloatArray:
 
 
 def number_text(value: float) -> str:
+    """Format a number for SVG."""
     return f"{value + 0.0:.12g}"
 
 
@@ -577,7 +578,7 @@ def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, FloatArray
 
 
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
-    """Write a GeoPackage with a layer for each layer and geometry type, and one for map symbols.
+    """Write a GeoPackage with one table per layer and geometry type, and map symbols.
 
     `described` is the description of every layer.
 

@@ -201,7 +201,10 @@ def _deviation(
     max_deg: float | None,
     min_deg: float | None,
 ) -> tuple[float | None, float, float | None]:
-    """Return ratio of the truth's distance to the ellipse's radius, angle, and radius, degrees."""
+    """Return the ratio of the truth's distance to the ellipse's radius, and both.
+
+    The angle and the radius are in degrees.
+    """
     truth = truth if truth @ measured >= 0 else -truth
     cosine = float(truth @ measured)
     error = math.degrees(math.atan2(float(np.linalg.norm(np.cross(measured, truth))), cosine))

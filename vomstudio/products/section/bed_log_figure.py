@@ -353,7 +353,10 @@ def _round_up(value: float) -> float:
 
 
 def _spread(targets: Sequence[float], distance: float) -> FloatArray:
-    """Move positions apart to a minimum distance, with the least squared displacement (pooling)."""
+    """Move positions apart to a minimum distance, with the least squares of movement.
+
+    By pooling.
+    """
     blocks: list[tuple[float, int]] = []
     for i, place in enumerate(targets):
         total, count = place - i * distance, 1

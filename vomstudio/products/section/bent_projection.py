@@ -1,4 +1,4 @@
-"""Projection of lines onto a section with bends, part by part onto the piece in front of them."""
+"""Projection of lines onto a section with bends, each part onto the piece in front."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def project_along_bends(
 
     Returns
     -------
-    tuple of Flat
+    tuple of ProjectedItem
     """
     points, is_vertex = _subdivide(item.points)
     best = np.full(len(points), np.inf)

@@ -101,7 +101,7 @@ def cut_model(
 
 
 def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
-    """Return one piece (n, 2, 2) per intersected triangle: distance along and height of both ends.
+    """Return the pieces (n, 2, 2) of intersected triangles: distance and height of both ends.
 
     A corner on the plane counts as on the viewer's side, so that every triangle has two crossed
     edges or none, and neighbours agree.
@@ -209,7 +209,7 @@ def _project_slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
 
 
 def _slide_to_panel(at: FloatArray, around: FloatArray) -> FloatArray:
-    """Move points (along, height, across) within their local planes to the panel; returns (n, 2).
+    """Move points (along, height, across) within their planes to the panel (n, 2).
 
     A projection at right angles would widen a surface that is oblique to the panel to a band, and
     the line through its points to a zigzag. It is used for points without a plane, or whose plane

@@ -177,7 +177,7 @@ def angle_to(panel: Panel, along: FloatArray | None) -> float:
 
 
 def least_angle(curtain: Curtain, along: FloatArray | None) -> float:
-    """Return the minimum angle between a direction and the pieces it is projected onto, degrees."""
+    """Return the minimum angle between a direction and the pieces to project onto, degrees."""
     angles = [angle_to(panel, along) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 

@@ -93,7 +93,7 @@ class ExtendedPlane(PrintableResult):
         Share of the model's points in the band of a plane.
     warnings : tuple of Finding
     traces : tuple of Trace
-    bands : Bands
+    bands : PlaneDistances
         Of the model's points.
     """
 
@@ -136,7 +136,7 @@ def extend(
     ----------
     data : Mesh or PointCloud
         World, m.
-    belief : PlaneBelief
+    belief : PlaneEstimate
         The plane and its errors.
     options : ExtendOptions
         Thickness at which the plane is repeated.
@@ -212,8 +212,8 @@ def band_edges(
     ----------
     mesh : Mesh
         World, m.
-    belief : PlaneBelief
-    repeats : Repeats
+    belief : PlaneEstimate
+    repeats : PlaneSeries
     number : int
         Number of the repeated plane.
 

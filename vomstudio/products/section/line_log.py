@@ -1,4 +1,4 @@
-"""Log along a line of a project, with boundaries at points of the line or traces across it."""
+"""Log along a line of a project, with boundaries at points of it or traces across it."""
 
 from __future__ import annotations
 

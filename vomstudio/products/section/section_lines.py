@@ -114,7 +114,7 @@ class Curtain:
 
 
 def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
-    """Build the section by a plane through a World point (3,), from which distances are measured.
+    """Build the section by a plane through the World point (3,) at distance zero.
 
     The view is against the upward normal of the plane, as in an orthophoto of it: the right end of
     a vertical section that dips towards DD is at DD - 90.

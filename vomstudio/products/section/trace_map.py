@@ -82,8 +82,11 @@ def write_map(
     Parameters
     ----------
     traces : Path
-    lines : (k, 3) World each, with their names and sets
-    counted : Counted
+    lines : sequence of (k, 3) ndarray
+        World.
+    names, sets : sequence of str
+        Name and set of each line.
+    counted : SamplingRegion
         Area or scanlines on the face; a circle has no file.
     face : Curtain
     crs : str

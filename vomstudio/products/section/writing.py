@@ -140,6 +140,7 @@ def section_targets(path: str | Path, has_features: bool) -> list[Path]:
 
 
 def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
+    """Check that the files of a section can be written."""
     for target in section_targets(path, has_features):
         check_target(target, force=force)
 
@@ -161,7 +162,7 @@ def project_items(
 
     Returns
     -------
-    flats : tuple of Flat
+    flats : tuple of ProjectedItem
     left_out : int
         Number of features that are too far, or not in front of a panel.
     """

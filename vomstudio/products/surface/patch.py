@@ -80,4 +80,4 @@ def _extract(
         raise InputError(empty_finding)
     if isinstance(data, Mesh):
         return PointCloud(np.asarray(data.vertices[selection], np.float64))
-    return data.of_rows(selection)
+    return data.select_rows(selection)

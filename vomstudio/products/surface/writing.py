@@ -1,4 +1,4 @@
-"""Output of a patch's deviations as a raster, points or a table, and of profiles as a table."""
+"""Deviations of a patch as a raster, points or a table, and profiles as a table."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ def write_deviations(
     force: bool,
     axes: Axes = WORLD,
 ) -> list[Finding]:
-    """Write the deviations to one file, completely or not at all; return warnings of the writer.
+    """Write the deviations to one file, completely or not at all.
+
+    Returns the warnings of the writer.
 
     Parameters
     ----------

@@ -43,8 +43,17 @@ def export_project(
 
     Parameters
     ----------
+    folder : Path
+        Folder of the project.
+    format_ : str
+        Name of the format.
+    out : Path
+        File to write.
     with_map : bool
         Also write the QGIS map of a GeoPackage.
+    force : bool, optional
+        Whether to replace existing files.
+    progress : Progress, optional
 
     Returns
     -------

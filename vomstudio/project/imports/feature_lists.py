@@ -109,12 +109,15 @@ def read_listed_features(
     ----------
     path : Path
         GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations with x, y, z).
+    model : Model
+    records : mapping
     crs : str or None
         CRS of World.
     area_inside : callable or None
         Returns the area of the model's surface inside an outline; None if the model is not loaded.
     bounds : (2, 3) float64 or None
         Bounds of the model in its file frame; None if it is not loaded.
+    progress : Progress, optional
 
     Raises
     ------

@@ -58,6 +58,8 @@ class FieldRow:
 
 @dataclass(frozen=True)
 class BadRow:
+    """Skipped row of a table, and the reason."""
+
     line: int
     reason: Finding
 
@@ -102,6 +104,7 @@ def read_readings(
 
     Parameters
     ----------
+    table : FieldTable
     columns : mapping of str to int
         Column by role. Roles are `azimuth` and `inclination`, the two angles of the notation;
         `text`, both angles in one cell; `trend` and `plunge` of rows that are lines in a table of
@@ -318,12 +321,15 @@ def make_readings(
 
     Parameters
     ----------
+    rows : sequence of FieldRow
     type_ids : mapping of str to str
         Type id by casefolded name in the type column.
     type_id, set_name : str
         For rows without a type or set.
     turn_deg : float
         Added to each azimuth, degrees. A horizontal plane and a vertical line keep azimuth 0.
+    source : str, optional
+        Name of the table.
     """
     readings = []
     for row in rows:

@@ -204,6 +204,7 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
 
 
 def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
+    """Return the error of a journal that cannot be opened."""
     words = str(error)
     if "not a database" in words or "malformed" in words:
         return InputError(Finding("journal.damaged", reason=error), file=path)

@@ -8,6 +8,7 @@ from typing import Any
 
 
 def dump_json(value: Mapping[str, Any] | None) -> str | None:
+    """Encode a value as compact JSON; None for None."""
     return None if value is None else json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 

@@ -72,6 +72,7 @@ def measure(at: MeasurementContext, contacts: Sequence[Contact]) -> list[Measure
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of a contact."""
     points = subject.measured.points
     if not len(points):
         return None

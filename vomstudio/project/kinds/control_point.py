@@ -67,11 +67,13 @@ def measure(at: MeasurementContext, points: Sequence[ControlPoint]) -> list[Meas
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
+    """Return the position (1, 3) of a control point, World."""
     points = subject.measured.points
     return points if len(points) else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of a control point."""
     points = subject.measured.points
     return Sketch(points, points[0], label="–") if len(points) else None
 

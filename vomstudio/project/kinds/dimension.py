@@ -74,6 +74,7 @@ class Dimension(Logged):
 
 
 def measure(at: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
+    """Measure dimensions."""
     return [_measure(at, dimension) for dimension in dimensions]
 
 
@@ -152,6 +153,7 @@ def _thickness(
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of a dimension."""
     points = subject.measured.points
     if not len(points):
         return None

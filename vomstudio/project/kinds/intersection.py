@@ -54,6 +54,8 @@ from vomstudio.project.registration_errors import model_of, turns_of
 
 @dataclass(frozen=True)
 class Intersection(Typed):
+    """Intersection line of the (mean) planes of two groups."""
+
     id: str
     name: str
     type_id: str
@@ -83,14 +85,17 @@ def members(records: Records, group: Group) -> list[Feature]:
 
 
 def dependency_ids(feature: Intersection) -> list[str]:
+    """Return the ids of the features of both groups."""
     return [g.feature_id for g in (feature.first, feature.second) if g.feature_id]
 
 
 def dependencies(records: Records, feature: Intersection) -> list[Feature]:
+    """Return the planes of both groups."""
     return [*members(records, feature.first), *members(records, feature.second)]
 
 
 def measure(at: MeasurementContext, intersections: Sequence[Intersection]) -> list[Measurement]:
+    """Measure intersections."""
     return [_measure(at, intersection) for intersection in intersections]
 
 
@@ -205,6 +210,7 @@ def _ends(
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of an intersection."""
     points = subject.measured.points
     if not len(points):
         return None
@@ -213,6 +219,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def words(measured: Measurement) -> list[str]:
+    """Describe the angle between the planes."""
     if measured.angle_deg is None:
         return []
     return [tr("Angle between the planes {angle}", angle=degrees(measured.angle_deg))]

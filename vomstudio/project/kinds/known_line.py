@@ -138,6 +138,7 @@ def dependencies(records: Records, line: KnownLine) -> list[Feature]:
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of a known line."""
     points = subject.measured.points
     if not len(points):
         return None

@@ -223,6 +223,7 @@ def remarks(subject: Subject) -> list[str]:
 
 
 def words(measured: Measurement) -> list[str]:
+    """Describe the rake and the angle from the plane."""
     lines = []
     if measured.rake_deg is not None:
         angle = degrees(measured.off_plane_deg)

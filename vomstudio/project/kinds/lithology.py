@@ -102,6 +102,7 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
 
 
 def ring(subject: Subject) -> FloatArray | None:
+    """Return the ring (n, 3) of a lithology, World."""
     points = subject.measured.points
     return points if len(points) > 2 else None
 
@@ -141,6 +142,7 @@ def headline(measured: Measurement) -> str | None:
 
 
 def about(subject: Subject) -> list[str]:
+    """Describe the lithology."""
     word = subject.feature.lithology
     return [tr("Lithology: {lithology}", lithology=word)] if word else []
 

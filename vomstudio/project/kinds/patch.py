@@ -161,6 +161,7 @@ def places(subject: Subject) -> FloatArray:
 
 
 def words(measured: Measurement) -> list[str]:
+    """Describe the area of a patch."""
     if measured.area_m2 is None:
         return []
     return [tr("Area {area}", area=area_text(measured.area_m2, metric=measured.metric))]

@@ -53,6 +53,7 @@ class Reading(Typed):
 
 
 def measure(at: MeasurementContext, readings: Sequence[Reading]) -> list[Measurement]:
+    """Measure compass readings."""
     return [_measure(reading) for reading in readings]
 
 
@@ -73,6 +74,7 @@ def _measure(reading: Reading) -> Measurement:
 
 
 def is_plane(reading: Reading) -> bool:
+    """Return whether a reading is a plane."""
     return reading.geometry == "plane"
 
 
@@ -125,6 +127,7 @@ def comparison_text(nearest: NearestPick | None) -> str:
 
 
 def about(subject: Subject) -> list[str]:
+    """Describe a reading and the nearest plane of the model."""
     reading: Reading = subject.feature
     nearest = subject.nearest()
     lines = [

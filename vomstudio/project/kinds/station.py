@@ -76,11 +76,13 @@ def _station_text(station: Station) -> str:
 
 
 def position_in_world(subject: Subject) -> FloatArray | None:
+    """Return the position (1, 3) of a station, World."""
     points = subject.measured.points
     return points[:1] if len(points) else None
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Return the drawing of a station."""
     points, station = position_in_world(subject), subject.feature
     if points is None:
         return None
@@ -88,6 +90,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 def about(subject: Subject) -> list[str]:
+    """Describe a station."""
     station: Station = subject.feature
     lines = []
     if station.number:

@@ -65,6 +65,8 @@ def fitted_planes(
     points : (n, 3) array_like
         Metres; group i is points[offsets[i]:offsets[i + 1]].
     offsets : (m + 1,) array_like of int
+    method : Method, optional
+        Criterion of the fit.
     axis : str
         Coordinate that a regression minimises; "auto" takes for each group the one nearest the
         normal of its orthogonal least squares plane.
@@ -74,6 +76,7 @@ def fitted_planes(
         Thresholds of the profile by which the planes are judged.
     metadata : mapping
         Further values of the groups, by column of the table and by id.
+    progress : Progress, optional
     """
     progress = progress or Silent()
     progress.stage(tr("Fitting planes"))

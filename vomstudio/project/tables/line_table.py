@@ -28,8 +28,17 @@ def write_line_table(
 
     Parameters
     ----------
+    path : str or Path
     lines : sequence of tuple of str and (n, 3) float64
         Names and points.
+    crs : str or None
+        CRS of the points.
+    north_known : bool, optional
+        Whether azimuths refer to grid north.
+    source : str, optional
+        Inputs of the lines, for the header.
+    force : bool, optional
+        Whether to replace existing files.
 
     Raises
     ------

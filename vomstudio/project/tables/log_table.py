@@ -37,10 +37,14 @@ def write_log(
 
     Parameters
     ----------
+    path : str or Path
+    log : BedLog
     about : str
         Inputs of the thicknesses, for the header.
     metric : bool
         Lengths are in metres; False for units of a model of unknown scale.
+    force : bool, optional
+        Whether to replace existing files.
 
     Raises
     ------

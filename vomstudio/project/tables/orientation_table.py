@@ -179,6 +179,8 @@ def write_orientation_csv(
 
     Parameters
     ----------
+    path : str or Path
+    rows : iterable of mapping
     crs : str or None
         CRS of x, y, z ("EPSG:32615"); None if none was declared.
     north : str or None
@@ -191,6 +193,8 @@ def write_orientation_csv(
         Thresholds by which the rows were judged; None if no row has a verdict.
     extra_columns : sequence of str
         Names of columns after `COLUMNS`.
+    force : bool, optional
+        Whether to replace existing files.
 
     Raises
     ------
@@ -268,6 +272,7 @@ def _csv_column(values: Sequence[Any]) -> list[str]:
 
 
 def csv_cell(value: Any) -> str:
+    """Format a value for a CSV cell."""
     if value is None:
         return ""
     match value:
@@ -284,6 +289,7 @@ _QUOTED = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
+    """Escape and quote a text for a CSV cell."""
     text = escape_formula(text)
     # A leading # would turn the row into a comment.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():

@@ -127,9 +127,18 @@ def _tilt(planes: LocalPlanes) -> FloatArray:
 
 
 def thin_points(points: FloatArray, cell: float, max_points: int = _MAX_POINTS) -> FloatArray:
-    """Return one of the points (n, 3) for each cell of a grid, so that density does not matter.
+    """Thin points to one per cell of a grid, so that density does not matter.
 
-    Cells are enlarged if there are more than `max_points`.
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+    cell : float
+        Side of a cell; enlarged if there are more than `max_points`.
+    max_points : int, optional
+
+    Returns
+    -------
+    (m, 3) ndarray
     """
     local = points - points.min(axis=0)
     order = np.random.default_rng(0).permutation(len(points))

@@ -176,7 +176,10 @@ def _linearise(
     scale: bool,
     previous: Refinement | None = None,
 ) -> Refinement:
-    """Linearise the fit at a similarity. like : keep its middle, size and sigma"""
+    """Linearise the fit at a similarity.
+
+    With `previous`, its centre, size and sigma are used.
+    """
     matches = reference.match(model, fit)
     if len(matches.miss) < _MIN_PLACES:
         raise GeometryError(Finding("reference.few-places", places=len(matches.miss)))
@@ -220,10 +223,17 @@ def _linearise(
 
 
 def determined_directions(information: FloatArray, noise: FloatArray) -> FloatArray:
-    """Return the determined directions (7, d), scaled to unit information.
+    """Return the determined directions, scaled to unit information.
 
-    The others have no more information (7, 7) than rounding, or mostly such as noise (7, 7)
-    contributes.
+    The others have no more information than rounding, or mostly such as the noise contributes.
+
+    Parameters
+    ----------
+    information, noise : (7, 7) ndarray
+
+    Returns
+    -------
+    (7, d) ndarray
     """
     values, axes = np.linalg.eigh(information)
     has_information = values > _MIN_INFORMATION * max(values[-1], 1e-300)

@@ -39,7 +39,19 @@ def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[Bo
 
 
 def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
-    """Return a mask (n,) of the points (n, 3) within `reach` of one of the places (m, 3)."""
+    """Find the points near places.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+    places : (m, 3) ndarray
+    reach : float
+        Maximum distance.
+
+    Returns
+    -------
+    (n,) ndarray of bool
+    """
     from scipy.spatial import cKDTree
 
     origin = points.mean(axis=0)

@@ -33,19 +33,50 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray,
 
 
 def box_of(points: FloatArray) -> FloatArray:
-    """Return the bounding box (2, 3) of the finite points of (n, 3)."""
+    """Return the bounding box of the finite points.
+
+    Parameters
+    ----------
+    points : (n, 3) ndarray
+
+    Returns
+    -------
+    (2, 3) ndarray
+        Lowest and highest corner.
+    """
     sound = points[np.isfinite(points).all(axis=1)]
     return np.array([sound.min(axis=0), sound.max(axis=0)])
 
 
 def similarity_of(rows: Any) -> Similarity:
-    """Return the similarity of a 4 x 4 matrix."""
+    """Convert a matrix to a similarity.
+
+    Parameters
+    ----------
+    rows : (4, 4) array_like
+
+    Returns
+    -------
+    Similarity
+    """
     matrix = transform.matrix(rows)
     scale = float(transform.scale_of(matrix))
     return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
 
 
 def replace_scale(fit: Similarity, scale: float, middle: FloatArray) -> Similarity:
-    """Replace the scale of a similarity and keep the place of the model's middle (3,)."""
+    """Replace the scale of a similarity; the place of the model's middle does not change.
+
+    Parameters
+    ----------
+    fit : Similarity
+    scale : float
+    middle : (3,) ndarray
+        Middle of the model, model frame.
+
+    Returns
+    -------
+    Similarity
+    """
     placed_middle = fit(middle[None])[0]
     return Similarity(scale, fit.rotation, placed_middle - scale * fit.rotation @ middle)

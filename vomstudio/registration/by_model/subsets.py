@@ -49,7 +49,18 @@ class JackknifeError:
 
 
 def jackknife_error(refinement: Refinement, radius: float) -> JackknifeError:
-    """Estimate the error of a fit. radius : of the points of each place, metres"""
+    """Estimate the error of a fit by leaving out parts.
+
+    Parameters
+    ----------
+    refinement : Refinement
+    radius : float
+        Radius of the points of each place, metres.
+
+    Returns
+    -------
+    JackknifeError
+    """
     side = float(np.ptp(refinement.places, axis=0).max())
     block_of_place, alike = np.zeros(len(refinement.places), np.int64), True
     for count_target in _BLOCK_COUNTS:

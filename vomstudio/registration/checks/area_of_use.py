@@ -13,7 +13,18 @@ BEYOND_DEG = 1.0
 
 
 def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
-    """Return a mask (n,) of the coordinates (n, 3) in the area of a CRS, False without one."""
+    """Find the coordinates inside the area of use of a CRS.
+
+    Parameters
+    ----------
+    world : (n, 3) ndarray
+    crs : str or None
+
+    Returns
+    -------
+    (n,) ndarray of bool
+        False without a CRS.
+    """
     beyond = degrees_beyond(crs)
     if beyond is None:
         return np.zeros(len(world), bool)
@@ -21,9 +32,17 @@ def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
 
 
 def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, float, float]] | None:
-    """Return a function of x and y for the distance beyond the area of a CRS.
+    """Return a function for the distance beyond the area of use of a CRS.
 
-    It returns that distance in degrees, longitude and latitude. None if the CRS has no area.
+    Parameters
+    ----------
+    crs : str or None
+
+    Returns
+    -------
+    callable or None
+        Returns that distance for x and y in degrees, with longitude and latitude. None if the CRS
+        has no area.
     """
     from pyproj import CRS, Transformer
 

@@ -35,8 +35,8 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     Parameters
     ----------
     model, world : (n, 3) array
-    more : int
-        Unknowns besides those of the similarity.
+    extra_unknowns : int
+        Number of unknowns besides those of the similarity.
 
     Returns
     -------
@@ -60,7 +60,18 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
 
 
 def fits_far_better(other: Misfit | None, reference: Misfit | None, significance: float) -> bool:
-    """Return whether another reading fits better than chance if the given one is correct."""
+    """Return whether another reading fits better than chance allows if the first is correct.
+
+    Parameters
+    ----------
+    other, reference : Misfit or None
+        Misfits of the other reading and of the first one.
+    significance : float
+
+    Returns
+    -------
+    bool
+    """
     from scipy.stats import f
 
     if other is None or reference is None:

@@ -27,7 +27,16 @@ _AFFINE_UNKNOWNS = 8
 
 
 def constant_height_findings(model: FloatArray, world: FloatArray) -> list[Finding]:
-    """Return a finding if all points (n, 3) have one height, which contradicts the model."""
+    """Return a finding if all points have one height, which contradicts the model.
+
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     if len(world) < 3 or np.ptp(world[:, 2]) > 0.0 or not _contradicts_model(model, world):
         return []
     return [Finding("control.constant-heights", height=float(world[0, 2]))]
@@ -36,7 +45,17 @@ def constant_height_findings(model: FloatArray, world: FloatArray) -> list[Findi
 def missing_height_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
-    """Return a finding if some points (n, 3) have a placeholder instead of a height."""
+    """Return a finding if some points have a placeholder instead of a height.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     is_missing = np.isin(world[:, 2], _PLACEHOLDERS)
     if not is_missing.any() or int((~is_missing).sum()) < 3:
         return []

@@ -12,7 +12,16 @@ _NAMED = 8
 
 
 def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
-    """Return messages about labels that differ only in case, spaces and leading zeros."""
+    """Return messages about labels that differ only in case, spaces and leading zeros.
+
+    Parameters
+    ----------
+    labels : sequence of str
+
+    Returns
+    -------
+    list of Finding
+    """
     groups: dict[str, list[str]] = {}
     for label in labels:
         # 1-1 is not 11, nor A' (the end of a profile) A.
@@ -33,7 +42,17 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
 
 
 def coincident_point_findings(labels: Sequence[str], world: FloatArray) -> list[Finding]:
-    """Return messages about points with the same coordinates."""
+    """Return messages about points with the same coordinates.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    world : (n, 3) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     places: dict[tuple[float, ...], list[str]] = {}
     for label, place in zip(labels, world.tolist(), strict=True):
         places.setdefault(tuple(place), []).append(label)

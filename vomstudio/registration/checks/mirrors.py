@@ -1,4 +1,4 @@
-"""Check for points that fit as a mirror image, and models that a registration turns upside down.
+"""Checks for points that fit as a mirror image, and for models turned upside down.
 
 A similarity does not mirror: if easting and northing of points on flat ground are exchanged, it
 turns the model upside down, which fits nearly as well as the right position.
@@ -26,7 +26,16 @@ _MAX_TIP_UNKNOWN_UP_DEG = 170.0
 
 
 def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
-    """Return whether points fit far better mirrored, and not by another row order."""
+    """Return whether points fit far better mirrored, and not by another row order.
+
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    bool
+    """
     mirror_misfit, misfit = residual_misfit(model * _MIRROR, world), residual_misfit(model, world)
     if mirror_misfit is None or misfit is None:
         return False
@@ -62,7 +71,16 @@ def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) ->
 
 
 def mirror_findings(points: Points | None) -> list[Finding]:
-    """Return a finding if points fit much better as a mirror image."""
+    """Return a finding if points fit much better as a mirror image.
+
+    Parameters
+    ----------
+    points : Points or None
+
+    Returns
+    -------
+    list of Finding
+    """
     if points is None or not fits_as_mirror(points.model, points.world):
         return []
     return [Finding("control.swapped-columns", labels=(), points=points.name)]

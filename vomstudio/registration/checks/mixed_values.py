@@ -31,7 +31,10 @@ _MAX_TRIPLES = 150
 
 
 class MixedValues(NamedTuple):
-    """Rows that are read in another way. offset_m : added to their heights, None for other kinds"""
+    """Rows that are read in another way.
+
+    `offset_m` is added to their heights; None for other kinds.
+    """
 
     kind: str
     which: BoolArray
@@ -42,7 +45,14 @@ class MixedValues(NamedTuple):
 def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | None:
     """Find rows of points that fit far better if they are read in another way.
 
-    model, world : (n, 3). Returns None if there are none.
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    MixedValues or None
+        None if there are none.
     """
     n = len(model)
     misfit = residual_misfit(model, world) if _MIN_POINTS <= n <= _MAX_POINTS else None
@@ -155,7 +165,17 @@ def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarit
 def mixed_row_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> list[Finding]:
-    """Return a finding if some points are in another unit or column order than the others."""
+    """Return a finding if some points are in another unit or column order than the others.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    list of Finding
+    """
     mixed = find_mixed_values(model, world)
     if mixed is None:
         return []

@@ -22,9 +22,16 @@ _MIN_METRES = 1000.0
 
 
 def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
-    """Return a mask (n,) of the larger of two groups of points (n, 3) that are far apart.
+    """Find the larger of two groups of points that are far apart.
 
-    None if there is one group, or if the groups are far apart on the model too.
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    (n,) ndarray of bool or None
+        None if there is one group, or if the groups are far apart on the model too.
     """
     from scipy.cluster.hierarchy import fcluster, linkage
 
@@ -41,7 +48,16 @@ def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
 
 
 def distances_agree(model: FloatArray, world: FloatArray) -> bool:
-    """Return whether the distances of points on the model (n, 3) and in World (n, 3) agree."""
+    """Return whether the distances of points on the model and in World agree.
+
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    bool
+    """
     local = world - world.mean(axis=0)
     try:
         fit = fit_similarity(model, local)
@@ -52,7 +68,16 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
 
 
 def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
-    """Return a mask (n,) of the points in degrees, if the others are in metres."""
+    """Find the points in degrees, if the others are in metres.
+
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    (n,) ndarray of bool
+    """
     flat = np.abs(world[:, :2])
     small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
     large = flat.max(axis=1) > _MIN_METRES
@@ -65,9 +90,20 @@ def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
 def select_group_at_model(
     model: FloatArray, world: FloatArray, which: BoolArray, inside: BoolArray
 ) -> BoolArray | None:
-    """Return a mask (n,) of the correct one of two groups, None if it is not clear.
+    """Select the correct one of two groups.
 
-    which : (n,) mask of one group; inside : (n,) in the area of the CRS, False without one
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+    which : (n,) ndarray of bool
+        True for the points of one group.
+    inside : (n,) ndarray of bool
+        True in the area of use of the CRS; False without one.
+
+    Returns
+    -------
+    (n,) ndarray of bool or None
+        None if it is not clear.
     """
     for is_at_model in (inside, _near_model_coordinates(model, world)):
         first, second = float(is_at_model[which].mean()), float(is_at_model[~which].mean())
@@ -90,7 +126,19 @@ def _near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
 def separate_group_findings(
     labels: Sequence[str], world: FloatArray, which: BoolArray
 ) -> list[Finding]:
-    """Return a finding about two groups of points, when it is not clear which is correct."""
+    """Return a finding about two groups of points, when it is not clear which is correct.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    world : (n, 3) ndarray
+    which : (n,) ndarray of bool
+        True for the points of one group.
+
+    Returns
+    -------
+    list of Finding
+    """
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
     names = [selected(labels, rows) for rows in (which, ~which)]
     off = float(np.linalg.norm(middles[0] - middles[1]))
@@ -100,6 +148,17 @@ def separate_group_findings(
 
 
 def mixed_degree_findings(labels: Sequence[str], which: BoolArray) -> list[Finding]:
-    """Return the finding about points in degrees among others in metres."""
+    """Return the finding about points in degrees among others in metres.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    which : (n,) ndarray of bool
+        True for the points in degrees.
+
+    Returns
+    -------
+    list of Finding
+    """
     names = [labels[int(row)] for row in np.flatnonzero(which)]
     return [Finding("control.some-in-degrees", labels=names)]

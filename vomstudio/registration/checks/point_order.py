@@ -26,7 +26,14 @@ class RowOrder(NamedTuple):
 def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
     """Find the shifted or reversed row order of coordinates that fits the points best.
 
-    model, world : (n, 3). Returns None if no order fits far better than the given one.
+    Parameters
+    ----------
+    model, world : (n, 3) ndarray
+
+    Returns
+    -------
+    RowOrder or None
+        None if no order fits far better than that of the table.
     """
     n = len(model)
     misfit_as_given = residual_misfit(model, world)
@@ -53,7 +60,19 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
 def row_order_findings(
     labels: Sequence[str], model: FloatArray, world: FloatArray, *, photos: bool = False
 ) -> list[Finding]:
-    """Return a message if the coordinates of points or photos are those of other rows."""
+    """Return a message if the coordinates of points or photos are those of other rows.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    model, world : (n, 3) ndarray
+    photos : bool, optional
+        Whether the rows are photos, not points.
+
+    Returns
+    -------
+    list of Finding
+    """
     order, misfit = find_row_order(model, world), residual_misfit(model, world)
     if order is None or misfit is None:
         return []

@@ -1,1 +1,1 @@
-"""How far a model is from another cloud or mesh."""
+"""Distances of a model from another cloud or mesh."""

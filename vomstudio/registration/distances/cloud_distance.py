@@ -164,13 +164,34 @@ class CloudSides:
 
 
 def has_sides(cloud: PointCloud) -> bool:
-    """Return whether each point has a normal; some files have columns of zeros."""
+    """Return whether each point has a normal; some files have columns of zeros.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+
+    Returns
+    -------
+    bool
+    """
     normals = cloud.normals
     return normals is not None and bool((np.abs(normals).max(axis=1, initial=0.0) > 0.5).all())
 
 
 def upper_side(mean: FloatArray) -> float:
-    """Return 1 for a vector that points up (if nearly level: east, or north), else -1."""
+    """Return a number whose sign is that of the upper side of a vector.
+
+    A vector that is nearly level is positive if it points east, or else north.
+
+    Parameters
+    ----------
+    mean : (3,) ndarray
+
+    Returns
+    -------
+    float
+        Positive if the vector points up.
+    """
     size = float(np.linalg.norm(mean))
     for axis in (2, 0, 1):
         if abs(mean[axis]) > _MIN_MEAN_NORMAL * size:

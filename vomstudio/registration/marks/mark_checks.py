@@ -46,7 +46,18 @@ _COMMON_SIZE_FACTOR = 2.0
 
 # --- names ----------------------------------------------------------------------------------------
 def nearest(name: str, known: Sequence[str]) -> str | None:
-    """Return the known name that is most similar to a name, if any."""
+    """Return the known name that is most similar to a name, if any.
+
+    Parameters
+    ----------
+    name : str
+    known : sequence of str
+        Known names.
+
+    Returns
+    -------
+    str or None
+    """
     normalised = _normalise(name)
     same = [other for other in known if _normalise(other) == normalised]
     if len(same) == 1:
@@ -75,9 +86,20 @@ def name_findings(
 ) -> list[Finding]:
     """Return findings about marks and points that do not match.
 
-    Photos that are not cameras, labels without coordinates, points in fewer than two photos.
+    These are photos that are not cameras, labels without coordinates, and points in fewer than two
+    photos.
 
-    points : labels with coordinates
+    Parameters
+    ----------
+    points : sequence of str
+        Labels with coordinates.
+    marks : sequence of Marked
+    views : mapping
+        View of each photo, by its name.
+
+    Returns
+    -------
+    list of Finding
     """
     find = finder(list(views))
     unknown_photos = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
@@ -105,7 +127,21 @@ def name_findings(
 def photos_of(
     points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
 ) -> dict[str, set[str]]:
-    """Return the photos of the model in which each label of `points` is marked."""
+    """Return the photos of the model in which each label is marked.
+
+    Parameters
+    ----------
+    points : sequence of str
+        Labels.
+    marks : sequence of Marked
+    views : mapping
+        View of each photo, by its name.
+
+    Returns
+    -------
+    dict
+        Names of photos by label.
+    """
     find = finder(list(views))
     photos_by_label: dict[str, set[str]] = {label: set() for label in points}
     for label, photo, _, _ in marks:
@@ -116,7 +152,18 @@ def photos_of(
 
 
 def finder(names: Sequence[str]) -> Callable[[str], str | None]:
-    """Return a function that finds the name of a photo among names."""
+    """Return a function that finds the name of a photo.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the photos.
+
+    Returns
+    -------
+    callable
+        Returns the name that a text refers to, or None.
+    """
     find = photo_finder(names)
 
     def find_name(photo: str) -> str | None:
@@ -255,7 +302,10 @@ def _group_by_photo(
 def _conversions(
     photos: Sequence[_PhotoMarks], targets: FloatArray
 ) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
-    """Return other conventions: description, size relative to the marked copies, and conversion."""
+    """Return other pixel conventions.
+
+    Each has a description, a size relative to the marked copies, and a conversion.
+    """
     for convention in _other_conventions():
         yield convention.words, 1.0, convention
 

@@ -48,9 +48,17 @@ class Marks(NamedTuple):
 
 
 def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
-    """Return the pixels (k,) from each mark to the projection of a place (3,).
+    """Return the distances of marks from the projection of a place.
 
-    Infinite behind a camera, and for a place that is not known.
+    Parameters
+    ----------
+    marks : Marks
+    place : (3,) ndarray
+
+    Returns
+    -------
+    (k,) ndarray
+        Pixels; infinite behind a camera, and for an unknown place.
     """
     if not np.isfinite(place).all():
         return np.full(len(marks.views), np.inf)
@@ -62,9 +70,18 @@ def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
 
 
 def robust_place(marks: Marks) -> FloatArray:
-    """Return the place (3,) from which at least half of the marks are least far; NaN if none.
+    """Return the place with the least median distance from the marks of a point.
 
-    For two marks it is where both meet.
+    For two marks it is where both rays meet.
+
+    Parameters
+    ----------
+    marks : Marks
+
+    Returns
+    -------
+    (3,) ndarray
+        NaN if there is none.
     """
     count = len(marks.views)
     if count < 3:
@@ -147,7 +164,7 @@ def _scatter_px(located: Sequence[tuple[Marks, FloatArray]]) -> float:
 
 
 def _unfitted(count: int) -> float:
-    """Return how many times larger errors of marks are than their distances from a fitted place."""
+    """Return the ratio of the errors of marks to their distances from a fitted place."""
     if count == 2:
         # One number remains, shared by both marks.
         return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_SIZE
@@ -185,27 +202,52 @@ def _max_px(marks: Marks) -> float:
 
 
 def mark_scatter_findings(scatter_px: float) -> list[Finding]:
-    """Return a finding if marks scatter by more than marks set by hand should."""
+    """Return a finding if marks scatter by more than marks set by hand should.
+
+    Parameters
+    ----------
+    scatter_px : float
+
+    Returns
+    -------
+    list of Finding
+    """
     if scatter_px <= WARN_MARK_PX:
         return []
     return [Finding("mark-scatter", photos=(), value=scatter_px)]
 
 
 def marks_disagree(labels: Sequence[str]) -> Finding:
-    """Return the finding about points whose marks do not meet in one place."""
+    """Return the finding about points whose marks do not meet in one place.
+
+    Parameters
+    ----------
+    labels : sequence of str
+
+    Returns
+    -------
+    Finding
+    """
     return Finding("control.marks-disagree", labels=list(labels))
 
 
 def agreement_px(mark_px: float) -> float:
     """Return the limit of the distance of right marks from their point.
 
-    mark_px : error of a mark in one direction
+    Parameters
+    ----------
+    mark_px : float
+        One-sigma error of a mark in one direction.
+
+    Returns
+    -------
+    float
     """
     return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
 
 
 def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatArray:
-    """Return the covariance (3, 3) of a triangulated place, in the frame and unit of the views.
+    """Return the covariance (3, 3) of a triangulated place, in the frame of the views.
 
     Parameters
     ----------

@@ -124,7 +124,7 @@ def find_misplaced(
 
 
 def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
-    """place : (3,) where the other marks of the point meet, NaN if it is not known"""
+    """Return the wrong mark; `place` (3,) is where the other marks meet, NaN if unknown."""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
     pixels = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
@@ -133,7 +133,18 @@ def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
 
 
 def meet(marks: Marks, limit_px: float) -> bool:
-    """Return whether the rays of the marks meet within a limit of each mark."""
+    """Return whether the rays of marks meet near each mark.
+
+    Parameters
+    ----------
+    marks : Marks
+    limit_px : float
+        Maximum distance from a mark.
+
+    Returns
+    -------
+    bool
+    """
     place = triangulate(*marks)
     return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
 

@@ -50,6 +50,8 @@ class ProxyReady:
 
 @dataclass(frozen=True, eq=False)
 class MeshChunkReady:
+    """Chunk of a mesh, ready for drawing."""
+
     chunk: FaceChunk
     data: vtkPolyData
     texels_per_metre: float
@@ -104,11 +106,15 @@ class ViewDone:
 
 @dataclass(frozen=True)
 class ChunksDone:
+    """Number of chunks, after the last one."""
+
     count: int
 
 
 @dataclass(frozen=True, eq=False)
 class TextureReady:
+    """Texture of a material."""
+
     material: int
     texture: Texture | None
     """None if it could not be read."""
@@ -116,17 +122,21 @@ class TextureReady:
 
 @dataclass(frozen=True)
 class TexturesDone:
-    pass
+    """All textures have been handed over."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocatorReady:
+    """Cell locators of a model."""
+
     locators: list[vtkStaticCellLocator]
     """One for each chunk of a mesh, in order; empty for a cloud."""
 
 
 @dataclass(frozen=True)
 class Problem:
+    """Finding to report to the user."""
+
     finding: Finding
 
 

@@ -62,6 +62,7 @@ NEUTRAL = (190, 186, 178)
 
 
 def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
+    """Yield slices of a range; raise Stopped when `stop` is set."""
     for start in range(0, count, size):
         if stop.is_set():
             raise Stopped
@@ -323,8 +324,15 @@ def prepare_textures(
 
     Parameters
     ----------
+    mesh : Mesh
     limit : int
         Maximum side, pixels.
+    stop : Event
+        Ends the work when set.
+    emit : Emit
+        Receives the events.
+    whole_side : int, optional
+        Maximum side of textures that are not reduced, pixels.
     """
     loaded: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
@@ -361,6 +369,13 @@ def prepare_cloud(
 
     Parameters
     ----------
+    cloud : PointCloud
+    origin : (3,) ndarray
+        Origin of the scene, World.
+    stop : Event
+        Ends the work when set.
+    emit : Emit
+        Receives the events.
     submit : callable
         Runs a job after this one in the background.
     budget : int

@@ -144,7 +144,7 @@ class Streamer:
                 if self._stopped.is_set():
                     raise Stopped
                 points = np.cumsum(self._nodes.counts[missing])
-                count = max(1, int(np.searchsorted(points, self._nodes.at_once, side="right")))
+                count = max(1, int(np.searchsorted(points, self._nodes.batch_points, side="right")))
                 self._make_room(int(points[count - 1]), turn)
                 self._fetch(missing[:count])
                 missing = missing[count:]
@@ -190,7 +190,7 @@ class Streamer:
     def _hand_over(self, row: int, piece: Piece) -> None:
         rows, ids = piece.rows, piece.ids
         at = (piece.cloud.points.take(rows, axis=0) - self._origin).astype(np.float32)
-        if not self._nodes.in_order:
+        if not self._nodes.is_ordered:
             low, high = at.min(axis=0), at.max(axis=0)
             order = np.argsort(spatial_blocks.morton(at, low, float((high - low).max()) or 1.0))
             at, rows, ids = at[order], rows[order], ids[order]

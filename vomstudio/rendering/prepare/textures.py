@@ -57,6 +57,7 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
+    """Open a picture of a texture."""
     from vomstudio.core.files.untrusted import pictures
 
     try:
@@ -78,6 +79,7 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
 
 
 def reason(error: Exception) -> str:
+    """Return the reason why a texture cannot be read."""
     if isinstance(error, FileNotFoundError):
         return tr("file not found")
     text = error.message if isinstance(error, InputError) else str(error)

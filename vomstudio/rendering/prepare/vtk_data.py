@@ -94,6 +94,7 @@ def set_colors(data: vtkPolyData, colors: ByteArray) -> None:
 
 
 def color_array(colors: ByteArray) -> vtkUnsignedCharArray:
+    """Copy colours to an array of VTK."""
     array: vtkUnsignedCharArray = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
     array.SetName("rgb")
     return array
@@ -146,6 +147,7 @@ def image(pixels: ByteArray) -> vtkImageData:
 
 
 def matrix(values: FloatArray) -> vtkMatrix4x4:
+    """Copy a matrix (4, 4) to VTK."""
     out = vtkMatrix4x4()
     out.DeepCopy(np.asarray(values, np.float64).reshape(-1).tolist())
     return out

@@ -96,6 +96,8 @@ class _Ready:
 
 
 class Annotations:
+    """Labels, symbols and strokes that Qt paints over the view."""
+
     def __init__(self) -> None:
         self.labels = painting.LabelCache()
         self.label_boxes: list[tuple[str, QRectF]] = []
@@ -153,8 +155,20 @@ class Annotations:
 
         Parameters
         ----------
+        painter : QPainter
+        features : mapping
+            Drawings by feature id.
+        selected : frozenset of str
+            Ids of the selected features.
+        camera : Camera
         project : callable
             Returns pixels of World points, and whether they are visible.
+        size : tuple of float
+            Width and height of the picture.
+        kept_free : iterable of QRectF, optional
+            Rectangles without labels.
+        moving : bool, optional
+            Whether the camera is moving.
         """
         self.label_boxes = []
         self._strokes, self._owners = np.zeros((0, 2, 2)), np.zeros(0, np.int64)

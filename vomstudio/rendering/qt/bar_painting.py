@@ -200,10 +200,15 @@ def draw_clip_box(
 
     Parameters
     ----------
+    painter : QPainter
     corners : (8, 2) float64
         Pixels of ClipBox.corners, NaN behind the viewer.
     centres : (6, 2) float64
         Pixels of the handles, in the order of FACES.
+    usable : sequence of bool
+        Whether each handle can be dragged.
+    hot : int or None
+        Handle under the pointer.
     letters : sequence of str
         Names of the three axes.
     """

@@ -114,8 +114,9 @@ class CameraMoves(QObject):
         return self.camera.metres_per_pixel(self._pane.extent()[1])
 
     def seen(self) -> tuple[FloatArray, float, float]:
-        """Return the World point (3,) in the middle of the view, and the view's size in
-        metres.
+        """Return the World point (3,) in the middle of the view, and the view's size.
+
+        The size is in metres, at the distance of the pivot.
 
         All are at the pivot's distance.
         """

@@ -1,4 +1,4 @@
-"""Compass and scale bar over the drawn outcrop, in logical pixels from the top left corner."""
+"""Compass and scale bar over the outcrop, in logical pixels from the top left corner."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ MARGIN = 16.0
 
 
 def compass_box(height: float) -> QRectF:
+    """Return the rectangle of the compass."""
     return QRectF(MARGIN - 4.0, height - MARGIN - 92.0, 96.0, 96.0)
 
 
@@ -94,6 +95,7 @@ def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
 
 
 def scale_bar_box(width: float, height: float) -> QRectF:
+    """Return the rectangle of the scale bar."""
     return QRectF(width - MARGIN - 240.0, height - MARGIN - 52.0, 240.0, 56.0)
 
 
@@ -106,6 +108,7 @@ def draw_scale_bar(
     orthographic: bool,
     unit_known: bool = True,
 ) -> None:
+    """Draw a scale bar of a round length."""
     length, pixels = scale_bar(metres_per_pixel, width)
     right = width - MARGIN
     left = right - pixels

@@ -53,10 +53,19 @@ class Overlays:
 
         Parameters
         ----------
+        painter : QPainter
+        size : Size
+            Width and height of the picture.
+        features : mapping
+            Drawings by feature id.
+        selected : frozenset of str
+            Ids of the selected features.
         scales : list of (Scale, str)
             Scales of the fields shown, with the ids of their models.
         project : callable
             Returns pixels of World points, and whether they are visible.
+        moving : bool
+            Whether the camera is moving.
         """
         width, height = size
         self.bars = self._lay_out_bars(scales, size)

@@ -47,6 +47,7 @@ def system_font(factor: float = 1.0, *, bold: bool = False) -> QFont:
 
 
 def to_color(rgb: tuple[float, float, float], alpha: float = 1.0) -> QColor:
+    """Convert red, green and blue, 0 to 1, to a colour of Qt."""
     r, g, b = (min(max(float(v), 0.0), 1.0) for v in rgb)
     return QColor.fromRgbF(r, g, b, alpha)
 
@@ -156,6 +157,7 @@ class LabelCache:
 
 
 def polyline(points: FloatArray) -> QPolygonF:
+    """Convert points (n, 2) to a polyline of Qt."""
     return QPolygonF([QPointF(float(x), float(y)) for x, y in points])
 
 

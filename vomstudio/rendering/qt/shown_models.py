@@ -86,6 +86,8 @@ class ShownModels(QObject):
 
         Parameters
         ----------
+        model_id : str
+        data : Mesh or PointCloud
         to_world : (4, 4) float64
             Similarity from the file's frame to World.
         frame_camera : bool

@@ -110,6 +110,8 @@ class _Piece:
 
 
 class AreaLayer:
+    """Areas drawn on the models, with selected and live ones emphasised."""
+
     def __init__(self) -> None:
         self.scale = 1.0
         self._renderer: vtkRenderer | None = None

@@ -65,6 +65,8 @@ class Sight:
 
         Parameters
         ----------
+        points : (n, 3) ndarray
+            World.
         slack : float
             Tolerated distance behind the surface, metres.
         """

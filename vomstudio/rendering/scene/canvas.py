@@ -178,8 +178,11 @@ class Canvas:
 
         Parameters
         ----------
+        eye : Eye
         distance : float
             Distance of the scale of an orthographic view, metres.
+        view_angle_deg : float
+            Vertical angle of view.
         """
         position = eye.position - self.start
         vtk_camera = self.surface.GetActiveCamera()

@@ -60,6 +60,7 @@ class ClipPlanes:
 
 
 def collection(planes: list[vtkPlane]) -> vtkPlaneCollection:
+    """Return a collection of planes for VTK."""
     out = vtkPlaneCollection()
     for plane in planes:
         out.AddItem(plane)

@@ -28,8 +28,9 @@ class Contents:
         return [model for model in self.models.values() if model.visible]
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """Return the World corners (n, 3) of the visible models or, with `close`, their
-        chunks.
+        """Return the World corners (n, 3) of the visible models.
+
+        With `close`, they are the corners of the models' chunks.
         """
         corners = [model.corners_world(close=close) for model in self.visible()]
         return np.concatenate([np.zeros((0, 3)), *corners])

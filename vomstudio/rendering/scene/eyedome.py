@@ -93,8 +93,16 @@ class EyeDome:
 
         Parameters
         ----------
+        window : vtkOpenGLRenderWindow
+        source : vtkOpenGLFramebufferObject
+        size : tuple of int
+            Width and height of the buffer.
+        rows : tuple of int
+            First and last row to draw.
         near, far, distance : float
             Metres.
+        orthographic : bool
+            Whether the projection is parallel.
         scale : float
             Device pixels per logical pixel.
         """

@@ -131,6 +131,7 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
 
 
 def remove_textures(actor: vtkActor) -> None:
+    """Remove the textures of an actor and the shader code for them."""
     # VTK accepts None for no texture, unlike its stubs.
     actor.SetTexture(cast(vtkTexture, None))
     actor.GetProperty().RemoveAllTextures()

@@ -97,8 +97,12 @@ def pick_model(
 
     Parameters
     ----------
+    model : Pickable
+    origin, direction : (3,) ndarray
+        Ray, World.
     radius, spread : float
         Size of a pixel in World metres at depth 0, and its growth per metre; for clouds only.
+    box : ClipBox, optional
     """
     linear = model.from_world[:3, :3]
     start = linear @ origin + model.from_world[:3, 3] - model.origin

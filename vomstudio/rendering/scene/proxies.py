@@ -33,7 +33,7 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
 
     Parameters
     ----------
-    seen : list of Entry
+    entries : list of Entry
         All parts in view.
     sets : int
         Sets of POINTS_PER_SET points that a moving picture can afford.

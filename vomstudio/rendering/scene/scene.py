@@ -164,8 +164,9 @@ class Scene:
         self.picture.abandon()
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """Return the World corners (n, 3) of the visible models or, with `close`, their
-        chunks.
+        """Return the World corners (n, 3) of the visible models.
+
+        With `close`, they are the corners of the models' chunks.
         """
         return self._contents.corners(close=close)
 

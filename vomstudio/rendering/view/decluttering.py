@@ -97,6 +97,15 @@ def place_labels(
 
     Parameters
     ----------
+    grid : LabelGrid
+    anchors : (n, 2) ndarray
+        Pixels.
+    sizes : (n, 2) ndarray
+        Width and height of each label, pixels.
+    order : (n,) ndarray of int
+        Rows of the labels, the most important first.
+    gap : float, optional
+        Distance of a label from its anchor, pixels.
     corners : (n,) int, optional
         Last place of each label, which is preferred so that labels do not jump about their
         anchors while the view turns. Updated for the labels that are placed.

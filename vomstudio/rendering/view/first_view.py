@@ -24,6 +24,7 @@ def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, fl
 
     Parameters
     ----------
+    data : Mesh or PointCloud
     to_world : (4, 4) float64
         Matrix from the frame of the file to World.
     """

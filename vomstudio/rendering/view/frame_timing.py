@@ -21,6 +21,8 @@ STEADY_ELEMENTS = 20_000
 
 
 class Drawable(Protocol):
+    """Part of a picture whose drawing time is predicted."""
+
     elements: int
     weight: float
     uploaded: bool

@@ -125,6 +125,8 @@ NAME_UNITS = (
 
 @dataclass(frozen=True)
 class Category:
+    """Class of points with its code, name and colour."""
+
     code: int
     name: str
     rgb: tuple[int, int, int]

@@ -189,8 +189,13 @@ def points_near_ray(
 
     Parameters
     ----------
+    chunks : list of PointChunk
     boxes : (n, 3) and (n, 3) float64
         Corners of the chunks.
+    origin, direction : (3,) ndarray
+        Ray.
+    radius, spread : float
+        Maximum distance at depth 0, and its growth with depth.
     thickness : float
         Chunks that start further behind the front-most such point than this multiple of the
         permitted distance are skipped.

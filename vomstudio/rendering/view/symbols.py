@@ -133,6 +133,9 @@ class SymbolSet:
 
         Parameters
         ----------
+        camera : Camera
+        size : tuple of float
+            Width and height of the image.
         places : (n, 3) float64, optional
             World positions in place of the symbols' own.
         """
@@ -195,6 +198,7 @@ def plane_symbol(
 
 
 def line_symbol(trend_deg: float, plunge_deg: float, place: FloatArray, extent: float) -> Symbol:
+    """Return the symbol of a line at a place."""
     t, p = np.radians(trend_deg), np.radians(plunge_deg)
     direction = np.array([np.sin(t) * np.cos(p), np.cos(t) * np.cos(p), -np.sin(p)])
     return Symbol(

@@ -152,10 +152,12 @@ def collect_lines(
 
     Parameters
     ----------
-    brought : Brought
+    brought : ProjectedLines
         Lines of the drawing with their places on the surface.
     names : iterable of str
         Names that the drawing states.
+    sidecar : Sidecar
+    warnings : iterable of Finding
     to_file : (4, 4) array, optional
         Matrix from the frame of the lines to that of the model's file; None if they are the
         same.

@@ -170,7 +170,7 @@ class ModelCopy:
 
 @dataclass(frozen=True)
 class CopiedModel:
-    """path : path of the copy"""
+    """Result of copying a model; `path` is that of the copy."""
 
     path: Path
 
@@ -203,7 +203,7 @@ class ModelConversion:
 
 @dataclass(frozen=True)
 class ConvertedModel:
-    """path : path of the copy"""
+    """Result of converting a model; `path` is that of the copy."""
 
     path: Path
     warnings: tuple[Finding, ...]
@@ -242,7 +242,10 @@ class ModelExport:
 
 @dataclass(frozen=True)
 class ExportedModel:
-    """warnings : messages about content that the format cannot store"""
+    """Result of exporting a model.
+
+    `warnings` are messages about content that the format cannot store.
+    """
 
     warnings: tuple[Finding, ...]
 
@@ -299,7 +302,15 @@ class ModelCut:
 
 @dataclass(frozen=True)
 class CutModel:
-    """path : path of the piece; warnings : messages about content that the format cannot store"""
+    """Result of cutting a model.
+
+    Attributes
+    ----------
+    path
+        Path of the piece.
+    warnings
+        Messages about content that the format cannot store.
+    """
 
     path: Path
     warnings: tuple[Finding, ...]

@@ -54,6 +54,10 @@ def build_evidence(
 
     Parameters
     ----------
+    pairs : Pairs
+        Points on the model and in World.
+    lines : sequence of KnownLine
+    compass : CompassTable, optional
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     """
@@ -97,16 +101,23 @@ def place_by_known(
 
     Parameters
     ----------
+    pairs : Pairs
+        Points on the model and in World.
+    lines : sequence of KnownLine
+    model : Model
     extent : (n, 3) float64 or None
         Sample of the model's points, in its file's frame.
     north_doubt_deg : float
         Standard deviation of the common error of all azimuths, degrees.
+    compass : CompassTable, optional
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     north_sigma_stated : bool
         Whether `north_doubt_deg` is not a default.
     photo_up : (3,) float64, optional
         As in `Evidence`.
+    keep_scale : bool, optional
+        Whether the scale of the model is fixed.
     click_sigma_m : float, optional
         Standard deviation of a click on the model, metres; by default half the resolution.
     resolution : float, optional
@@ -203,6 +214,8 @@ def line_residuals(
 
     Parameters
     ----------
+    lines : sequence of KnownLine
+    placed : Placed
     seen : mapping of str to ModelDirection
         Directions on the model of compass readings, by id.
     turned_deg : float

@@ -55,8 +55,10 @@ def measure_directions(
 
     Parameters
     ----------
+    lines : iterable of KnownLine
     measured : mapping of str to Measurement
         Measurements of the features by their ids.
+    model : Model
     """
     rows = transform.matrix(model.to_world)
     turn = rows[:3, :3] / transform.scale_of(rows)
@@ -138,6 +140,10 @@ def residual_deg(line: KnownLine, seen: ModelDirection, placed: Placed, turned_d
 
     Parameters
     ----------
+    line : KnownLine
+    seen : ModelDirection
+        Direction of the reading on the model.
+    placed : Placed
     turned_deg : float
         Correction that is added to the azimuth, degrees.
     """

@@ -45,8 +45,12 @@ def north_inputs(
 
     Parameters
     ----------
+    compass : Compass
+    model : Model
     bounds : (2, 3) float64 or None
         Bounds of the model in its file's frame.
+    pairs : Pairs
+        Points on the model and in World.
     crs : str or None
         CRS of the points.
 

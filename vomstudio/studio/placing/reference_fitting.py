@@ -98,8 +98,9 @@ def fit_model(
         CRS of World, None for that of the reference.
     stable : str or Path, optional
         Mask of the stable part of the reference.
-    initial : Standing, optional
+    initial : InitialPlacement, optional
         Placement of the model, by default as its file states.
+    progress : Progress
 
     Raises
     ------

@@ -74,6 +74,8 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     ----------
     model : str
         Path, or "-" for the placement alone.
+    options : RegisterOptions
+    progress : Progress
 
     Raises
     ------
@@ -444,7 +446,7 @@ def _segment(text: str, option: str) -> Segment:
 
 
 def _require_error(sigma: Sequence[float], option: str) -> None:
-    """Raise UsageError for an implausible error. sigma : at most one value"""
+    """Raise UsageError for an implausible error; `sigma` has at most one value."""
     for value in sigma:
         if (problem := check_error(value)) is not None:
             raise UsageError(problem, field=option)

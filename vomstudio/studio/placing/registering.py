@@ -172,12 +172,16 @@ def place_by_points(
 
     Parameters
     ----------
+    pairs : Pairs
+        Points on the model and in World.
     bounds : (2, 3) float64 or None
         Bounds of the model in its file's frame.
+    model : Model
     crs : str or None
         CRS of the points.
     extent : (n, 3) float64, optional
         Sample of the model's points, in its file's frame.
+    lines : sequence of KnownLine, optional
     compass : CompassTable, optional
         In the frame of the file.
     turned_deg : float
@@ -385,6 +389,9 @@ def set_rotations_deg(
 
     Parameters
     ----------
+    records : mapping
+    before, after : Model
+        The model with both placements.
     measured : mapping of str to Measurement
         The features of `records` after the second placement.
 

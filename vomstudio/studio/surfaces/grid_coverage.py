@@ -24,7 +24,7 @@ class GridShare(Result):
         Id and name of the grid.
     model : str
         Name of the model.
-    coverage : LookedAt
+    coverage : FaceCoverage
         How much of the face was inspected.
     """
 

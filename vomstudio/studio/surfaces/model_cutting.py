@@ -22,6 +22,8 @@ from vomstudio.studio.running_jobs import Jobs
 
 
 class ModelCutting:
+    """Cut models into pieces that become models of the project."""
+
     def __init__(self, projects: Projects, models: Models, jobs: Jobs, notices: Notices) -> None:
         self._projects, self._models = projects, models
         self._jobs, self._notices = jobs, notices

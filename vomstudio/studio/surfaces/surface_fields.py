@@ -121,7 +121,7 @@ class SurfaceFields(ModelWork):
 
     Attributes
     ----------
-    shown : dict of str to Shown
+    shown : dict of str to ShownField
         The field that each model shows, by the id of the model.
     """
 

@@ -82,6 +82,11 @@ class PathFinder(Protocol):
 
         Parameters
         ----------
+        model_id : str
+        cost : str
+            Name of the cost.
+        ends : tuple of Point
+            Places in the file frame of the model.
         photo : str
             Photo in whose pixels it is followed, "" for the surface.
         live : bool
@@ -151,6 +156,9 @@ class FollowedLine:
 
         Parameters
         ----------
+        model_id : str
+        way_points : sequence of Point
+            Points in the file frame of the model.
         live : bool
             Whether a way-point is being dragged; only the last missing leg is then requested.
         """
@@ -170,6 +178,9 @@ class FollowedLine:
 
         Parameters
         ----------
+        model_id : str
+        way_points : sequence of Point
+            Points in the file frame of the model.
         resolution : float
             Resolution of the model, in the unit of its file.
         cost : str

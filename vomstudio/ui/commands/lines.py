@@ -22,7 +22,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
     """Create the commands on lines, intersections and imported features."""
 
     def why_too_few_groups() -> Finding | None:
-        if len(plane_relations.groups_of(studio)) > 1:
+        if len(plane_relations.list_plane_groups(studio)) > 1:
             return None
         return Finding("action.one-group")
 
@@ -36,7 +36,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         Command(
             "keep_intersection",
             tr("&Keep intersection"),
-            lambda: plane_relations.keep(studio),
+            lambda: plane_relations.keep_intersection(studio),
             icon="vector-intersection",
             tip=tr(
                 "Keep the intersection line of the two selected planes as a feature, with its "

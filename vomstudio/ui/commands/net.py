@@ -42,8 +42,11 @@ def commands(
 
     Parameters
     ----------
+    studio : Studio
     find_net : callable
         Returns the stereonet, None until its library is loaded.
+    parent : QWidget
+    dialogs : OpenDialogs
     fill_middle : callable
         Toggles a dock between its own place and the place of the outcrop.
     """

@@ -34,6 +34,9 @@ def commands(
 
     Parameters
     ----------
+    studio : Studio
+    survey : PhotoSurvey
+    dialogs : SurveyDialogs
     open_folder : callable
         Called with the selected folder of photos.
     choose_place : callable

@@ -200,7 +200,7 @@ def _analyse_patch(
     from matplotlib.figure import Figure
 
     ids = runs_to_ids(patch.runs)
-    part = extract_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
+    part = extract_faces(data, ids) if isinstance(data, Mesh) else data.select_rows(ids)
     part = transform_model(part, model.to_world)
     figures = analyse(part, noise_m=options.noise_m, model=model.name)
     dpi = 100.0 * ratio

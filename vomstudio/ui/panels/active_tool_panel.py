@@ -1,4 +1,4 @@
-"""One panel for whatever tool is active: its content follows the tool."""
+"""Panel that shows the controls of the active tool."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ Panel = TypeVar("Panel", bound=QWidget)
 
 
 class ActiveToolPanel(QStackedWidget):
-    """Shows the panel of the active tool; while navigating that of the tool that has something
-    open, else all tools to choose from. No tool makes the panel wider or higher than another."""
+    """Show the panel of the active tool, or of the tool with an unfinished feature.
+
+    Without either, it lists all tools. The size does not depend on the tool.
+    """
 
     def __init__(
         self, studio: Studio, panels: Mapping[str, QWidget], actions: Mapping[str, QAction]
     ) -> None:
-        """panels : by the names of their tools"""
+        """Add the panels, given by tool name."""
         super().__init__()
         self._studio, self.panels = studio, dict(panels)
         self._choice = _ToolChoice([actions[entry.name] for entry in TOOLS])
@@ -32,49 +34,49 @@ class ActiveToolPanel(QStackedWidget):
         for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
         self._titles = {entry.name: entry.title for entry in TOOLS}
-        self._told: Callable[[str], None] = lambda _: None
-        # The dock begins as wide as the widest: it would grow, and move the outcrop, with a tool.
-        self._take_size_of(self._choice, QSizePolicy.Policy.Preferred)
+        self._show_title: Callable[[str], None] = lambda _: None
+        # The dock starts as wide as the widest panel, so that the outcrop does not move later.
+        self._fit_page(self._choice, QSizePolicy.Policy.Preferred)
         studio.active_tool_changed.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
 
-    def tell_title(self, told: Callable[[str], None]) -> None:
-        """told : called with the title for the dock whenever it changes"""
-        self._told = told
+    def set_title_callback(self, callback: Callable[[str], None]) -> None:
+        """Set the function that receives the dock title whenever it changes."""
+        self._show_title = callback
         self.refresh()
 
     def panel(self, kind: type[Panel]) -> Panel:
-        """The panel of a tool, by its class."""
+        """Return the panel of the given class."""
         return next(panel for panel in self.panels.values() if isinstance(panel, kind))
 
     def refresh(self, *_: object) -> None:
-        """Show the panel that goes with the tool as it is now."""
+        """Show the panel of the current tool."""
         name = self._studio.tool_name
         if name not in self.panels:
-            unfinished = self._studio.open_tool
-            name = "" if unfinished is None else unfinished.name
-        shown = self.panels.get(name, self._choice)
-        self._told(self._titles.get(name, tr("Tool")))
-        if shown is self.currentWidget():
+            open_tool = self._studio.open_tool
+            name = "" if open_tool is None else open_tool.name
+        page = self.panels.get(name, self._choice)
+        self._show_title(self._titles.get(name, tr("Tool")))
+        if page is self.currentWidget():
             return
-        self._take_size_of(shown)
-        self.setCurrentWidget(shown)
+        self._fit_page(page)
+        self.setCurrentWidget(page)
 
-    def _take_size_of(
-        self, shown: QWidget, width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
+    def _fit_page(
+        self, current_page: QWidget, other_width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
     ) -> None:
-        """Or the highest panel would give all of them a scroll bar. width : of those not shown"""
-        ignored, wanted = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        """Ignore the size of hidden pages, so that the highest adds no scroll bar to the others."""
+        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
         for page in (self._choice, *self.panels.values()):
-            if page is shown:
-                page.setSizePolicy(wanted, wanted)
+            if page is current_page:
+                page.setSizePolicy(preferred, preferred)
             else:
-                page.setSizePolicy(width, ignored)
+                page.setSizePolicy(other_width, ignored)
 
 
 class _ToolChoice(QWidget):
-    """The tools, while none is active."""
+    """List of the tools, shown while none is active."""
 
     def __init__(self, actions: list[QAction]) -> None:
         super().__init__()

@@ -252,7 +252,7 @@ class MainWindow(QMainWindow):
         self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
-        photos.chosen.connect(self.photos_panel.select_photo)
+        photos.photo_selected.connect(self.photos_panel.select_photo)
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )
@@ -283,7 +283,7 @@ class MainWindow(QMainWindow):
         add("messages", tr("Messages"), self.messages)
         for name, title, make in work_panels():
             self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
-        self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
+        self.tool_panel.set_title_callback(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
         from vomstudio.ui.shell.drawer_bar import DrawerBar

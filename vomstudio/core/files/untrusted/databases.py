@@ -271,7 +271,7 @@ def _is_written_by_gdal(entry: SchemaEntry) -> bool:
 
 
 def _is_rtree(tokens: tuple[str, ...]) -> bool:
-    """Return whether the arguments of a virtual table are those of an R-tree in two dimensions."""
+    """Return whether a virtual table has the arguments of a two-dimensional R-tree."""
     columns = tokens[4:-1:2]
     commas = tokens[5:-1:2]
     return (

@@ -1,4 +1,4 @@
-"""Picture headers, parsed before decoding: memory of the decoded picture and malicious structures.
+"""Checks of picture headers before decoding: memory and malicious structures.
 
 Some headers keep a decoder busy for minutes, or make it allocate memory without content: thousands
 of empty segments, tags that share the same bytes, endlessly repeated scans, a tile of gigabytes in
@@ -203,7 +203,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
 
 
 def _check_scans(file: BinaryIO, start: int) -> None:
-    """Raise HeaderError if a JPEG has too many scans. start : offset of the first scan"""
+    """Raise HeaderError if a JPEG has too many scans after offset `start`."""
     at, scans = start, 1
     for _ in range(_MAX_PARTS):
         place, marker = _next_segment(file, at)
@@ -325,7 +325,7 @@ def _tiff_size(directory: _Directory) -> PictureSize:
 
 
 def _check_tags(file: BinaryIO) -> None:
-    """Raise HeaderError if tags exceed the bytes of the file, or there are too many directories.
+    """Raise HeaderError if tags exceed the bytes of the file, or for too many directories.
 
     Several tags may refer to the same bytes, and each is read completely.
     """

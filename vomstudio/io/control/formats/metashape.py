@@ -57,7 +57,9 @@ def _chunk(path: Path, root: Element) -> Element:
 
 
 def _points(path: Path, root: Element) -> list[ControlPoint]:
-    """Return the markers with coordinates; those disabled in the reference pane are check points.
+    """Return the markers with coordinates.
+
+    Those disabled in the reference pane are check points.
 
     Raises InputError with line and element.
     """

@@ -1,4 +1,4 @@
-"""MicMac's XML files of ground points and marks, as written by GCPConvert and SaisieAppuis.
+"""XML files of MicMac for ground points and marks (GCPConvert and SaisieAppuis).
 
 Points are in DicoAppuisFlottant, marks in SetOfMesureAppuisFlottants.
 """
@@ -56,7 +56,13 @@ def points_of(path: Path) -> list[ControlPoint]:
 
 
 def crs_of(path: Path) -> None:
-    """Return None, since such a file does not state a CRS. Raises InputError for invalid points."""
+    """Return None, since such a file does not state a CRS.
+
+    Raises
+    ------
+    InputError
+        For invalid points.
+    """
     points_of(path)
 
 

@@ -118,7 +118,7 @@ def scale_colors(colors: AnyArray) -> ByteArray:
 
 
 def drop_invalid(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
-    """Remove non-finite vertices and the faces that use them; return a cloud if no face remains.
+    """Remove non-finite vertices and their faces; return a cloud if no face remains.
 
     Faces must refer to existing vertices. Appends to `messages`. Raises InputError if nothing
     remains.
@@ -162,7 +162,7 @@ def drop_invalid_points(cloud: PointCloud, messages: list[Finding], path: Path) 
     if n_bad == len(finite):
         raise InputError(Finding("model.no-points"), file=path)
     messages.append(Finding("model.points-invalid", count=n_bad))
-    return cloud.of_rows(finite)
+    return cloud.select_rows(finite)
 
 
 def join_corners(

@@ -30,7 +30,7 @@ def is_space(c):  # type: ignore[no-untyped-def]
 
 @part
 def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
-    """mantissa / 10**power, correctly rounded, or NaN where that is not certain."""
+    """Return ``mantissa / 10**power``, correctly rounded, or NaN if that is not certain."""
     p = POWERS[power]
     high = float(mantissa)
     low = float(mantissa - np.int64(high))
@@ -56,7 +56,7 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
 
 @step
 def _rounded(mantissa, exponent):  # type: ignore[no-untyped-def]
-    """mantissa * 10**exponent, correctly rounded, or NaN where that is not certain."""
+    """Return ``mantissa * 10**exponent``, correctly rounded, or NaN if that is not certain."""
     if mantissa == 0:
         return 0.0
     if mantissa <= EXACT and -22 <= exponent <= 22:
@@ -73,7 +73,7 @@ def _rounded(mantissa, exponent):  # type: ignore[no-untyped-def]
 
 @step
 def _power(data, i, end):  # type: ignore[no-untyped-def]
-    """The power of ten from i on, whether there is one, and its end."""
+    """Parse a power of ten at i; return it, whether it is valid, and its end."""
     minus = False
     if i < end and (data[i] == 45 or data[i] == 43):
         minus = data[i] == 45
@@ -93,7 +93,7 @@ def _power(data, i, end):  # type: ignore[no-untyped-def]
 
 @part
 def number(data, start, end):  # type: ignore[no-untyped-def]
-    """The token from `start` to a blank or `end`: its value, its state, and its end.
+    """Parse the token from `start` to a blank or `end`; return its value, state and end.
 
     State READY, LEFT_OVER: for Python (long, extreme, nan, inf, or no number), or NO_NUMBER.
     """

@@ -74,7 +74,9 @@ def check_header(path: Path) -> int:
 
 
 def with_empty_chunk_table(path: Path, size: int) -> io.BytesIO | None:
-    """Return a LAZ file with an empty chunk table if its table is truncated or invalid, else None.
+    """Return a LAZ file with an empty chunk table if its own is truncated or invalid.
+
+    Otherwise None.
 
     The table is at the end of the file, and the decoder reads it first, but it is not needed for
     reading from front to back. lazrs trusts the table and aborts the process if it asks for too
@@ -167,7 +169,9 @@ def is_layered(path: Path) -> bool:
 
 
 def check_layers(path: Path, top: LasHeader) -> None:
-    """Check the layer lengths in chunks of the layered formats, for which lazrs allocates memory.
+    """Check the layer lengths of chunks, for which lazrs allocates memory.
+
+    Only the layered formats have them.
 
     Raises InputError if one states far more than the rest of the file; a truncated last chunk is
     allowed.
@@ -242,7 +246,10 @@ def refuse_blank(path: Path, progress: Progress) -> None:
 
 
 def is_copc(path: str | Path) -> bool:
-    """Return whether the first record of a LAZ file is that of COPC; False if it is not a file."""
+    """Return whether the first record of a LAZ file is that of COPC.
+
+    False if it is not a file.
+    """
     try:
         with open_regular(path) as file:
             head = file.read(393)

@@ -163,7 +163,9 @@ def withheld_of(records: AnyArray, layout: Layout) -> AnyArray:
 
 @dataclass(frozen=True)
 class Choice:
-    """Selected parts of the records, the same for all pieces of a file, so that they can be joined.
+    """Selected parts of the records.
+
+    They are the same for all pieces of a file, so that the pieces can be joined.
 
     `wide_colors` states whether colours use all of their 16 bits.
     """
@@ -174,7 +176,7 @@ class Choice:
 
 
 def choose_fields(records: AnyArray, layout: Layout) -> Choice:
-    """Select colours if there are any, standard fields that are not constant, and extra fields.
+    """Select colours if there are any, varying standard fields, and extra fields.
 
     `records` is a sample of the file.
     """

@@ -105,7 +105,7 @@ def _axes_text(axes: StatedAxes) -> str:
 
 
 def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
-    """Return whether x and y have different units, or positions that differ by more than metres."""
+    """Return whether x and y have different units, or offsets larger than metres."""
     if first.kind != second.kind or first.units[:2] != second.units[:2]:
         return True
     if first.kind != "projected" or first.crs == second.crs:
@@ -123,7 +123,9 @@ def _differ(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) 
 
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
-    """Return the records of LASF_Projection by number, whether WKT has priority, and the centre.
+    """Return the records of LASF_Projection, whether WKT has priority, and the centre.
+
+    The records are by number.
 
     The first record of each number is used; the centre is x and y of the middle of the points.
     """

@@ -31,7 +31,10 @@ _NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
 
 @part
 def _classify(data, i, end):  # type: ignore[no-untyped-def]
-    """Kind of the line that starts at i, and where its values start. data[end - 1] is a newline."""
+    """Return the kind of the line that starts at i, and where its values start.
+
+    data[end - 1] is a newline.
+    """
     while is_space(data[i]):
         i += 1
     c = data[i]
@@ -61,7 +64,10 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
 
 @kernel("void(uint8[::1], int64, int64, int64[::1])")
 def count(data, start, end, counts):  # type: ignore[no-untyped-def]
-    """Counts of what lies in data[start:end], which starts at a line and ends with a newline."""
+    """Count the elements in data[start:end].
+
+    `start` is the begin of a line; the last byte is a newline.
+    """
     i = start
     while i < end:
         kind, i = _classify(data, i, end)
@@ -157,7 +163,10 @@ def _leave(left_over, report, target, flat, start, end):  # type: ignore[no-unty
 
 @step
 def _color(colors, v, n, value, token, state, left_over, report):  # type: ignore[no-untyped-def]
-    """The colour of a vertex: what follows its place in a line of n numbers; NaN without."""
+    """Store the colour of a vertex, which follows its coordinates in a line of n numbers.
+
+    NaN if the line has none.
+    """
     for k in range(3):
         colors[v, k] = value[3 + k] if n >= 6 else np.nan
         if n >= 6 and state[3 + k] == LEFT_OVER:
@@ -166,8 +175,10 @@ def _color(colors, v, n, value, token, state, left_over, report):  # type: ignor
 
 @step
 def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # type: ignore[no-untyped-def]
-    """The corners from i to the end of the line, as a fan of triangles from t onwards. Returns how
-    many they are, whether one is unsound, the next triangle, and where the last one ends."""
+    """Parse the corners from i to the end of the line as a fan of triangles from t onwards.
+
+    Returns their number, whether one is invalid, the next triangle, and the end of the last one.
+    """
     line = i
     n = 0
     bad = False

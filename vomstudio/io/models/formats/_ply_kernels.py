@@ -48,7 +48,7 @@ def walk(data, at, sizes, count_sizes, count_signed, little, places, counts):  #
 
 @kernel("void(uint8[::1], int64[:], int64[:], int64, uint8[::1])")
 def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
-    """The bytes of lists of `size`-byte items, one after the other."""
+    """Copy the bytes of lists of `size`-byte items, one list after the other."""
     at = 0
     for i in range(places.shape[0]):
         n = counts[i] * size

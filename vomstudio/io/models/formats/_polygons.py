@@ -1,4 +1,4 @@
-"""Polygons that came as fans of triangles, cut again where the fan would leave the polygon."""
+"""Triangulation of polygons that were read as fans, where the fan leaves the polygon."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ MAX_RING = 256
 
 @part
 def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Twice the area of triangle abc as seen against the normal: negative where it is clockwise."""
+    """Return twice the area of triangle abc as seen against the normal.
+
+    It is negative for a clockwise triangle.
+    """
     ux = points[b, 0] - points[a, 0]
     uy = points[b, 1] - points[a, 1]
     uz = points[b, 2] - points[a, 2]
@@ -25,7 +28,10 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 @part
 def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
-    """The corners of the polygon whose fan begins with triangle t0; whether all are sound."""
+    """Load the corners of the polygon whose fan begins with triangle t0.
+
+    Returns whether all are valid.
+    """
     ring[0] = corners[t0, 0]
     ring[1] = corners[t0, 1]
     for k in range(n - 2):
@@ -61,7 +67,9 @@ def cut_concave(
     uv_corners: Int32Array,
     polygons: IntArray,
 ) -> int:
-    """Ear clipping (Meisters 1975, *Am. Math. Monthly* 82, 648) of the concave polygons, in place.
+    """Clip the ears of the concave polygons in place (Meisters 1975).
+
+    *Am. Math. Monthly* 82, 648.
 
     vertices (n, 3); corners, uv_corners (m, 3), the second possibly without rows; polygons (p, 2):
     first triangle of the fan, number of corners. Polygons with an unsound corner (-1) are left, so

@@ -70,6 +70,7 @@ def unit_of(written: str) -> str | None:
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a TIFF."""
     return head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 
@@ -254,7 +255,7 @@ def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
 
 
 def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
-    """Return two triangles between four pixels, along the diagonal with the smaller height step.
+    """Return two triangles between four pixels, split by the smaller height step.
 
     One triangle between three pixels. Counterclockwise from above if rows run south.
     """

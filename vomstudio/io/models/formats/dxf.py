@@ -124,7 +124,15 @@ def _integers(values: FloatArray) -> IntArray:
 
 @dataclass
 class _Drawing:
-    """Content read so far. colors : colour number of each layer; hidden : layers off or frozen"""
+    """Content read so far.
+
+    Attributes
+    ----------
+    colors
+        Colour number of each layer.
+    hidden
+        Layers that are off or frozen.
+    """
 
     colors: dict[bytes, int] = field(default_factory=dict)
     hidden: set[bytes] = field(default_factory=set)

@@ -33,6 +33,7 @@ METRIC = ("m", "m", "m")
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as an E57."""
     return head.startswith(b"ASTM-E57")
 
 

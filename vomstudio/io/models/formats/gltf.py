@@ -34,6 +34,7 @@ UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a binary glTF."""
     return head.startswith(b"glTF")
 
 
@@ -109,7 +110,10 @@ def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, st
 def _join(
     pieces: list[Piece], values: list[AnyArray | None], width: int, fill: float, dtype: Any
 ) -> AnyArray | None:
-    """Return values per vertex of all pieces, with `fill` for pieces without; None without any."""
+    """Return values per vertex of all pieces; None if no piece has any.
+
+    Pieces without values have `fill`.
+    """
     if all(v is None for v in values):
         return None
     parts = [

@@ -51,11 +51,14 @@ logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a LAS."""
     return head.startswith(b"LASF")
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the points of a LAS or LAZ file: float64 from the file's integers, scale and offset.
+    """Read the points of a LAS or LAZ file.
+
+    Coordinates are float64 from the file's integers, scale and offset.
 
     Colours have 8 bits; fields are the standard ones that are not 0 everywhere, and all extra
     ones. The CRS is the file's own. A truncated file returns its points, with a warning. Raises
@@ -256,9 +259,9 @@ def _drop_withheld(
         messages.append(Finding("model.withheld-hidden"))
         rows = replacement_rows(withheld)
         assert rows is not None
-        return cloud.of_rows(rows)
+        return cloud.select_rows(rows)
     messages.append(Finding("model.points-withheld", count=count))
-    return cloud.of_rows(np.logical_not(withheld))
+    return cloud.select_rows(np.logical_not(withheld))
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)

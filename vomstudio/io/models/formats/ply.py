@@ -49,6 +49,7 @@ STRIP_NAMES = {"tristrips", "tristrip"}
 
 
 def matches(path: Path, head: bytes) -> bool:
+    """Return whether a file begins as a PLY."""
     return head.startswith(MAGIC)
 
 
@@ -226,8 +227,19 @@ def _mesh(
 
 @dataclass(frozen=True, eq=False)
 class _Triangles:
-    """corners (n, 3): rows of vertices; uv_corners: rows of the faces' own texture coordinates, of
-    no use unless `have_uv`; face_of (n,): record that each comes from."""
+    """Triangles of the faces.
+
+    Attributes
+    ----------
+    corners : (n, 3) ndarray
+        Rows of vertices.
+    uv_corners : (n, 3) ndarray
+        Rows of the texture coordinates of the faces; not used unless `have_uv`.
+    face_of : (n,) ndarray
+        Source record of each triangle.
+    have_uv : bool
+        Whether the faces have texture coordinates.
+    """
 
     corners: Int32Array
     uv_corners: Int32Array

@@ -33,7 +33,9 @@ def positions_of(data: Mesh | PointCloud) -> FloatArray:
 def field_names(
     fields: Mapping[str, AnyArray], used_names: Iterable[str], messages: list[Finding]
 ) -> dict[str, str]:
-    """Return a unique ASCII name for each field, none of them in `used_names` (case-insensitive).
+    """Return a unique ASCII name for each field.
+
+    None of them is in `used_names` (case-insensitive).
 
     Appends a message for each renamed field.
     """
@@ -77,7 +79,7 @@ def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
 
 
 def shortest(values: AnyArray) -> list[float]:
-    """Return floats whose `repr` is the shortest text that restores each value in its precision."""
+    """Return floats with the shortest `repr` that restores each value in its precision."""
     if values.dtype != np.float32:
         doubles: list[float] = values.astype(np.float64).tolist()
         return doubles

@@ -92,7 +92,10 @@ def write(out: WriteRequest) -> list[Finding]:
 
 
 class _ErrorRecordingFile(io.FileIO):
-    """A file that records why a write failed, since the compressor reports only that it failed."""
+    """File that records why a write failed.
+
+    The compressor reports only that it failed.
+    """
 
     failure: OSError | None = None
 

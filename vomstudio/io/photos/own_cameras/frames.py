@@ -40,6 +40,8 @@ def select_frame(
 
     Parameters
     ----------
+    path : Path
+    candidates : sequence of Candidate
     bounds : (2, 3) float64 or None
         Lowest and highest corner of the model; None selects the first candidate.
 
@@ -61,6 +63,7 @@ def select_frame(
 
 
 def not_looking_finding(path: Path) -> Finding:
+    """Report cameras that do not look at the model."""
     return Finding("cameras.not-looking", file=path.name)
 
 

@@ -27,6 +27,7 @@ _STEP_M = 10.0
 
 
 def is_metashape(root: Element) -> bool:
+    """Return whether an XML document is a camera file of Metashape."""
     return root.tag in ("document", "chunk") and next(root.iter("camera"), None) is not None
 
 

@@ -41,6 +41,7 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
 
     Parameters
     ----------
+    path : str or Path
     bounds : (2, 3) float64 or None
         Lowest and highest corner of the model, which distinguish the frames of a program; None
         selects the first.

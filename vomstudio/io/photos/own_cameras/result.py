@@ -94,4 +94,5 @@ def pinhole_lens(width: int, height: int, focal: float) -> Intrinsics:
 
 
 def unknown_lens(model: str, photos: int) -> Finding:
+    """Report photos with an unsupported lens model."""
     return Finding("cameras.unknown-lens", model=model, photos=photos)

@@ -71,6 +71,7 @@ def fit_summary(fit: FittedModel, record: Registration | None) -> str:
 
     Parameters
     ----------
+    fit : FittedModel
     record : Registration or None
         Resulting registration, which includes the error of the reference if that is known.
     """

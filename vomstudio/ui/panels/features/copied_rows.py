@@ -1,4 +1,4 @@
-"""Rows of the orientation table as a spreadsheet takes them: numbers, each column in one unit."""
+"""Format rows of the orientation table for a spreadsheet, with one unit per column."""
 
 from __future__ import annotations
 
@@ -20,17 +20,20 @@ _AZIMUTHS = {
 }
 
 
-def as_text(rows: Sequence[Row], columns: Sequence[Column]) -> str:
-    """Lines of cells with tabs between them, the first with titles and units. An attitude takes two
-    columns, in the notation of the rows; what is undefined or infinite is empty."""
+def format_rows(rows: Sequence[Row], columns: Sequence[Column]) -> str:
+    """Format rows as tab-separated lines, the first with titles and units.
+
+    An attitude has two columns, in the notation of the rows. Undefined and infinite values give
+    empty cells.
+    """
     metric = all(row.measured.metric for row in rows)
-    lines = [[cell for column in columns for cell in _titles(column, rows, metric)]]
+    lines = [[cell for column in columns for cell in _format_titles(column, rows, metric)]]
     for row in rows:
-        lines.append([cell for column in columns for cell in _cells(column, row)])
+        lines.append([cell for column in columns for cell in _format_cells(column, row)])
     return "\n".join("\t".join(line) for line in lines) + "\n"
 
 
-def _titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
+def _format_titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
     if column is ORIENTATION:
         azimuth, angle = tr(_AZIMUTHS.get(rows[0].notation, "Dip direction")), tr("Dip")
         if any(row.measured.plane is None for row in rows):
@@ -44,28 +47,28 @@ def _titles(column: Column, rows: Sequence[Row], metric: bool) -> list[str]:
     return [f"{title} ({unit})" if unit else title]
 
 
-def _cells(column: Column, row: Row) -> list[str]:
+def _format_cells(column: Column, row: Row) -> list[str]:
     if column is ORIENTATION:
         plane, line = row.measured.plane, row.measured.line
         if plane is not None:
             strike = row.notation in ("strike/dip", "quadrant")
             azimuth = plane.strike_rhr_deg if strike else plane.dip_direction_deg
-            return [_number(azimuth, "deg"), _number(plane.dip_deg, "deg")]
+            return [_format_number(azimuth, "deg"), _format_number(plane.dip_deg, "deg")]
         if line is not None:
-            return [_number(line.trend_deg, "deg"), _number(line.plunge_deg, "deg")]
+            return [_format_number(line.trend_deg, "deg"), _format_number(line.plunge_deg, "deg")]
         return ["", ""]
     figure = column.figure
     if figure is None or figure.form in ("text", "flag") or figure.shown is not None:
         return [escape_formula(" ".join(column.text(row).split()).replace("–", ""))]
-    return [_value(figure, row)]
+    return [_format_value(figure, row)]
 
 
-def _value(figure: Figure, row: Row) -> str:
-    return _number(row.value(figure), figure.unit)
+def _format_value(figure: Figure, row: Row) -> str:
+    return _format_number(row.value(figure), figure.unit)
 
 
-def _number(value: Any, unit: str) -> str:
+def _format_number(value: Any, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return ""
-    # A hundredth of a degree is finer than any attitude is known.
+    # No attitude is known to 0.01°.
     return f"{value:.2f}" if unit == "deg" else f"{value:.6g}"

@@ -1,4 +1,4 @@
-"""The line that filters features: words, and conditions on their figures such as `dip>30`."""
+"""Parse feature filters: words, and conditions on figures such as `dip>30`."""
 
 from __future__ import annotations
 
@@ -9,50 +9,49 @@ from collections.abc import Callable, Iterable
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.project import catalogue as of
-from vomstudio.project import slip_figures
+from vomstudio.project import catalogue, slip_figures
 from vomstudio.project.figures import Figure, Form
 from vomstudio.project.kinds import FIGURES
 from vomstudio.ui.panels.features.feature_row import CLASS, Row
 
-_WORDS = (
-    of.NAME,
-    of.KIND,
-    of.SET,
-    of.DOMAIN,
+_TEXT_FIGURES = (
+    catalogue.NAME,
+    catalogue.KIND,
+    catalogue.SET,
+    catalogue.DOMAIN,
     CLASS,
-    of.QUALITY,
-    of.ATTITUDE_SCALE,
-    of.REASONS,
-    of.NOTES,
-    of.OVERTURNED,
+    catalogue.QUALITY,
+    catalogue.ATTITUDE_SCALE,
+    catalogue.REASONS,
+    catalogue.NOTES,
+    catalogue.OVERTURNED,
 )
-_FIGURES = (
-    of.DIP,
-    of.DIP_DIRECTION,
-    of.STRIKE,
-    of.TREND,
-    of.PLUNGE,
+_NUMBER_FIGURES = (
+    catalogue.DIP,
+    catalogue.DIP_DIRECTION,
+    catalogue.STRIKE,
+    catalogue.TREND,
+    catalogue.PLUNGE,
     slip_figures.RAKE,
-    of.TOTAL,
-    of.MAX_CONFIDENCE,
-    of.MIN_CONFIDENCE,
-    of.DIP_ERROR,
-    of.DIP_DIRECTION_ERROR,
-    of.M,
-    of.K,
-    of.COPLANARITY,
-    of.COLLINEARITY,
-    of.N_POINTS,
-    of.EXTENT,
-    of.AREA,
-    of.EXTENT_OVER_RESOLUTION,
-    of.RMS,
-    of.BEND,
+    catalogue.TOTAL,
+    catalogue.MAX_CONFIDENCE,
+    catalogue.MIN_CONFIDENCE,
+    catalogue.DIP_ERROR,
+    catalogue.DIP_DIRECTION_ERROR,
+    catalogue.M,
+    catalogue.K,
+    catalogue.COPLANARITY,
+    catalogue.COLLINEARITY,
+    catalogue.N_POINTS,
+    catalogue.EXTENT,
+    catalogue.AREA,
+    catalogue.EXTENT_OVER_RESOLUTION,
+    catalogue.RMS,
+    catalogue.BEND,
 )
 
 
-def _listed(figures: Iterable[Figure]) -> str:
+def _join_words(figures: Iterable[Figure]) -> str:
     return " ".join(figure.words[0] for figure in figures)
 
 
@@ -67,28 +66,30 @@ _HELP = to_translate(
 
 
 def help_text() -> str:
-    """How a filter is written, for a tool tip."""
-    numbers = f"{_listed(_FIGURES[:12])}\n{_listed(_FIGURES[12:])}"
-    return tr(_HELP, words=_listed(_WORDS), numbers=numbers)
+    """Return the filter syntax for a tooltip."""
+    numbers = f"{_join_words(_NUMBER_FIGURES[:12])}\n{_join_words(_NUMBER_FIGURES[12:])}"
+    return tr(_HELP, words=_join_words(_TEXT_FIGURES), numbers=numbers)
 
 
-def _known() -> dict[str, tuple[Figure, ...]]:
-    """The figures that a word names: those above, and all others by their names in files. `kind` is
-    the feature type there, and here has been what a feature is: it means both."""
-    found: dict[str, tuple[Figure, ...]] = {}
-    for figure in (*_WORDS, *_FIGURES, *FIGURES.values()):
+def _figures_by_word() -> dict[str, tuple[Figure, ...]]:
+    """Map each word to its figures, including all figures by their names in files.
+
+    `kind` means the feature type in files and the class of the feature in filters; it maps to both.
+    """
+    figures_by_word: dict[str, tuple[Figure, ...]] = {}
+    for figure in (*_TEXT_FIGURES, *_NUMBER_FIGURES, *FIGURES.values()):
         for word in (*figure.words, figure.name):
-            others = found.get(word.casefold(), ())
-            if all(other.name != figure.name for other in others):
-                found[word.casefold()] = (*others, figure)
-    return found
+            figures = figures_by_word.get(word.casefold(), ())
+            if all(known.name != figure.name for known in figures):
+                figures_by_word[word.casefold()] = (*figures, figure)
+    return figures_by_word
 
 
-_FIELDS = _known()
-_USUAL = [figure.words[0].casefold() for figure in (*_WORDS, *_FIGURES)]
+_FIGURES_BY_WORD = _figures_by_word()
+_COMMON_WORDS = [figure.words[0].casefold() for figure in (*_TEXT_FIGURES, *_NUMBER_FIGURES)]
 
-_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
-_SQUARE = {"cm2": 1e-4, "cm²": 1e-4, "m2": 1.0, "m²": 1.0, "km2": 1e6, "km²": 1e6}
+_LENGTH_UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
+_AREA_UNITS_M2 = {"cm2": 1e-4, "cm²": 1e-4, "m2": 1.0, "m²": 1.0, "km2": 1e6, "km²": 1e6}
 _TOKEN = re.compile(r'(?:[^\s"]|"[^"]*"?)+')
 _CONDITION = re.compile(r"(?P<key>[\w/]+)(?P<op><=|>=|!=|[:=<>])(?P<value>.*)", re.DOTALL)
 _NUMBER = re.compile(r"(?P<number>[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(?P<unit>[^\d\s]*)")
@@ -97,44 +98,50 @@ Test = Callable[[Row], bool]
 
 
 def parse_filter(text: str) -> Test:
-    """The test that a row has to pass. Raises UsageError where the filter cannot be read."""
-    tests = [_test(token) for token in _TOKEN.findall(text)]
+    """Parse a filter into a test of rows.
+
+    Raises
+    ------
+    UsageError
+        If the filter cannot be parsed.
+    """
+    tests = [_create_test(token) for token in _TOKEN.findall(text)]
     return lambda row: all(test(row) for test in tests)
 
 
-def _test(token: str) -> Test:
+def _create_test(token: str) -> Test:
     if token.startswith("-") and len(token) > 1 and not token[1].isdigit():
-        inner = _test(token[1:])
+        inner = _create_test(token[1:])
         return lambda row: not inner(row)
     condition = None if token.startswith('"') else _CONDITION.fullmatch(token)
     if condition is None:
         word = token.replace('"', "").casefold()
-        return lambda row: word in row.everything
+        return lambda row: word in row.search_text
     key = condition["key"].casefold()
-    figures = _FIELDS.get(key)
+    figures = _FIGURES_BY_WORD.get(key)
     if figures is None:
-        near = difflib.get_close_matches(key, _USUAL, 1, 0.4)
-        if near:
+        similar = difflib.get_close_matches(key, _COMMON_WORDS, 1, 0.4)
+        if similar:
             raise UsageError(
-                Finding("filter.similar-column", name=condition["key"], similar=near[0])
+                Finding("filter.similar-column", name=condition["key"], similar=similar[0])
             )
         raise UsageError(Finding("filter.unknown-column", name=condition["key"]))
-    # In messages a figure has its usual word.
-    if key not in _USUAL and figures[0].words:
+    # Messages use the common word of a figure.
+    if key not in _COMMON_WORDS and figures[0].words:
         key = figures[0].words[0].casefold()
     op, value = condition["op"], condition["value"].replace('"', "").strip()
     form = figures[0].form
     if not value:
-        raise _unreadable(token, key, form)
+        raise _value_error(token, key, form)
     if form == "text":
-        return _text_test(token, figures, op, value)
+        return _create_text_test(token, figures, op, value)
     if form == "flag":
-        return _flag_test(token, figures[0], op, value)
-    return _number_test(token, key, figures[0], op, value)
+        return _create_flag_test(token, figures[0], op, value)
+    return _create_number_test(token=token, key=key, figure=figures[0], op=op, value=value)
 
 
-def _unreadable(token: str, key: str, form: Form) -> UsageError:
-    """Return the error about a condition without a valid value, with an example of one."""
+def _value_error(token: str, key: str, form: Form) -> UsageError:
+    """Create the error about an invalid value in a condition, with a valid example."""
     if form == "text":
         example = "joint" if key == "type" else "word"
         return UsageError(Finding("filter.needs-word", condition=token, name=key, example=example))
@@ -142,62 +149,62 @@ def _unreadable(token: str, key: str, form: Form) -> UsageError:
     return UsageError(Finding(code, condition=token, name=key))
 
 
-def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> Test:
-    wanted = [part for part in value.casefold().split("|") if part]
+def _create_text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> Test:
+    words = [part for part in value.casefold().split("|") if part]
 
-    def said(row: Row) -> list[str]:
+    def texts(row: Row) -> list[str]:
         return [str(row.value(figure) or "").casefold() for figure in figures]
 
     if op == ":":
-        return lambda row: any(w in text for text in said(row) for w in wanted)
+        return lambda row: any(word in text for text in texts(row) for word in words)
     if op == "=":
-        return lambda row: any(text in wanted for text in said(row))
+        return lambda row: any(text in words for text in texts(row))
     if op == "!=":
-        return lambda row: all(text not in wanted for text in said(row))
+        return lambda row: all(text not in words for text in texts(row))
     raise UsageError(Finding("filter.text-has-no-size", condition=token))
 
 
-def _flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
-    answers = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+def _create_flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
+    flags = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
     word = figure.words[0] if figure.words else figure.name
-    if value.casefold() not in answers or op not in (":", "=", "!="):
-        raise _unreadable(token, word, figure.form)
-    wanted = answers[value.casefold()] != (op == "!=")
-    return lambda row: bool(row.value(figure)) == wanted
+    if value.casefold() not in flags or op not in (":", "=", "!="):
+        raise _value_error(token, word, figure.form)
+    expected = flags[value.casefold()] != (op == "!=")
+    return lambda row: bool(row.value(figure)) == expected
 
 
-def _number_test(token: str, key: str, figure: Figure, op: str, value: str) -> Test:
-    low, dots, high = value.partition("..")
-    if dots:
+def _create_number_test(token: str, key: str, figure: Figure, op: str, value: str) -> Test:
+    low, separator, high = value.partition("..")
+    if separator:
         if op not in (":", "=", "!="):
-            raise _unreadable(token, key, figure.form)
-        a, b = _number(token, key, figure, low), _number(token, key, figure, high)
+            raise _value_error(token, key, figure.form)
+        a, b = _parse_number(token, key, figure, low), _parse_number(token, key, figure, high)
 
-        def within(x: float) -> bool:
+        def is_within(x: float) -> bool:
             if figure.form == "azimuth" and a > b:
-                # Across North.
+                # The range contains north.
                 return x >= a or x <= b
             return a <= x <= b
 
-        return _defined(figure, (lambda x: not within(x)) if op == "!=" else within)
-    n = _number(token, key, figure, value)
-    # What is written with so many decimals is meant to so many.
+        return _test_defined(figure, (lambda x: not is_within(x)) if op == "!=" else is_within)
+    n = _parse_number(token, key, figure, value)
+    # A value matches within the precision of its written decimals.
     _, _, decimals = value.replace(",", ".").partition(".")
-    close = 0.5 * 10.0 ** -len(re.match(r"\d*", decimals)[0])  # type: ignore[index]
+    tolerance = 0.5 * 10.0 ** -len(re.match(r"\d*", decimals)[0])  # type: ignore[index]
     compare: dict[str, Callable[[float], bool]] = {
         "<": lambda x: x < n,
         "<=": lambda x: x <= n,
         ">": lambda x: x > n,
         ">=": lambda x: x >= n,
-        ":": lambda x: abs(x - n) <= close,
-        "=": lambda x: abs(x - n) <= close,
-        "!=": lambda x: abs(x - n) > close,
+        ":": lambda x: abs(x - n) <= tolerance,
+        "=": lambda x: abs(x - n) <= tolerance,
+        "!=": lambda x: abs(x - n) > tolerance,
     }
-    return _defined(figure, compare[op])
+    return _test_defined(figure, compare[op])
 
 
-def _defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
-    """An undefined figure meets no condition."""
+def _test_defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
+    """Create a test that rejects undefined figures."""
 
     def test(row: Row) -> bool:
         value = row.value(figure)
@@ -206,10 +213,10 @@ def _defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
     return test
 
 
-def _number(token: str, key: str, figure: Figure, text: str) -> float:
-    found = _NUMBER.fullmatch(text.strip())
-    units = {"m": _METRES, "m2": _SQUARE}.get(figure.unit, {"°": 1.0})
-    if found is None or (found["unit"] and found["unit"].casefold() not in units):
-        raise _unreadable(token, key, figure.form)
-    scale = units[found["unit"].casefold()] if found["unit"] else 1.0
-    return float(found["number"].replace(",", ".")) * scale
+def _parse_number(token: str, key: str, figure: Figure, text: str) -> float:
+    match = _NUMBER.fullmatch(text.strip())
+    units = {"m": _LENGTH_UNITS_M, "m2": _AREA_UNITS_M2}.get(figure.unit, {"°": 1.0})
+    if match is None or (match["unit"] and match["unit"].casefold() not in units):
+        raise _value_error(token, key, figure.form)
+    scale = units[match["unit"].casefold()] if match["unit"] else 1.0
+    return float(match["number"].replace(",", ".")) * scale

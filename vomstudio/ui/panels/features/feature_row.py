@@ -1,4 +1,4 @@
-"""One feature with its figures, as table, tree and filter look at it."""
+"""Row of a feature and its figures for table, tree and filter."""
 
 from __future__ import annotations
 
@@ -28,60 +28,60 @@ CLASS = Figure(
     "text",
     words=("kind", "class"),
 )
-# Shown for planes only, although files have them for lines too.
-_OF_PLANES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
-# Words of kinds of their own, which a filter finds too.
-_TOLD = (LITHOLOGY, NUMBER, PHOTO)
-_OWN = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
+# Shown for planes only; files also contain them for lines.
+_PLANE_FIGURES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
+# Figures of single kinds that a filter searches too.
+_SEARCHED_FIGURES = (LITHOLOGY, NUMBER, PHOTO)
+_KIND_FIGURES = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
 
 @dataclass(frozen=True, eq=False)
 class Row(Subject):
-    """A feature with its measurement. notation : in which its orientation is written."""
+    """Feature with its measurement; `notation` is used to format its orientation."""
 
     notation: str = ""
 
     @property
     def class_name(self) -> str:
-        """Name of the feature's kind, such as trace."""
+        """Return the name of the feature's kind, such as trace."""
         return kind_of(self.feature).noun(self.feature)
 
     @property
-    def oriented(self) -> bool:
-        """It is of a kind that has an orientation."""
+    def has_orientation(self) -> bool:
+        """Return whether features of this kind have an orientation."""
         return bool(kind_of(self.feature).orientations)
 
     @property
     def set_name(self) -> str:
-        """Name of its set; empty where it has none."""
+        """Return the name of its set, empty without one."""
         return str(getattr(self.feature, "set_name", ""))
 
     @property
     def overturned(self) -> bool | None:
-        """None where a feature of this kind cannot be overturned."""
+        """Return whether it is overturned; None if its kind cannot be."""
         value = getattr(self.feature, "overturned", None)
         return None if value is None else bool(value)
 
     @property
     def azimuth(self) -> float | None:
-        """Dip direction of a plane, trend of a line."""
+        """Return the dip direction of a plane or the trend of a line, in degrees."""
         if self.measured.plane is not None:
             return self.measured.plane.dip_direction_deg
         return None if self.measured.line is None else self.measured.line.trend_deg
 
     @property
     def quality(self) -> str | None:
-        """The verdict: good, doubtful or poor; None where nothing is judged."""
+        """Return the verdict: good, doubtful or poor; None without one."""
         return self.measured.verdict.quality if self.measured.verdict else None
 
     @property
     def reasons(self) -> str:
-        """The reasons of the verdict."""
+        """Return the reasons of the verdict."""
         return str(catalogue.REASONS.value(self) or "")
 
     @cached_property
-    def everything(self) -> str:
-        """All its texts, in small letters, for words of a filter that name no column."""
+    def search_text(self) -> str:
+        """Return all texts in lower case, for filter words without a column."""
         return "\n".join(
             (
                 self.feature.name,
@@ -93,31 +93,41 @@ class Row(Subject):
                 self.feature.notes,
                 "overturned" if self.overturned else "",
                 orientation_text(self.measured, self.notation),
-                *(figure.text(self) for figure in _TOLD if self._own(figure) is not None),
+                *(
+                    figure.text(self)
+                    for figure in _SEARCHED_FIGURES
+                    if self._find_figure(figure) is not None
+                ),
             )
         ).casefold()
 
-    def _own(self, figure: Figure) -> Figure | None:
-        """The figure as the feature's kind has it; None where it has none of that name."""
+    def _find_figure(self, figure: Figure) -> Figure | None:
+        """Return the kind's own version of a figure, None if it has none of that name."""
         if figure is CLASS:
             return figure
-        own = _OWN[kind_of(self.feature).name].get(figure.name)
-        return None if figure in _OF_PLANES and self.measured.fit is None else own
+        kind_figure = _KIND_FIGURES[kind_of(self.feature).name].get(figure.name)
+        return None if figure in _PLANE_FIGURES and self.measured.fit is None else kind_figure
 
     def value(self, figure: Figure) -> Any:
-        """A figure as a value; None where the feature does not have it."""
-        own = self._own(figure)
-        return None if own is None else own.value(self)
+        """Return the value of a figure, None if the feature does not have it."""
+        kind_figure = self._find_figure(figure)
+        return None if kind_figure is None else kind_figure.value(self)
 
     def text(self, figure: Figure) -> str:
-        """A figure as text; empty where a feature of this kind cannot have it."""
-        own = self._own(figure)
-        if own is None:
-            return figure.words_for(None) if self.oriented else ""
-        return own.text(self)
+        """Format a figure; the text is empty if the feature's kind does not have it."""
+        kind_figure = self._find_figure(figure)
+        if kind_figure is None:
+            return figure.words_for(None) if self.has_orientation else ""
+        return kind_figure.text(self)
 
 
-def row_of(studio: Studio, feature: Feature, measured: Measurement) -> Row:
-    """The row of a feature of the project."""
-    subject = studio.subject(feature, measured)
-    return Row(feature, measured, subject.records, subject.nearest, studio.settings.notation)
+def create_row(studio: Studio, feature: Feature, measurement: Measurement) -> Row:
+    """Create the row of a feature of the project."""
+    subject = studio.subject(feature, measurement)
+    return Row(
+        feature=feature,
+        measured=measurement,
+        records=subject.records,
+        nearest=subject.nearest,
+        notation=studio.settings.notation,
+    )

@@ -1,4 +1,4 @@
-"""A line edit that filters features and shows why a filter cannot be read."""
+"""Line edit that filters features and reports invalid filters."""
 
 from __future__ import annotations
 
@@ -12,8 +12,15 @@ from vomstudio.ui.panels.features.feature_filter import Test, help_text, parse_f
 
 
 class FilterLine(QLineEdit):
-    """`test` is None while nothing is filtered. A filter that cannot be read leaves the last test
-    unchanged; `problem`, a label for its owner to place, says why."""
+    """Parse the text into a test of rows.
+
+    Attributes
+    ----------
+    test : callable or None
+        Last valid test, None without a filter.
+    problem : Label
+        Error message of an invalid filter; the owner adds it to a layout.
+    """
 
     changed = Signal()
 
@@ -23,28 +30,28 @@ class FilterLine(QLineEdit):
         self.problem = Label()
         self.problem.setWordWrap(wraps)
         if not wraps:
-            # Cut off rather than make the panel wider; the tip has all of it.
+            # The label must not widen the panel; its tooltip has the full text.
             self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()
         self.setPlaceholderText(placeholder)
         self.setClearButtonEnabled(True)
         self.setToolTip(help_text())
-        self.textChanged.connect(self._read)
+        self.textChanged.connect(self._parse)
 
-    def _read(self, text: str) -> None:
+    def _parse(self, text: str) -> None:
         try:
             self.test = parse_filter(text) if text.strip() else None
-            says = ""
+            message = ""
         except UsageError as error:
-            says = error.message
-        self.problem.setText(says)
-        self.problem.setToolTip(says)
-        self.problem.setVisible(bool(says))
+            message = error.message
+        self.problem.setText(message)
+        self.problem.setToolTip(message)
+        self.problem.setVisible(bool(message))
         palette = QPalette()
-        if says:
-            # Amber: the same as what is doubtful.
+        if message:
+            # Amber, as for doubtful features.
             dark = palette.color(QPalette.ColorRole.Base).lightness() < 128
             palette.setColor(QPalette.ColorRole.Text, QColor("#ffb938" if dark else "#a35f00"))
         self.setPalette(palette)
-        if not says:
+        if not message:
             self.changed.emit()

@@ -1,4 +1,4 @@
-"""The planes of features as they are held against others."""
+"""Collect the planes of features for comparison with other planes."""
 
 from __future__ import annotations
 
@@ -13,29 +13,31 @@ from vomstudio.ui.base.studio import Studio
 
 
 def measured_planes(studio: Studio, features: Sequence[Feature]) -> list[OrientedPlane]:
-    """Of the features of the project that have a plane."""
-    measured: Mapping[str, Measurement] = studio.measured(f.id for f in features)
-    return planes_of(studio, ((f, measured[f.id]) for f in features if f.id in measured))
+    """Collect the planes of project features, skipping features without one."""
+    measurements: Mapping[str, Measurement] = studio.measured(f.id for f in features)
+    return oriented_planes(
+        studio, ((f, measurements[f.id]) for f in features if f.id in measurements)
+    )
 
 
-def planes_of(
-    studio: Studio, measured: Iterable[tuple[Feature, Measurement]]
+def oriented_planes(
+    studio: Studio, measured_features: Iterable[tuple[Feature, Measurement]]
 ) -> list[OrientedPlane]:
-    """Of features with their figures, whether they are in the project or not."""
-    found = []
-    for feature, figures in measured:
+    """Collect the planes of measured features, which need not be in the project."""
+    planes = []
+    for feature, figures in measured_features:
         if figures.plane is None:
             continue
         subject = studio.subject(feature, figures)
         points = drawn_points(figures)
-        found.append(
+        planes.append(
             OrientedPlane(
-                feature.name,
-                feature.type_id if isinstance(feature, Typed) else figures.kind,
-                figures.plane.normal(),
-                points.mean(axis=0) if len(points) else None,
-                catalogue.EXTENT.value(subject),
-                catalogue.TOTAL.value(subject),
+                name=feature.name,
+                kind=feature.type_id if isinstance(feature, Typed) else figures.kind,
+                normal=figures.plane.normal(),
+                place=points.mean(axis=0) if len(points) else None,
+                extent_m=catalogue.EXTENT.value(subject),
+                error95_deg=catalogue.TOTAL.value(subject),
             )
         )
-    return found
+    return planes

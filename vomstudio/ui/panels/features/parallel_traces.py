@@ -1,4 +1,4 @@
-"""Selected traces as parallel beds, in words: how far apart they are, and whether two are one."""
+"""Describe selected traces as parallel beds, with their distances."""
 
 from __future__ import annotations
 
@@ -19,45 +19,47 @@ from vomstudio.project.records import get
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
 
-_MOST = 12
-_LEAST_P = 0.001
-_APART_DEG = 15.0
-"""Between the planes of two traces that are of limbs, or of a bed and something else."""
+MAX_TRACES = 12
+MIN_P_VALUE = 0.001
+MAX_ANGLE_DEG = 15.0
+"""Maximum angle between the planes of traces that are treated as parallel beds."""
 
 
-def parallel_lines(studio: Studio) -> list[str]:
-    """Rich text on the selected traces, where all are of one type; empty for others, and where
-    together they determine no plane."""
+def describe_parallel_beds(studio: Studio) -> list[str]:
+    """Describe the selected traces as parallel beds in rich text.
+
+    The result is empty if the traces are of several types or do not determine a plane.
+    """
     ids = list(studio.selection.ids)
-    if not 2 <= len(ids) <= _MOST:
+    if not 2 <= len(ids) <= MAX_TRACES:
         return []
-    beds = [t for id_ in ids if (t := get(studio.records, id_, Trace)) is not None]
-    if len(beds) < len(ids) or len({t.type_id for t in beds}) > 1:
+    traces = [t for id_ in ids if (t := get(studio.records, id_, Trace)) is not None]
+    if len(traces) < len(ids) or len({t.type_id for t in traces}) > 1:
         return []
-    measured = studio.measured(t.id for t in beds)
-    if _far_apart([measured[t.id] for t in beds]):
+    measurements = studio.measured(t.id for t in traces)
+    if _has_divergent_planes([measurements[t.id] for t in traces]):
         return []
-    points = [measured[t.id].points for t in beds]
+    points = [measurements[t.id].points for t in traces]
     offsets = np.cumsum([0, *map(len, points)])
     try:
-        found = parallel_beds([t.id for t in beds], np.concatenate(points), offsets)
+        beds = parallel_beds([t.id for t in traces], np.concatenate(points), offsets)
     except GeometryError:
         return []
-    return _result_lines(studio, found, {t.id: t.name for t in beds})
+    return _format_beds(studio, beds, {t.id: t.name for t in traces})
 
 
-def _far_apart(measured: list[Measurement]) -> bool:
-    """Whether two that are known well enough for it run quite another way."""
+def _has_divergent_planes(measurements: list[Measurement]) -> bool:
+    """Return whether two accurate planes differ by more than `MAX_ANGLE_DEG`."""
     normals = [
         m.plane.normal()
-        for m in measured
-        if m.plane is not None and (m.max_confidence95_deg or 90.0) < _APART_DEG
+        for m in measurements
+        if m.plane is not None and (m.max_confidence95_deg or 90.0) < MAX_ANGLE_DEG
     ]
-    steepest = np.cos(np.radians(_APART_DEG))
-    return any(abs(float(a @ b)) < steepest for a, b in combinations(normals, 2))
+    min_cosine = np.cos(np.radians(MAX_ANGLE_DEG))
+    return any(abs(float(a @ b)) < min_cosine for a, b in combinations(normals, 2))
 
 
-def _result_lines(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> list[str]:
+def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> list[str]:
     plane = Plane(beds.dip_direction_deg, beds.dip_deg)
     lines = [
         tr_n(
@@ -71,19 +73,19 @@ def _result_lines(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> 
             smallest=degrees(beds.min_confidence95_deg),
         )
     ]
-    lines += [_of_two(each, names, metric=studio.metres_known()) for each in beds.same]
+    lines += [_format_pair(pair, names, metric=studio.metres_known()) for pair in beds.same]
     return lines + [f"• {escape(str(warning))}" for warning in beds.warnings]
 
 
-def _of_two(each: SamePlane, names: dict[str, str], *, metric: bool) -> str:
-    p = tr("p &lt; 0.001") if each.p < _LEAST_P else tr("p = {p:.2g}", p=each.p)
-    said = tr("two beds") if each.p < SIGNIFICANCE else tr("may be one bed")
+def _format_pair(pair: SamePlane, names: dict[str, str], *, metric: bool) -> str:
+    p = tr("p &lt; 0.001") if pair.p < MIN_P_VALUE else tr("p = {p:.2g}", p=pair.p)
+    verdict = tr("two beds") if pair.p < SIGNIFICANCE else tr("may be one bed")
     return tr(
         "From {first} up to {second}: {distance} ± {error} across (95 %); {said}, {p}",
-        first=escape(names[each.first]),
-        second=escape(names[each.second]),
-        distance=length_text(each.distance_m, metric=metric),
-        error=length_text(each.error95_m, 2, metric=metric),
-        said=said,
+        first=escape(names[pair.first]),
+        second=escape(names[pair.second]),
+        distance=length_text(pair.distance_m, metric=metric),
+        error=length_text(pair.error95_m, 2, metric=metric),
+        said=verdict,
         p=p,
     )

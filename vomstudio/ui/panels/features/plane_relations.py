@@ -1,4 +1,4 @@
-"""Angle between two planes, and their intersection line."""
+"""Compute and store the angle and the intersection line of two planes."""
 
 from __future__ import annotations
 
@@ -28,73 +28,81 @@ from vomstudio.ui.base.number_formatting import degrees, natural
 from vomstudio.ui.base.studio import Studio
 
 
-def line_type(studio: Studio) -> str:
-    """The feature type that an intersection gets: the lineation's, else another line's."""
+def default_line_type(studio: Studio) -> str:
+    """Return the default feature type of an intersection: lineation, else another line type."""
     kinds = studio.session.of(FeatureType)
     order = sorted(kinds, key=lambda k: (k.id != "lineation", k.geometry != "line"))
     return order[0].id
 
 
-def of_selected(studio: Studio) -> Intersection | None:
-    """The intersection of exactly two selected planes, not in the document; else None."""
+def selected_intersection(studio: Studio) -> Intersection | None:
+    """Create the intersection of two selected planes without storing it; else return None."""
     ids = studio.selection.ids
     if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
         return None
-    return between(studio, Group(feature_id=ids[0]), Group(feature_id=ids[1]))
+    return create_intersection(studio, Group(feature_id=ids[0]), Group(feature_id=ids[1]))
 
 
-def between(studio: Studio, first: Group, second: Group) -> Intersection:
-    """The intersection of two groups of planes, not in the document."""
-    return Intersection(new_id("intersection"), "", line_type(studio), first, second)
+def create_intersection(studio: Studio, first: Group, second: Group) -> Intersection:
+    """Create the intersection of two groups of planes without storing it."""
+    return Intersection(
+        id=new_id("intersection"),
+        name="",
+        type_id=default_line_type(studio),
+        first=first,
+        second=second,
+    )
 
 
 def why_not_keep(studio: Studio) -> Finding | None:
-    """Return why the intersection of the selected planes cannot be kept; None if it can."""
-    relation = of_selected(studio)
+    """Return why the intersection of the selected planes cannot be stored; None if it can."""
+    relation = selected_intersection(studio)
     if relation is None:
         return Finding("selection.not-two-planes")
     return studio.measure(relation).problem
 
 
-def why_no_line(measured: Measurement) -> Finding | None:
-    """Return that the line of intersection is not known; None if it is."""
-    return None if measured.line is not None else Finding("action.no-intersection")
+def why_no_line(measurement: Measurement) -> Finding | None:
+    """Return the finding that the intersection line is unknown; None if it is known."""
+    return None if measurement.line is not None else Finding("action.no-intersection")
 
 
-def keep(studio: Studio) -> None:
-    """Make the intersection of the two selected planes a feature."""
-    relation = of_selected(studio)
+def keep_intersection(studio: Studio) -> None:
+    """Store the intersection of the two selected planes as a feature and select it."""
+    relation = selected_intersection(studio)
     if relation is not None and studio.attempt(edits.add_features, [relation]):
         studio.selection.set([relation.id])
 
 
-def relation_lines(measured: Measurement) -> list[str]:
-    """Angle, intersection line, error and reasons as lines of rich text."""
-    if measured.line is None:
-        return [escape(str(measured.problem or "–"))]
+def format_relation(measurement: Measurement) -> list[str]:
+    """Format angle, intersection line, error and reasons as lines of rich text."""
+    if measurement.line is None:
+        return [escape(str(measurement.problem or "–"))]
     intersection = (
-        tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measured.attitude())
-        if measured.total95_deg is None
-        else tr("Intersection: <b>{line}</b> (95 %)", line=measured.attitude())
+        tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measurement.attitude())
+        if measurement.total95_deg is None
+        else tr("Intersection: <b>{line}</b> (95 %)", line=measurement.attitude())
     )
-    registered = []
-    if measured.registration_error_deg is not None:
-        error = degrees(measured.registration_error_deg)
-        registered.append(tr("Of that by the registration: {error}", error=error))
+    registration_lines = []
+    if measurement.registration_error_deg is not None:
+        error = degrees(measurement.registration_error_deg)
+        registration_lines.append(tr("Of that by the registration: {error}", error=error))
     return [
-        tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
+        tr("Angle between the planes: {angle}", angle=degrees(measurement.angle_deg)),
         intersection,
-        *registered,
+        *registration_lines,
         *(
             f"• {escape(reason.message)}"
-            for reason in (measured.verdict.reasons if measured.verdict else ())
+            for reason in (measurement.verdict.reasons if measurement.verdict else ())
         ),
     ]
 
 
 class IntersectionDialog(QDialog):
-    """Two groups of planes, each a feature type or one of its sets, and the line where their mean
-    planes meet."""
+    """Select two groups of planes and show the intersection line of their mean planes.
+
+    A group is a feature type or one of its sets.
+    """
 
     def __init__(self, studio: Studio, parent: QWidget) -> None:
         super().__init__(parent)
@@ -111,19 +119,19 @@ class IntersectionDialog(QDialog):
         )
         self.keep_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.keep_button.setText(tr("Keep intersection"))
-        buttons.accepted.connect(self._keep)
+        buttons.accepted.connect(self._keep_result)
         buttons.rejected.connect(self.reject)
-        groups = groups_of(studio)
+        groups = list_plane_groups(studio)
         for box in (self.first, self.second):
             for text, color, group in groups:
                 box.addItem(theme.swatch(color), text, group)
             box.currentIndexChanged.connect(self._refresh)
         for kind in sorted(studio.session.of(FeatureType), key=lambda k: k.geometry != "line"):
             self.type_box.addItem(theme.swatch(kind.color), kind.name, kind.id)
-        self.type_box.setCurrentIndex(max(0, self.type_box.findData(line_type(studio))))
-        # Most often bedding is cut by a fault (textbook, fig. 30).
-        self.first.setCurrentIndex(self._find(groups, "bedding", 0))
-        self.second.setCurrentIndex(self._find(groups, "fault", min(1, len(groups) - 1)))
+        self.type_box.setCurrentIndex(max(0, self.type_box.findData(default_line_type(studio))))
+        # The default is the most common case: a fault cuts bedding (textbook, fig. 30).
+        self.first.setCurrentIndex(self._find_group(groups, "bedding", 0))
+        self.second.setCurrentIndex(self._find_group(groups, "fault", min(1, len(groups) - 1)))
         form = QFormLayout()
         form.addRow(tr("Planes of"), self.first)
         form.addRow(tr("and planes of"), self.second)
@@ -137,20 +145,24 @@ class IntersectionDialog(QDialog):
         self._refresh()
 
     @staticmethod
-    def _find(groups: list[tuple[str, str, Group]], type_id: str, instead: int) -> int:
+    def _find_group(groups: list[tuple[str, str, Group]], type_id: str, default: int) -> int:
         for i, (_, _, group) in enumerate(groups):
             if group.type_id == type_id and not group.set_name:
                 return i
-        return instead
+        return default
 
     def relation(self) -> Intersection | None:
-        """The intersection that is chosen; None where both groups are the same."""
+        """Create the selected intersection; return None if both groups are the same."""
         first, second = self.first.currentData(), self.second.currentData()
         if first is None or second is None or first == second:
             return None
-        made = between(self._studio, first, second)
+        intersection = create_intersection(self._studio, first, second)
         return Intersection(
-            made.id, self.name.text().strip(), str(self.type_box.currentData()), first, second
+            id=intersection.id,
+            name=self.name.text().strip(),
+            type_id=str(self.type_box.currentData()),
+            first=first,
+            second=second,
         )
 
     def _refresh(self, *_: object) -> None:
@@ -160,26 +172,26 @@ class IntersectionDialog(QDialog):
             self.result_text.setText(same.message)
             allow(self.keep_button, same)
             return
-        measured = self._studio.measure(relation)
-        self.result_text.setText("<br>".join(relation_lines(measured)))
-        allow(self.keep_button, why_no_line(measured))
+        measurement = self._studio.measure(relation)
+        self.result_text.setText("<br>".join(format_relation(measurement)))
+        allow(self.keep_button, why_no_line(measurement))
 
-    def _keep(self) -> None:
+    def _keep_result(self) -> None:
         relation = self.relation()
         if relation is not None and self._studio.attempt(edits.add_features, [relation]):
             self._studio.selection.set([relation.id])
             self.accept()
 
 
-def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
-    """Text, colour and group of every feature type with planes, and of each of its sets."""
+def list_plane_groups(studio: Studio) -> list[tuple[str, str, Group]]:
+    """Return text, colour and group of each feature type with planes and of its sets."""
     counts: Counter[tuple[str, str]] = Counter()
-    every = studio.session.records.count_by(group_and_set)
-    for (type_id, set_name, is_plane), count in every.items():
-        # "" stands for all sets.
+    sizes = studio.session.records.count_by(group_and_set)
+    for (type_id, set_name, is_plane), count in sizes.items():
+        # The empty name means all sets.
         for name in {"", set_name} if is_plane else ():
             counts[type_id, name] += count
-    found = []
+    groups = []
     for kind in studio.session.of(FeatureType):
         names = sorted((n for t, n in counts if t == kind.id), key=natural)
         for name in names:
@@ -187,5 +199,5 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
             title = f"{kind.name}, {name}" if name else kind.name
             text = tr_n("{group} ({count} plane)", "{group} ({count} planes)", count, group=title)
             group = Group(type_id=kind.id, set_name=name)
-            found.append((text, kind.color, group))
-    return found
+            groups.append((text, kind.color, group))
+    return groups

@@ -1,4 +1,4 @@
-"""The project tree: models, sets of photos, and features under their types, each with its eye."""
+"""Project tree of models, photo sets and features by type, with visibility boxes."""
 
 from __future__ import annotations
 
@@ -38,31 +38,38 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import natural, orientation_text
 from vomstudio.ui.base.qt_owner import Portions
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.feature_row import Row, row_of
+from vomstudio.ui.panels.features.feature_row import Row, create_row
 from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.features.tree_menus import TreeMenus
 from vomstudio.ui.panels.features.tree_photos import TreePhotos
 from vomstudio.ui.panels.features.tree_view import (
     ID,
-    MANY,
+    MAX_SINGLE_ITEMS,
     NAME,
     ORIENTATION,
     SET,
     SORT,
     FeatureTree,
     TreeItem,
-    put_in_order,
-    take_out,
+    remove_from_parent,
+    sort_children,
 )
 
-# So many features are put into the tree between one event and the next.
+# Number of features that are added to the tree between two events.
 _PORTION = 500
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
 class ProjectTree(QWidget):
-    """`menu_actions` gives the actions of the context menu for a record, `edit_type` opens the
-    dialog of feature types at one of them ("" for the present one)."""
+    """Show the records of the project and edit them in place.
+
+    Parameters
+    ----------
+    menu_actions : callable
+        Return the actions of a record's context menu.
+    edit_type : callable
+        Open the dialog of feature types at the given id, "" for the current type.
+    """
 
     def __init__(
         self,
@@ -74,24 +81,30 @@ class ProjectTree(QWidget):
         super().__init__()
         explain(self, "projects.md")
         self._studio, self._photos = studio, photos
-        self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
+        self._menus = TreeMenus(
+            studio=studio,
+            parent=self,
+            actions=menu_actions,
+            edit_type=edit_type,
+            change_type=self.change_type,
+        )
         self._items: dict[str, QTreeWidgetItem] = {}
-        self._hidden: set[str] = set()
+        self._hidden_ids: set[str] = set()
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
-        self._selecting = False
+        self._is_selecting = False
         self._portions = Portions(self)
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.tree.customContextMenuRequested.connect(self._menu)
-        self.tree.itemSelectionChanged.connect(self._selected)
-        self.tree.itemChanged.connect(self._changed)
-        self.tree.dropped.connect(self._dropped)
-        photos.join(self.tree)
+        self.tree.customContextMenuRequested.connect(self._open_menu)
+        self.tree.itemSelectionChanged.connect(self._apply_selection)
+        self.tree.itemChanged.connect(self._apply_item_edit)
+        self.tree.features_dropped.connect(self._apply_drop)
+        photos.attach(self.tree)
         self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
-        self.filter.changed.connect(self._filtered)
-        studio.filters.append((self, lambda ids: self._hidden.intersection(ids)))
+        self.filter.changed.connect(self._apply_filter)
+        studio.filters.append((self, lambda ids: self._hidden_ids.intersection(ids)))
         self.empty_types = QToolButton()
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))
         self.empty_types.setToolTip(
@@ -103,13 +116,15 @@ class ProjectTree(QWidget):
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
         theme.show_toggles(self.empty_types)
-        self.empty_types.toggled.connect(lambda _: self._finish())
-        self._empty = Label(tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window."))
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.empty_types.toggled.connect(lambda _: self._update_counts())
+        self._empty_label = Label(
+            tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
+        )
+        self._empty_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         page = QWidget()
         self._stack = QStackedWidget()
-        self._stack.addWidget(self._empty)
+        self._stack.addWidget(self._empty_label)
         self._stack.addWidget(page)
         row = QHBoxLayout()
         row.setContentsMargins(2, 2, 2, 0)
@@ -126,94 +141,94 @@ class ProjectTree(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._stack)
         studio.project_opened.connect(self.rebuild)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._apply_edit)
         studio.selection_changed.connect(self._show_selection)
         studio.visibility_changed.connect(self._show_visibility)
-        studio.settings_changed.connect(self._settings_changed)
-        studio.next_changed.connect(self._finish)
+        studio.settings_changed.connect(self._apply_settings)
+        studio.next_changed.connect(self._update_counts)
         self._notation = studio.settings.notation
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def rebuild(self) -> None:
-        """Fill the tree anew from the project; thousands of features come by and by."""
+        """Rebuild the tree from the project; features are added in portions."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
-            self._hidden.clear()
+            self._hidden_ids.clear()
             self._rows.clear()
-            models = self._group("models", tr("Models"), "0")
+            models = self._add_group("models", tr("Models"), "0")
             models.setIcon(NAME, theme.icon("image-filter-hdr"))
             self._photos.rebuild()
             for kind in self._studio.session.of(FeatureType):
-                item = self._group(kind.id, kind.name, "1")
+                item = self._add_group(kind.id, kind.name, "1")
                 item.setIcon(NAME, theme.type_icon(kind.color, kind.symbol))
             for group in GROUPS:
-                item = self._group(group.id, tr(group.title), "2")
+                item = self._add_group(group.id, tr(group.title), "2")
                 item.setIcon(NAME, theme.icon(group.icon))
             self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
             for record in self._studio.session.of(Model):
-                self._put_model(record)
+                self._show_model(record)
             for id_, _, _ in self._studio.session.records.count_by(group_and_set):
-                # A damaged journal may have lost the type; its features are here all the same.
+                # A damaged journal may lack the type of its features.
                 if id_ not in self._items:
-                    self._group(id_, id_.capitalize(), "1")
+                    self._add_group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
         self._portions.begin(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        """Put the features in, in their order, a portion after the other."""
+        """Add the features in their order, yielding after each portion."""
         features = list(self._studio.session.features())
         if len(features) > _PORTION:
-            # Every panel has work of its own when a project opens: not in the same moment.
+            # All panels refresh when a project opens; this one yields to them first.
             yield
         features.sort(key=lambda f: natural(f.name))
         for start in range(0, len(features), _PORTION):
-            some = features[start : start + _PORTION]
+            portion = features[start : start + _PORTION]
             with QSignalBlocker(self.tree):
-                self._put(some)
+                self._show_features(portion)
             if start + _PORTION < len(features):
                 if start == 0:
-                    self._finish()
+                    self._update_counts()
                 yield
-        self._finish()
+        self._update_counts()
         self._show_selection(self._studio.selection.ids)
 
-    def _settings_changed(self) -> None:
+    def _apply_settings(self) -> None:
         if self._notation != self._studio.settings.notation:
             self._notation = self._studio.settings.notation
             self.rebuild()
 
-    def _group(self, id_: str, text: str, order: str) -> QTreeWidgetItem:
+    def _add_group(self, id_: str, text: str, order: str) -> QTreeWidgetItem:
         item = TreeItem(self.tree, [text, "", ""])
         item.setData(NAME, ID, id_)
         item.setData(NAME, SORT, (order, len(self._items)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsUserCheckable)
-        item.setCheckState(NAME, _check(self._studio.visible(id_)))
+        item.setCheckState(NAME, _check_state(self._studio.visible(id_)))
         item.setExpanded(True)
         item.setFirstColumnSpanned(True)
         self._items[id_] = item
         return item
 
-    def _item(
+    def _find_or_create_item(
         self, record: Model | Feature, group: str
     ) -> tuple[QTreeWidgetItem, QTreeWidgetItem | None]:
-        """The record's item, and where it has to be added: None where it stands in its group."""
-        parent = self._items.get(group) or self._group(group, group.capitalize(), "1")
+        """Return the record's item and its new parent, None if it is in its group already."""
+        parent = self._items.get(group) or self._add_group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
-        home = None
+        new_parent = None
         if item is None or item.parent() is not parent:
             if item is not None:
-                take_out(item)
-            item, home = TreeItem(), parent
+                remove_from_parent(item)
+            item, new_parent = TreeItem(), parent
             item.setData(NAME, ID, record.id)
             self._items[record.id] = item
         item.setData(NAME, SORT, natural(record.name))
         item.setText(NAME, record.name)
-        item.setCheckState(NAME, _check(self._studio.visible(record.id)))
-        return item, home
+        item.setCheckState(NAME, _check_state(self._studio.visible(record.id)))
+        return item, new_parent
 
-    def _put_model(self, model: Model) -> None:
-        item, home = self._item(model, "models")
+    def _show_model(self, model: Model) -> None:
+        item, new_parent = self._find_or_create_item(model, "models")
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -221,23 +236,25 @@ class ProjectTree(QWidget):
         )
         item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
         item.setToolTip(NAME, as_words(model.path))
-        if home is not None:
-            home.addChild(item)
+        if new_parent is not None:
+            new_parent.addChild(item)
 
-    def _put(self, features: Iterable[Feature]) -> None:
-        """Show these features as they are now, each in its group: new ones as its last."""
-        new: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
+    def _show_features(self, features: Iterable[Feature]) -> None:
+        """Update the items of features; new items are added at the end of their group."""
+        new_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         features = list(features)
-        measured = self._studio.measured(feature.id for feature in features)
+        measurements = self._studio.measured(feature.id for feature in features)
         for feature in features:
-            item, home = self._item(feature, group_of(feature))
-            self._describe(item, feature, measured[feature.id])
-            if home is not None:
-                new.setdefault(group_of(feature), (home, []))[1].append(item)
-        for home, items in new.values():
-            home.addChildren(items)
+            item, parent = self._find_or_create_item(feature, group_of(feature))
+            self._update_item(item, feature, measurements[feature.id])
+            if parent is not None:
+                new_items.setdefault(group_of(feature), (parent, []))[1].append(item)
+        for parent, items in new_items.values():
+            parent.addChildren(items)
 
-    def _describe(self, item: QTreeWidgetItem, feature: Feature, measured: Measurement) -> None:
+    def _update_item(
+        self, item: QTreeWidgetItem, feature: Feature, measurement: Measurement
+    ) -> None:
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -249,98 +266,98 @@ class ProjectTree(QWidget):
                 else Qt.ItemFlag.NoItemFlags
             )
         )
-        row = row_of(self._studio, feature, measured)
+        row = create_row(self._studio, feature, measurement)
         item.setIcon(NAME, self._icons[kind_of(feature).name])
-        text = orientation_text(measured, self._studio.settings.notation)
+        text = orientation_text(measurement, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
         item.setToolTip(SET, as_words(row.set_name))
-        judged = measured.verdict is not None or measured.problem is not None
-        item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
-        says = [tr("Overturned")] if row.overturned else []
-        judged_so = measured.verdict
-        findings = (
-            (*judged_so.reasons, *judged_so.notes) if judged_so else (measured.problem or "",)
-        )
+        is_judged = measurement.verdict is not None or measurement.problem is not None
+        item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if is_judged else QIcon())
+        remarks = [tr("Overturned")] if row.overturned else []
+        verdict = measurement.verdict
+        findings = (*verdict.reasons, *verdict.notes) if verdict else (measurement.problem or "",)
         reasons = map(str, findings)
-        item.setToolTip(ORIENTATION, as_words("\n".join([*says, *reasons])))
-        about = [f"{feature.name}: {row.class_name}", *says]
+        item.setToolTip(ORIENTATION, as_words("\n".join([*remarks, *reasons])))
+        tooltip_lines = [f"{feature.name}: {row.class_name}", *remarks]
         if row.set_name:
-            about.append(tr("Set: {set_name}", set_name=row.set_name))
+            tooltip_lines.append(tr("Set: {set_name}", set_name=row.set_name))
         if feature.notes:
-            about.append(feature.notes)
-        item.setToolTip(NAME, as_words("\n".join(about)))
+            tooltip_lines.append(feature.notes)
+        item.setToolTip(NAME, as_words("\n".join(tooltip_lines)))
 
-    def _finish(self) -> None:
-        """Show counts, hide empty types, and apply the filter."""
+    def _update_counts(self) -> None:
+        """Show counts, hide empty types and apply the filter."""
         studio = self._studio
         features = studio.session.features()
-        total: Counter[str] = Counter()
-        sets = False
+        totals: Counter[str] = Counter()
+        has_sets = False
         for (group, set_name, _), count in studio.session.records.count_by(group_and_set).items():
-            total[group] += count
-            sets = sets or bool(set_name)
-        hidden, shown = self._failing(features, total)
+            totals[group] += count
+            has_sets = has_sets or bool(set_name)
+        hidden_ids, passing = self._test_features(features, totals)
         with QSignalBlocker(self.tree):
-            for id_ in self._hidden ^ hidden:
+            for id_ in self._hidden_ids ^ hidden_ids:
                 item = self._items.get(id_)
                 if item is not None:
-                    item.setHidden(id_ in hidden)
-            # Of those that are not put in yet, the end of the filling takes care.
-            self._hidden = {id_ for id_ in hidden if id_ in self._items}
+                    item.setHidden(id_ in hidden_ids)
+            # Items that are added later are hidden when filling ends.
+            self._hidden_ids = {id_ for id_ in hidden_ids if id_ in self._items}
             for kind in studio.session.of(FeatureType):
-                self._show_type(kind, total.get(kind.id, 0), shown.get(kind.id, 0))
+                self._show_type(kind, totals.get(kind.id, 0), passing.get(kind.id, 0))
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
-            for own in GROUPS:
-                self._items[own.id].setHidden(shown.get(own.id, 0) == 0)
-        self.tree.setColumnHidden(SET, not sets)
-        empty = not (studio.session.of(Model) or features or self._photos.any)
-        self._stack.setCurrentIndex(0 if empty else 1)
+            for group_kind in GROUPS:
+                self._items[group_kind.id].setHidden(passing.get(group_kind.id, 0) == 0)
+        self.tree.setColumnHidden(SET, not has_sets)
+        is_empty = not (studio.session.of(Model) or features or self._photos.has_photos)
+        self._stack.setCurrentIndex(0 if is_empty else 1)
 
-    def _failing(
-        self, features: list[Feature], total: dict[str, int]
+    def _test_features(
+        self, features: list[Feature], totals: dict[str, int]
     ) -> tuple[set[str], dict[str, int]]:
-        """Ids of the features that fail the filter, and how many of each group pass."""
+        """Return the ids of features that fail the filter and the passing count per group."""
         test = self.filter.test
         if test is None:
-            return set(), total
-        measured = self._studio.measured(f.id for f in features)
-        hidden: set[str] = set()
-        shown: dict[str, int] = {}
+            return set(), totals
+        measurements = self._studio.measured(f.id for f in features)
+        hidden_ids: set[str] = set()
+        passing: dict[str, int] = {}
         rows: dict[str, Row] = {}
         for feature in features:
-            # Texts of a row are kept with it from one letter of the filter to the next.
-            row, of = self._rows.get(feature.id), measured[feature.id]
-            if row is None or row.feature is not feature or row.measured is not of:
-                row = row_of(self._studio, feature, of)
+            # A row caches its texts between changes of the filter.
+            row, measurement = self._rows.get(feature.id), measurements[feature.id]
+            if row is None or row.feature is not feature or row.measured is not measurement:
+                row = create_row(self._studio, feature, measurement)
             rows[feature.id] = row
             if test(row):
                 group = group_of(feature)
-                shown[group] = shown.get(group, 0) + 1
+                passing[group] = passing.get(group, 0) + 1
             else:
-                hidden.add(feature.id)
+                hidden_ids.add(feature.id)
         self._rows = rows
-        return hidden, shown
+        return hidden_ids, passing
 
-    def _show_type(self, kind: FeatureType, count: int, seen: int) -> None:
-        """A feature type with the number of its features, and of those that pass the filter."""
+    def _show_type(self, kind: FeatureType, count: int, passing: int) -> None:
+        """Show a feature type with its feature count and the number that pass the filter."""
         item = self._items.get(kind.id)
         if item is None:
             return
-        many = str(count) if seen == count else tr("{shown} of {total}", shown=seen, total=count)
+        count_text = (
+            str(count) if passing == count else tr("{shown} of {total}", shown=passing, total=count)
+        )
         is_next = kind.id == self._studio.next_type_id
-        item.setText(NAME, f"{kind.name} ({many})" if count else kind.name)
-        item.setHidden(seen == 0 and not self.empty_types.isChecked())
+        item.setText(NAME, f"{kind.name} ({count_text})" if count else kind.name)
+        item.setHidden(passing == 0 and not self.empty_types.isChecked())
         font = item.font(NAME)
         font.setBold(is_next)
         item.setFont(NAME, font)
         item.setToolTip(NAME, tr("The next feature is of this type.") if is_next else "")
 
-    def _edited(self, edit: Edit) -> None:
+    def _apply_edit(self, edit: Edit) -> None:
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.rebuild()
             return
-        # Items find their places among those that stand in order.
+        # Changed items are inserted into sorted siblings.
         self._portions.finish()
         unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
@@ -351,11 +368,11 @@ class ProjectTree(QWidget):
             for id_ in ids:
                 record = records.get(id_)
                 if isinstance(record, Model):
-                    self._put_model(record)
+                    self._show_model(record)
                 elif id_ in before and not isinstance(record, Feature):
-                    take_out(self._items.pop(id_))
-                    self._hidden.discard(id_)
-            self._put(f for id_ in ids if isinstance(f := records.get(id_), Feature))
+                    remove_from_parent(self._items.pop(id_))
+                    self._hidden_ids.discard(id_)
+            self._show_features(f for id_ in ids if isinstance(f := records.get(id_), Feature))
             for id_ in ids:
                 after = self._items.get(id_)
                 parent = None if after is None else after.parent()
@@ -363,34 +380,34 @@ class ProjectTree(QWidget):
                     continue
                 if before.get(id_) != (after, after.text(NAME)):
                     unsorted.setdefault(id(parent), (parent, []))[1].append(after)
-                    # Qt forgets that of an item that changes its place.
-                    self._hidden.discard(id_)
-            for parent, moved in unsorted.values():
-                put_in_order(parent, moved)
+                    # Qt resets the hidden state of an item that moves.
+                    self._hidden_ids.discard(id_)
+            for parent, items in unsorted.values():
+                sort_children(parent, items)
             self.tree.setUpdatesEnabled(True)
-        self._photos.edited(edit)
-        self._finish()
+        self._photos.apply_edit(edit)
+        self._update_counts()
         self._show_selection(self._studio.selection.ids)
 
-    def _filtered(self) -> None:
-        self._finish()
-        # Qt lets go of rows that are hidden: a feature out of sight stays selected.
+    def _apply_filter(self) -> None:
+        self._update_counts()
+        # Qt deselects hidden rows; the studio keeps them selected.
         self._show_selection(self._studio.selection.ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        if self._selecting:
+        if self._is_selecting:
             return
         with QSignalBlocker(self.tree):
-            if len(ids) < MANY:
-                wanted = [item for id_ in ids if (item := self._items.get(id_))]
-                # Qt goes through all rows to clear a selection; most edits leave it as it is.
-                if self.tree.selectedItems() != wanted:
+            if len(ids) < MAX_SINGLE_ITEMS:
+                items = [item for id_ in ids if (item := self._items.get(id_))]
+                # Clearing a selection takes time in all rows; most edits do not change it.
+                if self.tree.selectedItems() != items:
                     self.tree.clearSelection()
-                    for item in wanted:
+                    for item in items:
                         item.setSelected(True)
             else:
                 self.tree.selectionModel().select(
-                    self.tree.ranges(set(ids)),
+                    self.tree.find_ranges(set(ids)),
                     QItemSelectionModel.SelectionFlag.ClearAndSelect
                     | QItemSelectionModel.SelectionFlag.Rows,
                 )
@@ -401,17 +418,17 @@ class ProjectTree(QWidget):
         with QSignalBlocker(self.tree):
             for id_ in ids:
                 if item := self._items.get(id_):
-                    item.setCheckState(NAME, _check(self._studio.visible(id_)))
+                    item.setCheckState(NAME, _check_state(self._studio.visible(id_)))
 
-    # --- what is done ------------------------------------------------------------------------
-    def _selected(self) -> None:
+    # --- actions -----------------------------------------------------------------------------
+    def _apply_selection(self) -> None:
         ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
-        # A photo is no record: it stays selected here while the selection changes.
-        self._selecting = True
+        # A photo is not a record, so it stays selected here when the selection changes.
+        self._is_selecting = True
         self._studio.selection.set(id_ for id_ in ids if id_ in self._items)
-        self._selecting = False
+        self._is_selecting = False
 
-    def _changed(self, item: QTreeWidgetItem, column: int) -> None:
+    def _apply_item_edit(self, item: QTreeWidgetItem, column: int) -> None:
         id_ = str(item.data(NAME, ID))
         visible = item.checkState(NAME) == Qt.CheckState.Checked
         if visible != self._studio.visible(id_):
@@ -427,19 +444,19 @@ class ProjectTree(QWidget):
         )
         text = item.text(column).strip()
         if column in (NAME, SET) and item.text(column) != before:
-            done = text == before or self._studio.attempt(
+            is_applied = text == before or self._studio.attempt(
                 edits.set_attributes, [id_], **{field: text}
             )
-            if not done or text == before:
+            if not is_applied or text == before:
                 with QSignalBlocker(self.tree):
                     item.setText(column, before)
 
-    def _dropped(self, type_id: str) -> None:
+    def _apply_drop(self, type_id: str) -> None:
         ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
         self.change_type(ids, type_id)
 
     def change_type(self, ids: Iterable[str], type_id: str) -> None:
-        """Give features another type, all in one edit."""
+        """Change the type of features in one edit."""
         ids = [
             i
             for i in ids
@@ -449,24 +466,24 @@ class ProjectTree(QWidget):
             self._studio.attempt(edits.set_attributes, ids, type_id=type_id)
 
     # --- context menu -----------------------------------------------------
-    def _menu(self, at: QPoint) -> None:
-        item = self.tree.itemAt(at)
-        menu = self.menu_of(item)
+    def _open_menu(self, position: QPoint) -> None:
+        item = self.tree.itemAt(position)
+        menu = self.create_item_menu(item)
         if not menu.isEmpty():
-            menu.exec(self.tree.viewport().mapToGlobal(at))
+            menu.exec(self.tree.viewport().mapToGlobal(position))
 
-    def menu_of(self, item: QTreeWidgetItem | None) -> QMenu:
-        """The context menu of a row; of the tree where there is none."""
+    def create_item_menu(self, item: QTreeWidgetItem | None) -> QMenu:
+        """Create the context menu of a row, or of the tree without one."""
         photos = QMenu(self)
         photos.setToolTipsVisible(True)
-        if item is not None and self._photos.menu_for(photos, item):
+        if item is not None and self._photos.fill_menu(photos, item):
             return photos
-        return self.menu_for("" if item is None else str(item.data(NAME, ID)))
+        return self.create_menu("" if item is None else str(item.data(NAME, ID)))
 
-    def menu_for(self, id_: str) -> QMenu:
-        """The context menu of a record or group; of the tree where `id_` is empty."""
-        return self._menus.menu_for(id_)
+    def create_menu(self, id_: str) -> QMenu:
+        """Create the context menu of a record or group, or of the tree for an empty id."""
+        return self._menus.create_menu(id_)
 
 
-def _check(visible: bool) -> Qt.CheckState:
+def _check_state(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked

@@ -1,4 +1,4 @@
-"""The selected feature or model: its attributes to edit, its figures and reasons to read."""
+"""Panel of the selected feature or model: attributes, figures and reasons."""
 
 from __future__ import annotations
 
@@ -30,39 +30,39 @@ from vomstudio.project.records import Feature, Model, Record, get_feature
 from vomstudio.ui.base.controls import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features import plane_relations
-from vomstudio.ui.panels.features.parallel_traces import parallel_lines
-from vomstudio.ui.panels.features.straight_trace import band_lines, crossing_lines
+from vomstudio.ui.panels.features.parallel_traces import describe_parallel_beds
+from vomstudio.ui.panels.features.straight_trace import describe_crossing, describe_trace_band
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.plane_box import PlaneBox
 from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PropertiesPanel(QWidget):
-    """Follows the selection; every change is an edit of its own."""
+    """Show the selection and edit its attributes; each change is one edit."""
 
-    def __init__(self, studio: Studio, declare: QAction, keep: QAction) -> None:
+    def __init__(self, studio: Studio, declare_action: QAction, keep_action: QAction) -> None:
         super().__init__()
         self._studio = studio
-        self._shown: list[str] = []
-        self._nothing = Label(tr("Select a feature in the outcrop, table, tree or stereonet."))
-        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._nothing.setWordWrap(True)
-        self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._shown_ids: list[str] = []
+        self._empty_label = Label(tr("Select a feature in the outcrop, table, tree or stereonet."))
+        self._empty_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty_label.setWordWrap(True)
+        self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
-        self._stack.addWidget(self._nothing)
-        self._stack.addWidget(Scrolling(self._make_feature(keep)))
-        self._stack.addWidget(Scrolling(self._make_model(declare)))
+        self._stack.addWidget(self._empty_label)
+        self._stack.addWidget(Scrolling(self._create_feature_page(keep_action)))
+        self._stack.addWidget(Scrolling(self._create_model_page(declare_action)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
         studio.model_loaded.connect(self.refresh)
 
-    def _make_feature(self, keep: QAction) -> QWidget:
+    def _create_feature_page(self, keep_action: QAction) -> QWidget:
         page = QWidget()
-        self._several = Label()
-        self._several.setObjectName("several_selected")
-        self._several.setWordWrap(True)
+        self._count_label = Label()
+        self._count_label.setObjectName("several_selected")
+        self._count_label.setWordWrap(True)
         self._fit = FitView()
         self._about = Label()
         self._about.setWordWrap(True)
@@ -70,18 +70,18 @@ class PropertiesPanel(QWidget):
         self._relation = rich_label()
         self._relation.setWordWrap(True)
         self._relation.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._keep = QPushButton(keep.text().replace("&", ""))
-        self._keep.setIcon(keep.icon())
-        self._keep.clicked.connect(keep.trigger)
+        self._keep = QPushButton(keep_action.text().replace("&", ""))
+        self._keep.setIcon(keep_action.icon())
+        self._keep.clicked.connect(keep_action.trigger)
         self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
-        self.fields = {each.field: self._field(each) for each in ATTRIBUTES}
-        for each in ATTRIBUTES:
-            form.addRow(tr(each.title), self.fields[each.field])
+        self.fields = {attribute.field: self._create_field(attribute) for attribute in ATTRIBUTES}
+        for attribute in ATTRIBUTES:
+            form.addRow(tr(attribute.title), self.fields[attribute.field])
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
-        layout.addWidget(self._several)
+        layout.addWidget(self._count_label)
         layout.addWidget(self._relation)
         layout.addWidget(self._keep)
         layout.addWidget(self._fit)
@@ -90,8 +90,8 @@ class PropertiesPanel(QWidget):
         layout.addStretch()
         return page
 
-    def _field(self, attribute: Attribute) -> QWidget:
-        """The widget in which an attribute is changed."""
+    def _create_field(self, attribute: Attribute) -> QWidget:
+        """Create the widget that edits an attribute."""
         name = attribute.field
         if attribute.form == "type":
             types = TypeBox(self._studio)
@@ -114,16 +114,16 @@ class PropertiesPanel(QWidget):
             planes.chosen.connect(lambda id_: self._set_plane(name, id_))
             return planes
         line = QLineEdit()
-        line.editingFinished.connect(self._typed)
+        line.editingFinished.connect(self._apply_typed_text)
         return line
 
-    def _make_model(self, declare: QAction) -> QWidget:
+    def _create_model_page(self, declare_action: QAction) -> QWidget:
         page = QWidget()
         self._model = rich_label()
         self._model.setWordWrap(True)
         self._model.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         button = QPushButton(tr("Declare frame…"))
-        button.clicked.connect(declare.trigger)
+        button.clicked.connect(declare_action.trigger)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
         layout.addWidget(self._model)
@@ -131,23 +131,28 @@ class PropertiesPanel(QWidget):
         layout.addStretch()
         return page
 
-    def _chosen(self) -> list[str]:
+    def _selected_ids(self) -> list[str]:
         records = self._studio.records
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
-    def _typed(self) -> bool:
-        """Apply what has been typed to the features that were shown while it was typed; False where
-        nothing has been."""
-        typed = False
+    def _apply_typed_text(self) -> bool:
+        """Apply typed text to the features that were shown when it was typed.
+
+        Returns
+        -------
+        bool
+            Whether any field was changed.
+        """
+        is_changed = False
         for name, field in self.fields.items():
             if isinstance(field, QLineEdit) and field.isModified():
                 field.setModified(False)
                 self._change(**{name: field.text().strip()})
-                typed = True
-        return typed
+                is_changed = True
+        return is_changed
 
     def _change(self, **values: object) -> None:
-        ids = self._shown[-1:] if "name" in values else self._shown
+        ids = self._shown_ids[-1:] if "name" in values else self._shown_ids
         ids = [
             i
             for i in ids
@@ -158,12 +163,12 @@ class PropertiesPanel(QWidget):
             self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the selected feature or model as it is now."""
-        chosen = self._chosen()
-        # The selection may move before the field loses the keyboard.
-        if self._shown != chosen and self._typed():
-            chosen = self._chosen()
-        self._shown = chosen
+        """Show the current state of the selected feature or model."""
+        selected_ids = self._selected_ids()
+        # The selection may change before the field loses the focus.
+        if self._shown_ids != selected_ids and self._apply_typed_text():
+            selected_ids = self._selected_ids()
+        self._shown_ids = selected_ids
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
         feature = get_feature(self._studio.records, current)
@@ -177,65 +182,65 @@ class PropertiesPanel(QWidget):
             self._stack.setCurrentIndex(0)
 
     def _set_plane(self, field: str, plane_id: str) -> None:
-        """Lines without a plane have no sense of slip."""
+        """Set the plane of lines; without a plane the sense of slip is cleared."""
         records = self._studio.records
-        slips = any(hasattr(records.get(id_), "slip") for id_ in self._shown)
-        self._change(**{field: plane_id}, **({"slip": ""} if slips and not plane_id else {}))
+        has_slip = any(hasattr(records.get(id_), "slip") for id_ in self._shown_ids)
+        self._change(**{field: plane_id}, **({"slip": ""} if has_slip and not plane_id else {}))
 
     def _show_relation(self) -> None:
-        """Of two selected planes; of traces of one type as parallel beds."""
-        relation = plane_relations.of_selected(self._studio)
-        parallel = parallel_lines(self._studio)
-        self._relation.setVisible(relation is not None or bool(parallel))
+        """Show the relation of two selected planes, and of traces of one type as beds."""
+        relation = plane_relations.selected_intersection(self._studio)
+        bed_lines = describe_parallel_beds(self._studio)
+        self._relation.setVisible(relation is not None or bool(bed_lines))
         self._keep.setVisible(relation is not None)
         if relation is None:
-            self._relation.setText("<br>".join(parallel))
+            self._relation.setText("<br>".join(bed_lines))
             return
         first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
         names = tr("{first} and {second}", first=first, second=second)
-        measured = self._studio.measure(relation)
+        measurement = self._studio.measure(relation)
         lines = [
-            *plane_relations.relation_lines(measured),
-            *crossing_lines(self._studio),
-            *parallel,
+            *plane_relations.format_relation(measurement),
+            *describe_crossing(self._studio),
+            *bed_lines,
         ]
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        allow(self._keep, plane_relations.why_no_line(measured))
+        allow(self._keep, plane_relations.why_no_line(measurement))
 
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()
-        measured = self._studio.measured([feature.id])[feature.id]
+        measurement = self._studio.measured([feature.id])[feature.id]
         kind = kind_of(feature)
         self._show_count(feature)
-        own = {attribute.field: attribute for attribute in kind.attributes}
-        shown = [self._studio.records.get(id_) for id_ in self._shown]
+        attributes = {attribute.field: attribute for attribute in kind.attributes}
+        features = [self._studio.records.get(id_) for id_ in self._shown_ids]
         for name, widget in self.fields.items():
-            attribute = own.get(name)
+            attribute = attributes.get(name)
             self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
             label = self._form.labelForField(widget)
             if attribute is not None and isinstance(label, QLabel):
                 label.setText(tr(attribute.title))
             if not hasattr(feature, name):
                 continue
-            if _differ(shown, name):
-                _show_several(widget)
+            if _has_different_values(features, name):
+                _show_mixed_value(widget)
             else:
-                _show(widget, getattr(feature, name))
+                _show_value(widget, getattr(feature, name))
         lines = [
-            *band_lines(self._studio, feature.id, measured),
-            *kind.about(self._studio.subject(feature, measured)),
+            *describe_trace_band(self._studio, feature.id, measurement),
+            *kind.about(self._studio.subject(feature, measurement)),
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
-        # Last, since it has the panel laid out.
+        # This call lays out the panel, so it comes last.
         self._fit.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
 
     def _show_count(self, current: Feature) -> None:
-        count = len(self._shown)
-        self._several.setVisible(count > 1)
-        self._several.setText(
+        count = len(self._shown_ids)
+        self._count_label.setVisible(count > 1)
+        self._count_label.setText(
             tr(
                 "{count} features are selected: a change here changes all of them. The figures are "
                 "those of {name}.",
@@ -248,63 +253,63 @@ class PropertiesPanel(QWidget):
 
     def _show_model(self, model: Model) -> None:
         lines, bold = [model.name, model.path], [model.name]
-        opened = self._studio.models.get(model.id)
-        if opened is None:
+        open_model = self._studio.models.get(model.id)
+        if open_model is None:
             lines.append(tr("The file is not open."))
-        elif isinstance(opened.data, Mesh):
-            textures = sum(m.texture is not None for m in opened.data.materials)
+        elif isinstance(open_model.data, Mesh):
+            textures = sum(m.texture is not None for m in open_model.data.materials)
             lines.append(
                 tr_n(
                     "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} texture",
                     "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} textures",
                     textures,
-                    triangles=len(opened.data.faces),
-                    vertices=len(opened.data.vertices),
+                    triangles=len(open_model.data.faces),
+                    vertices=len(open_model.data.vertices),
                 )
             )
         else:
-            lines.append(tr("Point cloud: {count:,} points", count=opened.data.count))
-            if isinstance(opened.data, StreamedCloud):
+            lines.append(tr("Point cloud: {count:,} points", count=open_model.data.count))
+            if isinstance(open_model.data, StreamedCloud):
                 lines.append(
                     tr("Streamed: measurements use the points that are loaded for the view.")
                 )
         from vomstudio.registration.summary import placement_facts, summary_of
 
         lines.append(tr("Frame: {frame}", frame=model.frame.name()))
-        facts = placement_facts(model, None if opened is None else opened.resolution)
+        facts = placement_facts(model, None if open_model is None else open_model.resolution)
         lines += [f"{name}: {value}" for name, value in facts]
         if model.registration is not None:
-            told = summary_of(model.registration)
-            lines += [f"{name}: {value}" for name, value in told.facts]
-            lines += [told.sentence] if told.sentence else []
-            bold.append(told.sentence)
-            lines += [f"• {said}" for said in told.warnings]
-        if opened is not None:
-            lines += map(str, opened.warnings)
+            summary = summary_of(model.registration)
+            lines += [f"{name}: {value}" for name, value in summary.facts]
+            lines += [summary.sentence] if summary.sentence else []
+            bold.append(summary.sentence)
+            lines += [f"• {warning}" for warning in summary.warnings]
+        if open_model is not None:
+            lines += map(str, open_model.warnings)
         self._model.setText(rich_lines(lines, bold))
 
 
-def _differ(records: Iterable[Record | None], name: str) -> bool:
-    """Whether those that have an attribute have different values of it."""
+def _has_different_values(records: Iterable[Record | None], name: str) -> bool:
+    """Return whether the values of an attribute differ, skipping records without it."""
     return len({getattr(record, name, None) for record in records} - {None}) > 1
 
 
-def _show_several(widget: QWidget) -> None:
-    """That the selected features have different values."""
-    several = tr("(several)")
+def _show_mixed_value(widget: QWidget) -> None:
+    """Show in a widget that the selected features have different values."""
+    text = tr("(several)")
     if isinstance(widget, QCheckBox):
         widget.setTristate(True)
         widget.setCheckState(Qt.CheckState.PartiallyChecked)
     elif isinstance(widget, ComboBox):
-        widget.show_text(several)
+        widget.show_text(text)
     elif isinstance(widget, QLineEdit):
-        widget.setPlaceholderText(several)
-        # Not by clear(), after which the field counts as typed in by the user.
+        widget.setPlaceholderText(text)
+        # After clear() the field would count as modified by the user.
         widget.setText("")
 
 
-def _show(widget: QWidget, value: Any) -> None:
-    """The value of an attribute in its widget."""
+def _show_value(widget: QWidget, value: Any) -> None:
+    """Show the value of an attribute in its widget."""
     if isinstance(widget, TypeBox):
         widget.choose(value)
     elif isinstance(widget, PlaneBox):

@@ -1,4 +1,4 @@
-"""The rows of the orientation table in their order, without those that fail the filter."""
+"""Sorted and filtered rows of the orientation table."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 
 from vomstudio.ui.panels.features.feature_filter import Test
-from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, flags_of
+from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, column_flags
 
 _Index = QModelIndex | QPersistentModelIndex
-# When more rows than this come or go, the view begins anew.
-_ONE_BY_ONE = 200
+# The view is reset if more rows are added or removed.
+MAX_SINGLE_UPDATES = 200
 
 
 class SortedRows(QAbstractTableModel):
-    """Sorts and filters in Python, each row looked at once: Qt's own proxy asks for two values at
-    every comparison, which takes a second for thousands of rows.
+    """Sort and filter the rows of a source table.
 
-    A place is that of a row in the unsorted table.
+    Each row is evaluated once. Qt's proxy reads two values per comparison, which takes a second
+    with thousands of rows. A source row is the number of a row in the unsorted table.
     """
 
     def __init__(self, source: OrientationModel) -> None:
@@ -29,141 +29,159 @@ class SortedRows(QAbstractTableModel):
         self._column, self._order = -1, Qt.SortOrder.AscendingOrder
         self._keys: list[Any] = []
         self._passes: list[bool] = []
-        self._shown: list[int] = []
-        self._rows: dict[int, int] = {}
+        self._shown_rows: list[int] = []
+        self._positions: dict[int, int] = {}
         source.modelAboutToBeReset.connect(self.beginResetModel)
-        source.modelReset.connect(self._reset)
-        source.rowsInserted.connect(self._inserted)
-        source.rowsAboutToBeRemoved.connect(self._removing)
-        source.rowsRemoved.connect(self._removed)
-        source.dataChanged.connect(self._changed)
+        source.modelReset.connect(self._reset_rows)
+        source.rowsInserted.connect(self._insert_rows)
+        source.rowsAboutToBeRemoved.connect(self._hide_rows)
+        source.rowsRemoved.connect(self._delete_rows)
+        source.dataChanged.connect(self._update_rows)
 
     def set_test(self, test: Test | None) -> None:
-        """Show the rows that pass the test; all rows where it is None."""
+        """Show the rows that pass the test, all rows without a test."""
         self.test = test
-        self._passes = [self._passed(place) for place in range(self._source.rowCount())]
-        self._become(self._arranged())
+        self._passes = [
+            self._passes_test(source_row) for source_row in range(self._source.rowCount())
+        ]
+        self._update_shown_rows(self._sort_rows())
 
     def mapToSource(self, index: _Index) -> QModelIndex:  # noqa: N802 - as Qt's proxies have it
-        """The index in the unsorted table."""
+        """Return the index in the unsorted table."""
         if not index.isValid():
             return QModelIndex()
-        return self._source.index(self._shown[index.row()], index.column())
+        return self._source.index(self._shown_rows[index.row()], index.column())
 
     def mapFromSource(self, index: _Index) -> QModelIndex:  # noqa: N802 - as Qt's proxies have it
-        """The index of what has this one in the unsorted table; none where it is not shown."""
-        row = self._rows.get(index.row()) if index.isValid() else None
+        """Return the index of a source index, an invalid index if it is not shown."""
+        row = self._positions.get(index.row()) if index.isValid() else None
         return QModelIndex() if row is None else self.index(row, index.column())
 
-    def row_of(self, place: int | None) -> int | None:
-        """Where a row of the unsorted table is shown; None where it is not."""
-        return None if place is None else self._rows.get(place)
+    def find_row(self, source_row: int | None) -> int | None:
+        """Return the position of a source row, None if it is not shown."""
+        return None if source_row is None else self._positions.get(source_row)
 
     # --- order -------------------------------------------------------------------------------
-    def _key(self, place: int) -> Any:
-        return None if self._column < 0 else COLUMNS[self._column].value(self._source.row(place))
+    def _key(self, source_row: int) -> Any:
+        return (
+            None if self._column < 0 else COLUMNS[self._column].value(self._source.row(source_row))
+        )
 
-    def _passed(self, place: int) -> bool:
-        return self.test is None or self.test(self._source.row(place))
+    def _passes_test(self, source_row: int) -> bool:
+        return self.test is None or self.test(self._source.row(source_row))
 
-    def _arranged(self) -> list[int]:
-        """The places in their order. What is undefined stands last either way round."""
-        shown = [place for place, passes in enumerate(self._passes) if passes]
+    def _sort_rows(self) -> list[int]:
+        """Return the passing source rows in order; undefined values come last in both orders."""
+        passing = [source_row for source_row, passes in enumerate(self._passes) if passes]
         if self._column < 0:
-            return shown
+            return passing
         keys = self._keys
-        known = [place for place in shown if keys[place] is not None]
-        known.sort(key=keys.__getitem__, reverse=self._order == Qt.SortOrder.DescendingOrder)
-        if len(known) == len(shown):
-            return known
-        return known + [place for place in shown if keys[place] is None]
+        defined = [source_row for source_row in passing if keys[source_row] is not None]
+        defined.sort(key=keys.__getitem__, reverse=self._order == Qt.SortOrder.DescendingOrder)
+        if len(defined) == len(passing):
+            return defined
+        return defined + [source_row for source_row in passing if keys[source_row] is None]
 
-    def _take(self, shown: list[int]) -> None:
-        self._shown = shown
-        self._rows = dict(zip(shown, count(), strict=False))
+    def _set_shown_rows(self, source_rows: list[int]) -> None:
+        self._shown_rows = source_rows
+        self._positions = dict(zip(source_rows, count(), strict=False))
 
-    def _become(self, wanted: list[int]) -> None:
-        """Show these places in this order, and tell the views as little as is true."""
-        if wanted == self._shown:
+    def _update_shown_rows(self, target: list[int]) -> None:
+        """Show these source rows in order, with the smallest change for the views."""
+        if target == self._shown_rows:
             return
-        after = set(wanted)
-        gone = [row for row, place in enumerate(self._shown) if place not in after]
-        new = [row for row, place in enumerate(wanted) if place not in self._rows]
-        if max(len(gone), len(new)) > _ONE_BY_ONE:
+        target_set = set(target)
+        removed_rows = [
+            row for row, source_row in enumerate(self._shown_rows) if source_row not in target_set
+        ]
+        new_rows = [
+            row for row, source_row in enumerate(target) if source_row not in self._positions
+        ]
+        if max(len(removed_rows), len(new_rows)) > MAX_SINGLE_UPDATES:
             self.beginResetModel()
-            self._take(wanted)
+            self._set_shown_rows(target)
             self.endResetModel()
             return
-        for row in reversed(gone):
+        for row in reversed(removed_rows):
             self.beginRemoveRows(QModelIndex(), row, row)
-            self._take(self._shown[:row] + self._shown[row + 1 :])
+            self._set_shown_rows(self._shown_rows[:row] + self._shown_rows[row + 1 :])
             self.endRemoveRows()
-        stay = [place for place in wanted if place in self._rows]
-        if stay != self._shown:
-            self._reorder(stay)
-        for row in new:
+        remaining = [source_row for source_row in target if source_row in self._positions]
+        if remaining != self._shown_rows:
+            self._reorder_rows(remaining)
+        for row in new_rows:
             self.beginInsertRows(QModelIndex(), row, row)
-            self._take([*self._shown[:row], wanted[row], *self._shown[row:]])
+            self._set_shown_rows([*self._shown_rows[:row], target[row], *self._shown_rows[row:]])
             self.endInsertRows()
 
-    def _reorder(self, wanted: list[int]) -> None:
+    def _reorder_rows(self, target: list[int]) -> None:
         self.layoutAboutToBeChanged.emit()
-        before = self._shown
-        old = self.persistentIndexList()
-        self._take(wanted)
-        new = [self.index(self._rows[before[i.row()]], i.column()) for i in old]
-        self.changePersistentIndexList(old, new)
+        previous = self._shown_rows
+        old_indexes = self.persistentIndexList()
+        self._set_shown_rows(target)
+        new_indexes = [
+            self.index(self._positions[previous[i.row()]], i.column()) for i in old_indexes
+        ]
+        self.changePersistentIndexList(old_indexes, new_indexes)
         self.layoutChanged.emit()
 
-    # --- the unsorted table has changed ------------------------------------------------------
-    def _reset(self) -> None:
-        places = range(self._source.rowCount())
-        self._keys = [self._key(place) for place in places]
-        self._passes = [self._passed(place) for place in places]
-        self._take(self._arranged())
+    # --- changes of the source table ---------------------------------------------------------
+    def _reset_rows(self) -> None:
+        source_rows = range(self._source.rowCount())
+        self._keys = [self._key(source_row) for source_row in source_rows]
+        self._passes = [self._passes_test(source_row) for source_row in source_rows]
+        self._set_shown_rows(self._sort_rows())
         self.endResetModel()
 
-    def _inserted(self, _: QModelIndex, first: int, last: int) -> None:
-        new = last - first + 1
-        self._take([p + new if p >= first else p for p in self._shown])
-        self._keys[first:first] = [self._key(place) for place in range(first, last + 1)]
-        self._passes[first:first] = [self._passed(place) for place in range(first, last + 1)]
-        self._become(self._arranged())
+    def _insert_rows(self, _: QModelIndex, first: int, last: int) -> None:
+        row_count = last - first + 1
+        self._set_shown_rows([row + row_count if row >= first else row for row in self._shown_rows])
+        self._keys[first:first] = [self._key(source_row) for source_row in range(first, last + 1)]
+        self._passes[first:first] = [
+            self._passes_test(source_row) for source_row in range(first, last + 1)
+        ]
+        self._update_shown_rows(self._sort_rows())
 
-    def _removing(self, _: QModelIndex, first: int, last: int) -> None:
+    def _hide_rows(self, _: QModelIndex, first: int, last: int) -> None:
         self._passes[first : last + 1] = [False] * (last - first + 1)
-        # The others stay in their order.
-        self._become([place for place in self._shown if not first <= place <= last])
+        # The remaining rows keep their order.
+        self._update_shown_rows(
+            [source_row for source_row in self._shown_rows if not first <= source_row <= last]
+        )
 
-    def _removed(self, _: QModelIndex, first: int, last: int) -> None:
+    def _delete_rows(self, _: QModelIndex, first: int, last: int) -> None:
         del self._keys[first : last + 1], self._passes[first : last + 1]
-        gone = last - first + 1
-        self._take([p - gone if p > last else p for p in self._shown])
+        row_count = last - first + 1
+        self._set_shown_rows([row - row_count if row > last else row for row in self._shown_rows])
 
-    def _changed(self, first: QModelIndex, last: QModelIndex) -> None:
-        places = range(first.row(), last.row() + 1)
+    def _update_rows(self, first: QModelIndex, last: QModelIndex) -> None:
+        source_rows = range(first.row(), last.row() + 1)
         start, end = first.row(), last.row() + 1
         before = self._keys[start:end], self._passes[start:end]
-        self._keys[start:end] = [self._key(place) for place in places]
-        self._passes[start:end] = [self._passed(place) for place in places]
+        self._keys[start:end] = [self._key(source_row) for source_row in source_rows]
+        self._passes[start:end] = [self._passes_test(source_row) for source_row in source_rows]
         if before != (self._keys[start:end], self._passes[start:end]):
-            self._become(self._arranged())
-        rows = [row for place in places if (row := self._rows.get(place)) is not None]
+            self._update_shown_rows(self._sort_rows())
+        rows = [
+            row
+            for source_row in source_rows
+            if (row := self._positions.get(source_row)) is not None
+        ]
         if rows:
-            # Views paint what of it is in sight.
+            # Views repaint only visible rows.
             self.dataChanged.emit(
                 self.index(min(rows), first.column()), self.index(max(rows), last.column())
             )
 
-    # --- Qt's names --------------------------------------------------------------------------
+    # --- Qt interface ------------------------------------------------------------------------
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """Put the rows in the order of a column's values."""
+        """Sort the rows by the values of a column."""
         self._column, self._order = column, order
-        self._keys = [self._key(place) for place in range(self._source.rowCount())]
-        self._become(self._arranged())
+        self._keys = [self._key(source_row) for source_row in range(self._source.rowCount())]
+        self._update_shown_rows(self._sort_rows())
 
     def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
-        return 0 if parent.isValid() else len(self._shown)
+        return 0 if parent.isValid() else len(self._shown_rows)
 
     def columnCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
         return 0 if parent.isValid() else len(COLUMNS)
@@ -174,10 +192,10 @@ class SortedRows(QAbstractTableModel):
         return self._source.headerData(section, orientation, role)
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        return self._source.cell(self._shown[index.row()], index.column(), role)
+        return self._source.cell(self._shown_rows[index.row()], index.column(), role)
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
-        return flags_of(index)
+        return column_flags(index)
 
     def setData(  # noqa: N802
         self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole

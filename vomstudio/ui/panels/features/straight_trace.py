@@ -1,4 +1,4 @@
-"""What a selected straight trace determines, and what two that cross do, in words."""
+"""Describe the plane band of a straight trace and the plane of two crossing traces."""
 
 from __future__ import annotations
 
@@ -12,57 +12,64 @@ from vomstudio.project.straight_traces import band_of_measured, priors_among
 from vomstudio.ui.base.studio import Studio
 
 
-def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[str]:
-    """Sentences on the band of planes of a straight trace; none of anything else."""
-    band = band_of_measured(measured)
+def describe_trace_band(studio: Studio, feature_id: str, measurement: Measurement) -> list[str]:
+    """Describe the band of planes of a straight trace; empty for other features."""
+    band = band_of_measured(measurement)
     if band is None:
         return []
     from vomstudio.geology.band_figures import band_lines, describe_band
 
     features = studio.session.features()
     priors = priors_among(
-        features, studio.measured(f.id for f in features), lambda f: _name(studio, f), feature_id
+        features,
+        studio.measured(f.id for f in features),
+        lambda f: _format_set_name(studio, f),
+        feature_id,
     )
-    found = describe_band(band, priors)
-    likely = found.likely
-    plane = None
+    description = describe_band(band, priors)
+    likely = description.likely
+    plane_text = None
     if likely is not None:
-        own = Plane(likely.dip_direction_deg, likely.dip_deg)
-        plane = format_attitude(own, likely.max_confidence95_deg, studio.settings.notation)
-    return band_lines(found, format_line(Line(found.trend_deg, found.plunge_deg)), plane)
+        likely_plane = Plane(likely.dip_direction_deg, likely.dip_deg)
+        plane_text = format_attitude(
+            likely_plane, likely.max_confidence95_deg, studio.settings.notation
+        )
+    return band_lines(
+        description, format_line(Line(description.trend_deg, description.plunge_deg)), plane_text
+    )
 
 
-def crossing_lines(studio: Studio) -> list[str]:
-    """Of two selected straight traces: the plane that contains both."""
+def describe_crossing(studio: Studio) -> list[str]:
+    """Describe the plane that contains two selected straight traces."""
     ids = studio.selection.ids
-    measured = studio.measured(ids)
-    bands = [band_of_measured(measured[id_]) for id_ in ids if id_ in measured]
+    measurements = studio.measured(ids)
+    bands = [band_of_measured(measurements[id_]) for id_ in ids if id_ in measurements]
     if len(ids) != 2 or len(bands) != 2 or bands[0] is None or bands[1] is None:
         return []
     from vomstudio.geology.plane_bands import crossing_plane
 
     try:
-        found = crossing_plane(bands[0], bands[1])
+        crossing = crossing_plane(bands[0], bands[1])
     except GeometryError as error:
         return [str(error)]
     return [
         tr(
             "Both are straight and cross at {angle:.0f}°. If they are of one plane, it is {plane}, "
             "joint 95 %, {smallest:.1f}° at least.",
-            angle=found.crossing_deg,
+            angle=crossing.crossing_deg,
             plane=format_attitude(
-                Plane(found.dip_direction_deg, found.dip_deg),
-                found.max_confidence95_deg,
+                Plane(crossing.dip_direction_deg, crossing.dip_deg),
+                crossing.max_confidence95_deg,
                 studio.settings.notation,
             ),
-            smallest=found.min_confidence95_deg,
+            smallest=crossing.min_confidence95_deg,
         )
     ]
 
 
-def _name(studio: Studio, feature: object) -> str:
-    """Of the type and set of a feature, as on the net."""
-    kind = get(studio.records, getattr(feature, "type_id", ""), FeatureType)
-    name = "" if kind is None else kind.name
-    own = getattr(feature, "set_name", "")
-    return f"{name}: {own}" if own else name
+def _format_set_name(studio: Studio, feature: object) -> str:
+    """Format the type and set of a feature as the stereonet does."""
+    feature_type = get(studio.records, getattr(feature, "type_id", ""), FeatureType)
+    name = "" if feature_type is None else feature_type.name
+    set_name = getattr(feature, "set_name", "")
+    return f"{name}: {set_name}" if set_name else name

@@ -12,4 +12,4 @@ SYMBOL_NAMES = {
     "pentagon": to_translate("Pentagon"),
     "star": to_translate("Star"),
 }
-"""By the symbol's code, one of `theme.SYMBOLS`; noted for translation."""
+"""Names by symbol code, one of `theme.SYMBOLS`; marked for translation."""

@@ -1,4 +1,4 @@
-"""Qt model of the orientation table: figures of the catalogue in the window's order."""
+"""Qt model of the orientation table, with figures of the catalogue as columns."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from PySide6.QtCore import (
 )
 
 from vomstudio.core.words import to_translate, tr
-from vomstudio.project import catalogue as of
-from vomstudio.project import edits, slip_figures
+from vomstudio.project import catalogue, edits, slip_figures
 from vomstudio.project.figures import Figure
 from vomstudio.project.kinds import KINDS, kind_of
 from vomstudio.project.kinds.lithology import LITHOLOGY
@@ -27,198 +26,218 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import as_words
 from vomstudio.ui.base.number_formatting import natural, orientation_text
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.feature_row import Row, row_of
+from vomstudio.ui.panels.features.feature_row import Row, create_row
 
 _Index = QModelIndex | QPersistentModelIndex
-# More rows than this are sorted in anew together, not one by one.
-_AT_ONCE = 200
+# The table is reset if more rows change.
+MAX_SINGLE_UPDATES = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
 @dataclass(frozen=True)
 class Column:
-    """title, tip: noted for translation, title also names it in the settings; text: what is shown;
-    value: what is sorted by; field: the attribute that can be edited; figure: the one of the
-    catalogue that it shows, None where it is made of several."""
+    """Column of the orientation table.
+
+    Attributes
+    ----------
+    title, tip : str
+        Marked for translation; the title is also the name in the settings.
+    text : callable
+        Return the displayed text of a row.
+    value : callable
+        Return the sort key of a row.
+    field : str or None
+        Attribute that the column edits.
+    figure : Figure or None
+        Figure of the catalogue, None if the column combines several.
+    """
 
     title: str
     tip: str
     text: Callable[[Row], str]
     value: Callable[[Row], Any]
     field: str | None = None
-    left: bool = False
+    is_left_aligned: bool = False
     figure: Figure | None = None
 
 
-def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
-    """A figure as a column; `value` where it is sorted by something else."""
-    words = figure.form in ("text", "flag")
-    typed = figure.attribute if figure.form == "text" else ""
+def _create_column(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
+    """Create the column of a figure; `value` replaces the sort key."""
+    is_text = figure.form in ("text", "flag")
+    field = figure.attribute if figure.form == "text" else ""
     return Column(
-        figure.title,
-        figure.explanation,
-        lambda row: row.text(figure),
-        value or (lambda row: row.text(figure) if words else row.value(figure)),
-        typed or None,
-        words,
-        figure,
+        title=figure.title,
+        tip=figure.explanation,
+        text=lambda row: row.text(figure),
+        value=value or (lambda row: row.text(figure) if is_text else row.value(figure)),
+        field=field or None,
+        is_left_aligned=is_text,
+        figure=figure,
     )
 
 
 ORIENTATION = Column(
     to_translate("Orientation"),
     to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
-    lambda row: orientation_text(row.measured, row.notation) if row.oriented else "",
+    lambda row: orientation_text(row.measured, row.notation) if row.has_orientation else "",
     lambda row: row.azimuth,
 )
-QUALITY = _of(of.QUALITY, lambda row: _QUALITY_ORDER[row.quality])
-OVERTURNED = _of(of.OVERTURNED, lambda row: None if row.overturned is None else not row.overturned)
-TYPE = _of(of.KIND)
-TO_PICK = _of(of.TO_PICK)
+QUALITY = _create_column(catalogue.QUALITY, lambda row: _QUALITY_ORDER[row.quality])
+OVERTURNED = _create_column(
+    catalogue.OVERTURNED, lambda row: None if row.overturned is None else not row.overturned
+)
+TYPE = _create_column(catalogue.KIND)
+TO_PICK = _create_column(catalogue.TO_PICK)
 COLUMNS: tuple[Column, ...] = (
-    _of(of.NAME, lambda row: natural(row.feature.name)),
+    _create_column(catalogue.NAME, lambda row: natural(row.feature.name)),
     TYPE,
-    _of(of.SET),
+    _create_column(catalogue.SET),
     ORIENTATION,
     QUALITY,
     OVERTURNED,
-    _of(of.TOTAL),
-    _of(of.MAX_CONFIDENCE),
-    _of(of.MIN_CONFIDENCE),
-    _of(of.DIP_ERROR),
-    _of(of.DIP_DIRECTION_ERROR),
-    _of(of.M),
-    _of(of.K),
-    _of(of.COPLANARITY),
-    _of(of.COLLINEARITY),
-    _of(of.N_POINTS),
-    _of(of.EXTENT),
-    _of(LENGTH),
-    _of(of.AREA),
-    _of(LITHOLOGY),
-    _of(NUMBER),
-    _of(PHOTO),
-    _of(slip_figures.RAKE),
-    _of(slip_figures.SLIP_RAKE),
-    _of(slip_figures.SLIP_SENSE),
-    _of(slip_figures.ON_PLANE),
+    _create_column(catalogue.TOTAL),
+    _create_column(catalogue.MAX_CONFIDENCE),
+    _create_column(catalogue.MIN_CONFIDENCE),
+    _create_column(catalogue.DIP_ERROR),
+    _create_column(catalogue.DIP_DIRECTION_ERROR),
+    _create_column(catalogue.M),
+    _create_column(catalogue.K),
+    _create_column(catalogue.COPLANARITY),
+    _create_column(catalogue.COLLINEARITY),
+    _create_column(catalogue.N_POINTS),
+    _create_column(catalogue.EXTENT),
+    _create_column(LENGTH),
+    _create_column(catalogue.AREA),
+    _create_column(LITHOLOGY),
+    _create_column(NUMBER),
+    _create_column(PHOTO),
+    _create_column(slip_figures.RAKE),
+    _create_column(slip_figures.SLIP_RAKE),
+    _create_column(slip_figures.SLIP_SENSE),
+    _create_column(slip_figures.ON_PLANE),
     TO_PICK,
-    _of(of.EXTENT_OVER_RESOLUTION),
-    _of(of.RMS),
-    _of(of.ATTITUDE_SCALE),
-    _of(of.BEND),
-    _of(of.REASONS),
-    _of(of.PROFILE),
-    _of(of.NOTES),
+    _create_column(catalogue.EXTENT_OVER_RESOLUTION),
+    _create_column(catalogue.RMS),
+    _create_column(catalogue.ATTITUDE_SCALE),
+    _create_column(catalogue.BEND),
+    _create_column(catalogue.REASONS),
+    _create_column(catalogue.PROFILE),
+    _create_column(catalogue.NOTES),
 )
-_TO_PICK = COLUMNS.index(TO_PICK)
+_TO_PICK_COLUMN = COLUMNS.index(TO_PICK)
 
 
-_READ = tuple(kind.record for kind in KINDS if kind.orientations and kind.evidence == "read")
-_LOOKED_AT = (
+_READING_RECORDS = tuple(
+    kind.record for kind in KINDS if kind.orientations and kind.evidence == "read"
+)
+_DEFAULT_FLAGS = (
     Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemNeverHasChildren
 )
 _FLAGS = [
-    _LOOKED_AT
+    _DEFAULT_FLAGS
     | (Qt.ItemFlag.ItemIsEditable if column.field else Qt.ItemFlag.NoItemFlags)
     | (Qt.ItemFlag.ItemIsUserCheckable if column is OVERTURNED else Qt.ItemFlag.NoItemFlags)
     for column in COLUMNS
 ]
 
 
-def flags_of(index: _Index) -> Qt.ItemFlag:
-    """What can be done with a cell: all of a column are alike, and Qt asks for each of them when
-    thousands of rows are selected."""
+def column_flags(index: _Index) -> Qt.ItemFlag:
+    """Return the flags of a cell, computed once per column.
+
+    Qt reads the flags of every cell when thousands of rows are selected.
+    """
     return _FLAGS[index.column()] if index.isValid() else Qt.ItemFlag.NoItemFlags
 
 
-def _listed(feature: Feature) -> bool:
-    """The table is one of planes and lines, and of what is interpreted without either."""
+def _is_listed(feature: Feature) -> bool:
+    """Return whether the table lists a feature: planes, lines and some other kinds."""
     kind = kind_of(feature)
     return bool(kind.orientations) or kind.listed
 
 
 class OrientationModel(QAbstractTableModel):
-    """A row for each feature that is interpreted, a column for each of COLUMNS."""
+    """Table with a row per listed feature and the columns of COLUMNS."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
         self._rows: list[Row] = []
-        self._places: dict[str, int] = {}
+        self._source_rows: dict[str, int] = {}
 
     def clear(self) -> None:
-        """No rows."""
+        """Remove all rows."""
         self.beginResetModel()
-        self._rows, self._places = [], {}
+        self._rows, self._source_rows = [], {}
         self.endResetModel()
 
-    def read(self) -> list[Row]:
-        """The rows of all features, which are not shown by this."""
-        features = [f for f in self._studio.session.features() if _listed(f)]
-        measured = self._studio.measured(feature.id for feature in features)
-        return [row_of(self._studio, feature, measured[feature.id]) for feature in features]
+    def read_rows(self) -> list[Row]:
+        """Create the rows of all features without showing them."""
+        features = [f for f in self._studio.session.features() if _is_listed(f)]
+        measurements = self._studio.measured(feature.id for feature in features)
+        return [create_row(self._studio, feature, measurements[feature.id]) for feature in features]
 
     def reset(self, rows: list[Row] | None = None) -> None:
-        """Show the rows that have been read; all, read anew, unless they are given."""
+        """Show the given rows, or the rows of all features."""
         self.beginResetModel()
-        self._rows = self.read() if rows is None else rows
-        self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
+        self._rows = self.read_rows() if rows is None else rows
+        self._source_rows = {row.feature.id: i for i, row in enumerate(self._rows)}
         self.endResetModel()
 
     def update(self, ids: list[str]) -> None:
-        """Features were added, changed or deleted."""
-        if len(ids) > _AT_ONCE:
+        """Update the rows of added, changed or deleted features."""
+        if len(ids) > MAX_SINGLE_UPDATES:
             self.reset()
             return
-        self._remove([i for i in ids if self._studio.records.get(i) is None])
-        measured = self._studio.measured(ids)
+        self._remove_rows([i for i in ids if self._studio.records.get(i) is None])
+        measurements = self._studio.measured(ids)
         for id_ in ids:
             feature = get_feature(self._studio.records, id_)
-            if feature is None or not _listed(feature):
+            if feature is None or not _is_listed(feature):
                 continue
-            row = row_of(self._studio, feature, measured[id_])
-            place = self._places.get(id_)
-            if place is None:
-                place = len(self._rows)
-                self.beginInsertRows(QModelIndex(), place, place)
+            row = create_row(self._studio, feature, measurements[id_])
+            source_row = self._source_rows.get(id_)
+            if source_row is None:
+                source_row = len(self._rows)
+                self.beginInsertRows(QModelIndex(), source_row, source_row)
                 self._rows.append(row)
-                self._places[id_] = place
+                self._source_rows[id_] = source_row
                 self.endInsertRows()
             else:
-                self._rows[place] = row
-                self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
+                self._rows[source_row] = row
+                self.dataChanged.emit(
+                    self.index(source_row, 0), self.index(source_row, len(COLUMNS) - 1)
+                )
 
-    def _remove(self, ids: list[str]) -> None:
+    def _remove_rows(self, ids: list[str]) -> None:
         for id_ in ids:
-            place = self._places.get(id_)
-            if place is not None:
-                self.beginRemoveRows(QModelIndex(), place, place)
-                del self._rows[place], self._places[id_]
-                after = (row.feature.id for row in self._rows[place:])
-                self._places.update(zip(after, count(place), strict=False))
+            source_row = self._source_rows.get(id_)
+            if source_row is not None:
+                self.beginRemoveRows(QModelIndex(), source_row, source_row)
+                del self._rows[source_row], self._source_rows[id_]
+                after = (row.feature.id for row in self._rows[source_row:])
+                self._source_rows.update(zip(after, count(source_row), strict=False))
                 self.endRemoveRows()
 
-    def row(self, place: int) -> Row:
-        """The row at a place, unsorted."""
-        return self._rows[place]
+    def row(self, source_row: int) -> Row:
+        """Return a source row."""
+        return self._rows[source_row]
 
     def update_comparisons(self) -> None:
-        """Other rows have changed, with which readings are compared."""
-        if self._rows and any(self._studio.session.of(record) for record in _READ):
+        """Update the comparisons of readings after changes of other rows."""
+        if self._rows and any(self._studio.session.of(record) for record in _READING_RECORDS):
             self.dataChanged.emit(
-                self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
+                self.index(0, _TO_PICK_COLUMN), self.index(len(self._rows) - 1, _TO_PICK_COLUMN)
             )
 
-    def id_at(self, row: int) -> str:
-        """Id of the feature at a place, unsorted."""
-        return str(self._rows[row].feature.id)
+    def id_at(self, source_row: int) -> str:
+        """Return the feature id of a source row."""
+        return str(self._rows[source_row].feature.id)
 
-    def place(self, id_: str) -> int | None:
-        """Place of a feature, unsorted; None where it is not listed."""
-        return self._places.get(id_)
+    def find_source_row(self, id_: str) -> int | None:
+        """Return the source row of a feature, None if it is not listed."""
+        return self._source_rows.get(id_)
 
-    # --- Qt's names ---------------------------------------------------------------------------
+    # --- Qt interface ------------------------------------------------------------------------
     def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
         return 0 if parent.isValid() else len(self._rows)
 
@@ -238,14 +257,14 @@ class OrientationModel(QAbstractTableModel):
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         return self.cell(index.row(), index.column(), role)
 
-    def cell(self, place: int, number: int, role: int) -> Any:
-        """What stands in a column of the row at a place, unsorted, for one of Qt's roles."""
-        row, column = self._rows[place], COLUMNS[number]
+    def cell(self, source_row: int, column_number: int, role: int) -> Any:
+        """Return the data of a cell of a source row for a Qt role."""
+        row, column = self._rows[source_row], COLUMNS[column_number]
         if column is OVERTURNED:
             if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
                 return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
             if role == Qt.ItemDataRole.DisplayRole:
-                # The box says it.
+                # The check box shows the value.
                 return None
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return column.text(row)
@@ -254,7 +273,7 @@ class OrientationModel(QAbstractTableModel):
                 return theme.verdict_icon(row.quality)
             if column is TYPE and row.type is not None:
                 return theme.type_icon(row.type.color, row.type.symbol)
-        if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
+        if role == Qt.ItemDataRole.TextAlignmentRole and not column.is_left_aligned:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
             if column is QUALITY and (verdict := row.measured.verdict):
@@ -263,7 +282,7 @@ class OrientationModel(QAbstractTableModel):
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
-        return flags_of(index)
+        return column_flags(index)
 
     def setData(  # noqa: N802
         self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
@@ -271,11 +290,13 @@ class OrientationModel(QAbstractTableModel):
         field = COLUMNS[index.column()].field
         row = self._rows[index.row()]
         if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
-            # Qt hands over a plain number.
-            on = Qt.CheckState(value) == Qt.CheckState.Checked
-            return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
-        own = [attribute.field for attribute in kind_of(row.feature).attributes]
-        if field is None or field not in own or value == getattr(row.feature, field):
+            # Qt passes an int.
+            is_overturned = Qt.CheckState(value) == Qt.CheckState.Checked
+            return self._studio.attempt(
+                edits.set_attributes, [row.feature.id], overturned=is_overturned
+            )
+        fields = [attribute.field for attribute in kind_of(row.feature).attributes]
+        if field is None or field not in fields or value == getattr(row.feature, field):
             return False
         return self._studio.attempt(
             edits.set_attributes, [row.feature.id], **{field: value.strip()}

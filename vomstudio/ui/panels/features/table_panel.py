@@ -1,4 +1,4 @@
-"""The orientation table: all planes and lines with errors and verdict, sorted and filtered."""
+"""Orientation table of planes and lines with errors and verdicts, sorted and filtered."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.help_links import Explained, explain
 from vomstudio.ui.base.qt_owner import Portions
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.copied_rows import as_text
+from vomstudio.ui.panels.features.copied_rows import format_rows
 from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.features.sorted_rows import SortedRows
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel
 
-# Column widths are taken from so many rows: all of a thousand would hold the window up.
-_MEASURED_ROWS, _NEW_ROWS = 50, 15
-# More features than this are listed and measured for the columns' widths one after the other.
-_AT_ONCE = 200
+# Column widths are measured on a sample of rows: a thousand would block the window.
+WIDTH_SAMPLE_ROWS, MAX_WIDENING_ROWS = 50, 15
+# More features are listed in steps between events.
+MAX_IMMEDIATE_FEATURES = 200
 
 
 class TablePanel(QWidget):
-    """Filter line, count and export button above the table; its selection is the studio's."""
+    """Show the table below filter, count and export button, and share the selection."""
 
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
         self._studio = studio
-        self._showing = False
+        self._is_updating = False
         self._portions = Portions(self)
-        self._seen_settings: tuple[str, list[str]] = ("", [])
+        self._applied_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
         self.view = QTableView()
-        # Letters are the outcrop's: it is read more than it is filled in.
+        # Typing a letter must not start editing: letters are keys of the outcrop view.
         self.view.setEditTriggers(
             QAbstractItemView.EditTrigger.DoubleClicked
             | QAbstractItemView.EditTrigger.EditKeyPressed
@@ -68,34 +68,34 @@ class TablePanel(QWidget):
         self.view.verticalHeader().hide()
         self.view.verticalHeader().setDefaultSectionSize(24)
         self.view.horizontalHeader().setHighlightSections(False)
-        self.view.horizontalHeader().setResizeContentsPrecision(_MEASURED_ROWS)
+        self.view.horizontalHeader().setResizeContentsPrecision(WIDTH_SAMPLE_ROWS)
         self.view.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        self.view.selectionModel().selectionChanged.connect(self._selected)
+        self.view.selectionModel().selectionChanged.connect(self._apply_selection)
         header = self.view.horizontalHeader()
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(
             lambda at: self.column_menu().exec(header.mapToGlobal(at))
         )
-        explain(header, lambda at: self._explained(header.logicalIndexAt(at)))
-        explain(self.view, lambda _: self._explained(self.view.currentIndex().column()))
+        explain(header, lambda at: self._find_explanation(header.logicalIndexAt(at)))
+        explain(self.view, lambda _: self._find_explanation(self.view.currentIndex().column()))
         port = self.view.viewport()
-        explain(port, lambda at: self._explained(self.view.columnAt(at.x())))
+        explain(port, lambda at: self._find_explanation(self.view.columnAt(at.x())))
         copy = QShortcut(QKeySequence.StandardKey.Copy, self.view)
         copy.setContext(Qt.ShortcutContext.WidgetShortcut)
         copy.activated.connect(self.copy_rows)
         self._filter = FilterLine(tr("Filter: words, or dip>30 quality:good"))
         self._filter.setMaximumWidth(360)
-        self._filter.changed.connect(self._filtered)
+        self._filter.changed.connect(self._apply_filter)
         self._count = Label()
         button = QToolButton()
         button.setDefaultAction(export)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._empty = Label(
+        self._empty_label = Label(
             tr("No planes yet. Choose Trace (T) and click along a bed on the outcrop.")
         )
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setWordWrap(True)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty_label.setWordWrap(True)
+        self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         top = QHBoxLayout()
         top.setContentsMargins(4, 2, 4, 0)
         top.addWidget(self._filter, 2)
@@ -107,118 +107,131 @@ class TablePanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
         layout.addLayout(top)
-        layout.addWidget(self._empty, 1)
+        layout.addWidget(self._empty_label, 1)
         layout.addWidget(self.view, 1)
-        self._sorted.rowsInserted.connect(self._counted)
-        self._sorted.rowsRemoved.connect(self._counted)
-        self._sorted.modelReset.connect(self._counted)
+        self._sorted.rowsInserted.connect(self._show_count)
+        self._sorted.rowsRemoved.connect(self._show_count)
+        self._sorted.modelReset.connect(self._show_count)
         studio.project_opened.connect(self.rebuild)
-        studio.settings_changed.connect(self._settings_changed)
-        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(self._apply_settings)
+        studio.edited.connect(self._apply_edit)
         studio.selection_changed.connect(self._show_selection)
-        studio.filters.append((self, self._filtered_out))
+        studio.filters.append((self, self._find_hidden))
 
-    def _filtered_out(self, ids: Iterable[str]) -> set[str]:
-        """Those of these features that the filter hides."""
+    def _find_hidden(self, ids: Iterable[str]) -> set[str]:
+        """Return the features among `ids` that the filter hides."""
         if self._filter.test is None:
             return set()
-        return {id_ for id_ in ids if self._sorted.row_of(self.model.place(id_)) is None}
+        return {
+            id_ for id_ in ids if self._sorted.find_row(self.model.find_source_row(id_)) is None
+        }
 
-    def _explained(self, column: int) -> Explained | None:
+    def _find_explanation(self, column: int) -> Explained | None:
         if not 0 <= column < len(COLUMNS):
             return None
         return COLUMNS[column].figure or "numbers.md#orientation"
 
-    def _settings_changed(self) -> None:
+    def _apply_settings(self) -> None:
         settings = self._studio.settings
-        if self._seen_settings != (settings.notation, settings.hidden_columns):
+        if self._applied_settings != (settings.notation, settings.hidden_columns):
             self.rebuild()
 
     def rebuild(self) -> None:
-        """Read rows and columns anew."""
+        """Rebuild rows and columns."""
         settings = self._studio.settings
-        self._seen_settings = (settings.notation, settings.hidden_columns)
+        self._applied_settings = (settings.notation, settings.hidden_columns)
         self._portions.begin(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        many, rows = len(self._studio.session.features()) > _AT_ONCE, None
-        if many:
+        is_large, rows = len(self._studio.session.features()) > MAX_IMMEDIATE_FEATURES, None
+        if is_large:
             self.model.clear()
             yield
-            # An edit meanwhile has what is left of this done before its own rows are brought up.
-            rows = self.model.read()
+            # An edit in between finishes this before it updates its rows.
+            rows = self.model.read_rows()
             yield
         self.model.reset(rows)
-        self._counted()
+        self._show_count()
         self._show_selection(self._studio.selection.ids)
-        if many:
+        if is_large:
             yield
         self._fit_columns()
 
-    # --- columns and copies ------------------------------------------------------------------
+    # --- columns and clipboard ---------------------------------------------------------------
     def column_menu(self) -> QMenu:
-        """Context menu of the header: which columns are shown."""
+        """Create the header's context menu, which shows and hides columns."""
         menu = QMenu(self)
-        hidden = self._studio.settings.hidden_columns
+        hidden_titles = self._studio.settings.hidden_columns
         for column in COLUMNS[1:]:
             action = menu.addAction(tr(column.title))
             action.setToolTip(tr(column.tip))
             action.setCheckable(True)
-            action.setChecked(column.title not in hidden)
+            action.setChecked(column.title not in hidden_titles)
             action.toggled.connect(partial(self._show_column, column.title))
         menu.setToolTipsVisible(True)
         menu.addSeparator()
         menu.addAction(tr("Show all columns"), lambda: self._hide_columns([]))
         return menu
 
-    def _show_column(self, title: str, shown: bool) -> None:
-        hidden = [t for t in self._studio.settings.hidden_columns if t != title]
-        self._hide_columns(hidden if shown else [*hidden, title])
+    def _show_column(self, title: str, is_shown: bool) -> None:
+        hidden_titles = [t for t in self._studio.settings.hidden_columns if t != title]
+        self._hide_columns(hidden_titles if is_shown else [*hidden_titles, title])
 
     def _hide_columns(self, titles: list[str]) -> None:
         self._studio.settings.hidden_columns = titles
         self._studio.keep_settings()
 
     def copy_rows(self) -> None:
-        """Copy the selected rows to the clipboard, as a spreadsheet takes them."""
+        """Copy the selected rows to the clipboard for a spreadsheet."""
         rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
         if not rows:
             return
         columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
-        chosen = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
-        QGuiApplication.clipboard().setText(as_text(chosen, [COLUMNS[i] for i in columns]))
+        selected_rows = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
+        QGuiApplication.clipboard().setText(
+            format_rows(selected_rows, [COLUMNS[i] for i in columns])
+        )
         self._studio.info(Finding("table.rows-copied", count=len(rows)))
 
-    def _filtered(self) -> None:
-        # A row that goes out of sight stays selected.
-        self._showing = True
+    def _apply_filter(self) -> None:
+        # A row that the filter hides stays selected.
+        self._is_updating = True
         self._sorted.set_test(self._filter.test)
-        self._showing = False
-        self._counted()
+        self._is_updating = False
+        self._show_count()
         self._show_selection(self._studio.selection.ids)
 
-    def _edited(self, edit: Edit) -> None:
+    def _apply_edit(self, edit: Edit) -> None:
         ids = self._studio.affected(edit)
         if not ids:
             return
         self._portions.finish()
-        first = self.model.rowCount() == 0
+        was_empty = self.model.rowCount() == 0
         self.model.update(ids)
         self.model.update_comparisons()
-        self._counted()
-        if first:
+        self._show_count()
+        if was_empty:
             self._fit_columns()
         self._widen(ids)
         self._show_selection(self._studio.selection.ids)
 
     def _widen(self, ids: list[str]) -> None:
-        """Make columns wide enough for these rows; none becomes narrower."""
-        places = [p for id_ in ids[:_NEW_ROWS] if (p := self.model.place(id_)) is not None]
+        """Widen columns to fit these rows."""
+        source_rows = [
+            source_row
+            for id_ in ids[:MAX_WIDENING_ROWS]
+            if (source_row := self.model.find_source_row(id_)) is not None
+        ]
         for i in range(len(COLUMNS)):
-            shown = [self._sorted.mapFromSource(self.model.index(place, i)) for place in places]
-            wanted = max((self.view.sizeHintForIndex(s).width() + 2 for s in shown), default=0)
-            if min(420, wanted) > self.view.columnWidth(i):
-                self.view.setColumnWidth(i, min(420, wanted))
+            indexes = [
+                self._sorted.mapFromSource(self.model.index(source_row, i))
+                for source_row in source_rows
+            ]
+            width = max(
+                (self.view.sizeHintForIndex(index).width() + 2 for index in indexes), default=0
+            )
+            if min(420, width) > self.view.columnWidth(i):
+                self.view.setColumnWidth(i, min(420, width))
 
     def _fit_columns(self) -> None:
         for i, column in enumerate(COLUMNS):
@@ -229,18 +242,18 @@ class TablePanel(QWidget):
                 self.view.setColumnWidth(i, max(90, self.view.columnWidth(i)))
             self.view.setColumnWidth(i, min(420, self.view.columnWidth(i)))
 
-    def _counted(self) -> None:
-        total, shown = self.model.rowCount(), self._sorted.rowCount()
+    def _show_count(self) -> None:
+        total, shown_count = self.model.rowCount(), self._sorted.rowCount()
         self._count.setText(
             tr_n("{count} feature", "{count} features", total)
-            if shown == total
-            else tr("{shown} of {total} features", shown=shown, total=total)
+            if shown_count == total
+            else tr("{shown} of {total} features", shown=shown_count, total=total)
         )
-        self._empty.setVisible(total == 0)
+        self._empty_label.setVisible(total == 0)
         self.view.setVisible(total > 0)
 
-    def _selected(self) -> None:
-        if self._showing:
+    def _apply_selection(self) -> None:
+        if self._is_updating:
             return
         rows = self.view.selectionModel().selectedRows()
         ids = [self.model.id_at(self._sorted.mapToSource(i).row()) for i in rows]
@@ -250,26 +263,26 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        shown = (self._sorted.row_of(self.model.place(id_)) for id_ in ids)
-        rows = [row for row in shown if row is not None]
+        positions = (self._sorted.find_row(self.model.find_source_row(id_)) for id_ in ids)
+        rows = [row for row in positions if row is not None]
         last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
-        # As runs of rows: Qt looks at every column of every range.
+        # Runs of rows are faster: Qt checks each column of each range.
         rows.sort()
-        chosen = QItemSelection()
+        ranges = QItemSelection()
         start = 0
         for i in range(1, len(rows) + 1):
             if i == len(rows) or rows[i] != rows[i - 1] + 1:
                 first, end = rows[start], rows[i - 1]
-                chosen.select(self._sorted.index(first, 0), self._sorted.index(end, 0))
+                ranges.select(self._sorted.index(first, 0), self._sorted.index(end, 0))
                 start = i
         selection = self.view.selectionModel()
-        self._showing = True
+        self._is_updating = True
         selection.select(
-            chosen,
+            ranges,
             QItemSelectionModel.SelectionFlag.ClearAndSelect
             | QItemSelectionModel.SelectionFlag.Rows,
         )
         if last.isValid():
             selection.setCurrentIndex(last, QItemSelectionModel.SelectionFlag.NoUpdate)
             self.view.scrollTo(last)
-        self._showing = False
+        self._is_updating = False

@@ -1,4 +1,4 @@
-"""Context menus of the project tree: of a record, a feature type or a group."""
+"""Context menus of the project tree for records, feature types and groups."""
 
 from __future__ import annotations
 
@@ -23,8 +23,17 @@ GROUP_IDS = ("models", *(group.id for group in GROUPS))
 
 
 class TreeMenus(QObject):
-    """`actions` gives the actions for a record, `edit_type` opens the dialog of feature types at
-    one of them ("" for the present one), `change_type` gives features another type."""
+    """Create the context menus of the project tree.
+
+    Parameters
+    ----------
+    actions : callable
+        Return the actions of a record.
+    edit_type : callable
+        Open the dialog of feature types at the given id, "" for the current type.
+    change_type : callable
+        Change the type of features, given by id.
+    """
 
     def __init__(
         self,
@@ -41,8 +50,8 @@ class TreeMenus(QObject):
         self._edit_type = edit_type
         self._change_type = change_type
 
-    def menu_for(self, id_: str) -> QMenu:
-        """The context menu of a record or group; of the tree where `id_` is empty."""
+    def create_menu(self, id_: str) -> QMenu:
+        """Create the context menu of a record or group, or of the tree for an empty id."""
         menu = QMenu(self._parent)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)
@@ -51,24 +60,24 @@ class TreeMenus(QObject):
         elif record is not None:
             menu.addActions(self._menu_actions(record))
             if isinstance(record, Typed):
-                self._add_types(menu, record.type_id)
+                self._add_type_menu(menu, record.type_id)
         elif id_ in GROUP_IDS:
-            self._add_eye(menu, id_)
+            self._add_visibility_action(menu, id_)
         else:
             menu.addAction(tr("Feature types…"), lambda: self._edit_type(""))
         return menu
 
-    def _add_types(self, menu: QMenu, present: str) -> None:
+    def _add_type_menu(self, menu: QMenu, current_type_id: str) -> None:
         types = menu.addMenu(tr("Change &type to"))
         for kind in self._studio.session.of(FeatureType):
             action = types.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
             action.setCheckable(True)
-            action.setChecked(kind.id == present)
+            action.setChecked(kind.id == current_type_id)
             action.triggered.connect(
                 lambda _=False, id_=kind.id: self._change_type(self._studio.selection.ids, id_)
             )
 
-    def _add_eye(self, menu: QMenu, id_: str) -> None:
+    def _add_visibility_action(self, menu: QMenu, id_: str) -> None:
         visible = self._studio.visible(id_)
         menu.addAction(
             theme.icon("eye-off-outline" if visible else "eye-outline"),
@@ -78,22 +87,26 @@ class TreeMenus(QObject):
 
     def _fill_type_menu(self, menu: QMenu, kind: FeatureType) -> None:
         studio = self._studio
-        own = [f.id for f in studio.session.features() if group_of(f) == kind.id]
-        chosen = menu.addAction(
+        feature_ids = [f.id for f in studio.session.features() if group_of(f) == kind.id]
+        use_action = menu.addAction(
             tr("Use for &next features"),
             lambda: studio.set_next(kind.id, studio.next_set),
         )
-        chosen.setCheckable(True)
-        chosen.setChecked(kind.id == studio.next_type_id)
-        every = menu.addAction(tr("&Select its features"), lambda: studio.selection.set(own))
-        none = tr("Not now: {reason}", reason=Finding("action.type-unused"))
-        every.setEnabled(bool(own))
-        every.setToolTip("" if own else none)
+        use_action.setCheckable(True)
+        use_action.setChecked(kind.id == studio.next_type_id)
+        select_action = menu.addAction(
+            tr("&Select its features"), lambda: studio.selection.set(feature_ids)
+        )
+        unused_text = tr("Not now: {reason}", reason=Finding("action.type-unused"))
+        select_action.setEnabled(bool(feature_ids))
+        select_action.setToolTip("" if feature_ids else unused_text)
         menu.addSeparator()
-        self._add_eye(menu, kind.id)
-        only = menu.addAction(tr("Show &only these"), lambda: studio.show_only(own))
-        only.setEnabled(bool(own))
-        only.setToolTip("" if own else none)
+        self._add_visibility_action(menu, kind.id)
+        show_only_action = menu.addAction(
+            tr("Show &only these"), lambda: studio.show_only(feature_ids)
+        )
+        show_only_action.setEnabled(bool(feature_ids))
+        show_only_action.setToolTip("" if feature_ids else unused_text)
         menu.addSeparator()
         menu.addAction(tr("&Rename…"), lambda: self._edit_type(kind.id))
         colors = menu.addMenu(tr("&Colour"))
@@ -101,7 +114,7 @@ class TreeMenus(QObject):
             action = colors.addAction(theme.swatch(color), tr(name))
             action.setCheckable(True)
             action.setChecked(color == kind.color)
-            action.triggered.connect(partial(self._change_kind, kind, "color", color))
+            action.triggered.connect(partial(self._change_type_field, kind, "color", color))
         colors.addSeparator()
         colors.addAction(tr("Other…"), lambda: self._edit_type(kind.id))
         symbols = menu.addMenu(tr("S&ymbol"))
@@ -111,7 +124,7 @@ class TreeMenus(QObject):
             )
             action.setCheckable(True)
             action.setChecked(symbol == kind.symbol)
-            action.triggered.connect(partial(self._change_kind, kind, "symbol", symbol))
+            action.triggered.connect(partial(self._change_type_field, kind, "symbol", symbol))
         menu.addAction(
             theme.icon("delete-outline"),
             tr("Re&move type"),
@@ -122,8 +135,8 @@ class TreeMenus(QObject):
             theme.icon("shape-outline"), tr("Feature &types…"), lambda: self._edit_type(kind.id)
         )
 
-    def _change_kind(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
+    def _change_type_field(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
         if getattr(kind, field) != value:
-            # The fields' literal types are those of the menu's entries.
-            changed = replace(kind, **{field: value})  # type: ignore[arg-type]
-            self._studio.attempt(edits.change_type, changed)
+            # The menu entries are valid values of the literal types.
+            new_kind = replace(kind, **{field: value})  # type: ignore[arg-type]
+            self._studio.attempt(edits.change_type, new_kind)

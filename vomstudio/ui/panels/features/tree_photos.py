@@ -1,4 +1,4 @@
-"""The sets of photos in the project tree, each with its photos."""
+"""Branches of the project tree for photo sets and their photos."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
 PHOTO = Qt.ItemDataRole.UserRole + 2
-"""The name of a photo, on its row."""
-_AT_ONCE = 200
-"""So many rows are made before the window gets its turn: they take some milliseconds."""
-_OFFERED = (
+"""Item data role of the photo name."""
+ROWS_PER_STEP = 200
+"""Number of rows created between two events, which takes some milliseconds."""
+_MENU_ACTIONS = (
     "take_in_photos",
     "|",
     "make_settings",
@@ -43,17 +43,23 @@ _OFFERED = (
     "show_tie_points",
     "open_report",
 )
-"""What the panel of photos offers for the set that it shows."""
-_SHOWN = (PhotoSet, Reconstruction, ImageMark, MarkedPoint, Mask)
+"""Actions of the photos panel in the context menu of its set."""
+_RECORD_KINDS = (PhotoSet, Reconstruction, ImageMark, MarkedPoint, Mask)
 
 
 class TreePhotos(QObject):
-    """A branch for each set of photos, with a row for each photo once it is expanded.
+    """Show a branch per photo set, with a row per photo once it is expanded.
 
-    chosen : the name of a photo of the set in the panel, when it is selected
+    Parameters
+    ----------
+    actions : mapping
+        Actions of the window, by name.
+    show_panel : callable
+        Raise the photos panel.
     """
 
-    chosen = Signal(str)
+    photo_selected = Signal(str)
+    """Name of the selected photo of the set in the photos panel."""
 
     def __init__(
         self,
@@ -63,86 +69,84 @@ class TreePhotos(QObject):
         actions: Mapping[str, QAction],
         show_panel: Callable[[], object],
     ) -> None:
-        """actions : of the window by their names. show_panel : brings the panel of photos
-        forward"""
         super().__init__()
         self._studio, self._survey, self._opening = studio, survey, opening
         self._actions, self._show_panel = actions, show_panel
         self._branches: dict[str, QTreeWidgetItem] = {}
         self._names: dict[str, Sequence[str]] = {}
-        """Of the photos of each branch that is filled or being filled."""
+        """Photo names of each branch that is filled or being filled, by set id."""
         self._background = QtBackground(self)
         self._timer = QTimer(self)
         self._timer.setInterval(0)
-        self._timer.timeout.connect(self._fill_on)
-        survey.rows_changed.connect(self._rows_changed)
+        self._timer.timeout.connect(self._add_next_rows)
+        survey.rows_changed.connect(self._update_shown_set)
         studio.jobs.closed.connect(self._background.stop)
 
-    def join(self, tree: QTreeWidget) -> None:
+    def attach(self, tree: QTreeWidget) -> None:
         self._tree = tree
         self.setParent(tree)
-        tree.itemExpanded.connect(self._expanded)
+        tree.itemExpanded.connect(self._expand)
         tree.itemDoubleClicked.connect(lambda item, _: self._open(item))
-        tree.itemSelectionChanged.connect(self._selected)
+        tree.itemSelectionChanged.connect(self._emit_selected_photo)
         for code in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            # Only with the focus on the tree itself: in an editor Enter ends editing.
+            # Only if the tree has the focus: in an editor, Enter ends editing.
             key = QShortcut(QKeySequence(code), tree)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(lambda: self._open(tree.currentItem()))
 
     @property
-    def any(self) -> bool:
-        """Whether the project has sets of photos."""
+    def has_photos(self) -> bool:
+        """Return whether the project has photo sets."""
         return bool(self._branches)
 
-    # --- what is shown -----------------------------------------------------------------------
+    # --- display -----------------------------------------------------------------------------
     def rebuild(self) -> None:
-        """The tree was emptied: a branch for each set of photos, filled where one was."""
-        filled = dict(self._names)
+        """Add the branches to the cleared tree and expand those that were filled."""
+        names_by_set = dict(self._names)
         self._branches.clear()
         self._names.clear()
         for photo_set in photo_sets(self._studio.records):
-            self._add(photo_set)
-            if photo_set.id in filled:
+            self._add_branch(photo_set)
+            if photo_set.id in names_by_set:
                 self._branches[photo_set.id].setExpanded(True)
-                self._fill(photo_set.id, filled[photo_set.id])
+                self._fill(photo_set.id, names_by_set[photo_set.id])
 
-    def edited(self, edit: Edit) -> None:
-        """Follow an edit of whatever record."""
-        changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
-        if not any(isinstance(r, _SHOWN) for r in changed):
+    def apply_edit(self, edit: Edit) -> None:
+        """Update the branches after an edit."""
+        records = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
+        if not any(isinstance(r, _RECORD_KINDS) for r in records):
             return
         with QSignalBlocker(self._tree):
             sets = {each.id: each for each in photo_sets(self._studio.records)}
-            for gone in self._branches.keys() - sets.keys():
-                item = self._branches.pop(gone)
-                self._names.pop(gone, None)
+            for removed_id in self._branches.keys() - sets.keys():
+                item = self._branches.pop(removed_id)
+                self._names.pop(removed_id, None)
                 self._tree.takeTopLevelItem(self._tree.indexOfTopLevelItem(item))
             for id_, photo_set in sets.items():
                 if id_ not in self._branches:
-                    self._add(photo_set)
+                    self._add_branch(photo_set)
                     self._tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
-                self._title(photo_set)
-            self._describe(_photos_in(changed))
+                self._update_title(photo_set)
+            self._update_labels(_changed_photos(records))
 
-    def _add(self, photo_set: PhotoSet) -> None:
+    def _add_branch(self, photo_set: PhotoSet) -> None:
         item = TreeItem(self._tree)
         item.setData(NAME, ID, photo_set.id)
-        # After the models.
+        # Photo sets follow the models.
         item.setData(NAME, SORT, ("0", 1 + len(self._branches)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
         item.setIcon(NAME, theme.icon("image-multiple-outline"))
         item.setChildIndicatorPolicy(QTreeWidgetItem.ChildIndicatorPolicy.ShowIndicator)
         item.setFirstColumnSpanned(True)
         self._branches[photo_set.id] = item
-        self._title(photo_set)
+        self._update_title(photo_set)
 
-    def _title(self, photo_set: PhotoSet) -> None:
+    def _update_title(self, photo_set: PhotoSet) -> None:
         item = self._branches[photo_set.id]
-        names = self._known_names(photo_set.id)
+        names = self._list_names(photo_set.id)
         item.setText(NAME, f"{photo_set.name} ({len(names)})" if names else photo_set.name)
-        about = [photo_set.path]
-        about += [
+        lines = [photo_set.path]
+        lines += [
             tr(
                 "Reconstruction, {quality}: {registered} of {photos} photos are aligned.",
                 quality=each.quality,
@@ -152,35 +156,35 @@ class TreePhotos(QObject):
             for each in self._studio.session.of(Reconstruction)
             if each.photo_set_id == photo_set.id
         ]
-        item.setToolTip(NAME, "\n".join(about))
+        item.setToolTip(NAME, "\n".join(lines))
 
-    def _in_panel(self, id_: str) -> bool:
-        shown = self._survey.document.photo_set
-        return shown is not None and shown.id == id_
+    def _is_in_panel(self, id_: str) -> bool:
+        photo_set = self._survey.document.photo_set
+        return photo_set is not None and photo_set.id == id_
 
-    def _known_names(self, id_: str) -> Sequence[str]:
-        if self._in_panel(id_) and self._survey.rows:
+    def _list_names(self, id_: str) -> Sequence[str]:
+        if self._is_in_panel(id_) and self._survey.rows:
             return [row.name for row in self._survey.rows]
         return self._names.get(id_, ())
 
-    def _rows_changed(self) -> None:
-        shown = self._survey.document.photo_set
-        if shown is None or shown.id not in self._branches or not self._survey.rows:
+    def _update_shown_set(self) -> None:
+        photo_set = self._survey.document.photo_set
+        if photo_set is None or photo_set.id not in self._branches or not self._survey.rows:
             return
         with QSignalBlocker(self._tree):
-            self._title(shown)
-            names = self._known_names(shown.id)
-            if shown.id in self._names and list(self._names[shown.id]) != list(names):
-                self._branches[shown.id].takeChildren()
-                self._fill(shown.id, names)
+            self._update_title(photo_set)
+            names = self._list_names(photo_set.id)
+            if photo_set.id in self._names and list(self._names[photo_set.id]) != list(names):
+                self._branches[photo_set.id].takeChildren()
+                self._fill(photo_set.id, names)
 
-    # --- the photos of a set -----------------------------------------------------------------
-    def _expanded(self, item: QTreeWidgetItem) -> None:
+    # --- photos of a set ---------------------------------------------------------------------
+    def _expand(self, item: QTreeWidgetItem) -> None:
         id_ = str(item.data(NAME, ID))
         photo_set = self._studio.records.get(id_)
         if self._branches.get(id_) is not item or id_ in self._names:
             return
-        if names := self._known_names(id_):
+        if names := self._list_names(id_):
             self._fill(id_, names)
         elif isinstance(photo_set, PhotoSet):
             self._names[id_] = ()
@@ -189,50 +193,50 @@ class TreePhotos(QObject):
             # The folder may be on a slow drive.
             self._background.run(
                 lambda: [] if folder is None else photo_names(folder),
-                partial(self._listed, id_, item),
-                lambda _: self._listed(id_, item, []),
+                partial(self._show_names, id_, item),
+                lambda _: self._show_names(id_, item, []),
             )
 
-    def _listed(self, id_: str, item: QTreeWidgetItem, names: list[str]) -> None:
+    def _show_names(self, id_: str, item: QTreeWidgetItem, names: list[str]) -> None:
         if self._branches.get(id_) is item and not self._names[id_]:
             self._fill(id_, names)
             record = self._studio.records.get(id_)
             if isinstance(record, PhotoSet):
-                self._title(record)
+                self._update_title(record)
             if not names:
-                hides = QTreeWidgetItem.ChildIndicatorPolicy.DontShowIndicatorWhenChildless
-                item.setChildIndicatorPolicy(hides)
+                policy = QTreeWidgetItem.ChildIndicatorPolicy.DontShowIndicatorWhenChildless
+                item.setChildIndicatorPolicy(policy)
 
     def _fill(self, id_: str, names: Sequence[str]) -> None:
         self._names[id_] = names
-        self._fill_on()
+        self._add_next_rows()
         self._timer.start()
 
-    def _fill_on(self) -> None:
-        """Make the next rows of a branch that lacks some."""
+    def _add_next_rows(self) -> None:
+        """Add the next rows to the first incomplete branch."""
         for id_, names in self._names.items():
             branch = self._branches[id_]
-            there = branch.childCount()
-            if there < len(names):
+            start = branch.childCount()
+            if start < len(names):
                 icon = theme.icon("image-outline")
                 rows: list[QTreeWidgetItem] = []
-                for name in names[there : there + _AT_ONCE]:
+                for name in names[start : start + ROWS_PER_STEP]:
                     row = TreeItem([name])
                     row.setData(NAME, ID, id_)
                     row.setData(NAME, PHOTO, name)
-                    row.setData(NAME, SORT, there + len(rows))
+                    row.setData(NAME, SORT, start + len(rows))
                     row.setIcon(NAME, icon)
                     row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
                     rows.append(row)
                 with QSignalBlocker(self._tree):
                     branch.addChildren(rows)
-                    self._describe(set(names[there : there + _AT_ONCE]), id_)
+                    self._update_labels(set(names[start : start + ROWS_PER_STEP]), id_)
                 return
         self._timer.stop()
 
-    def _describe(self, photos: set[str], only: str = "") -> None:
-        """Say of these photos what is drawn in them. only : the id of the set to look at"""
-        for id_ in [only] if only else self._names:
+    def _update_labels(self, photos: set[str], set_id: str = "") -> None:
+        """Show the marks and masks of these photos, in one set if `set_id` is given."""
+        for id_ in [set_id] if set_id else self._names:
             branch = self._branches[id_]
             names = self._names[id_][: branch.childCount()]
             numbers = [i for i, name in enumerate(names) if name in photos]
@@ -242,22 +246,22 @@ class TreePhotos(QObject):
             counts: dict[str, int] = {}
             for _, mark in marks_of(records, id_):
                 counts[mark.photo] = counts.get(mark.photo, 0) + 1
-            masked = masks_of(records, id_).keys()
+            masked_photos = masks_of(records, id_).keys()
             for number in numbers:
                 name = names[number]
                 count = counts.get(name, 0)
-                said = [tr_n("{count} mark", "{count} marks", count)] if count else []
-                said += [tr("mask")] if name in masked else []
+                labels = [tr_n("{count} mark", "{count} marks", count)] if count else []
+                labels += [tr("mask")] if name in masked_photos else []
                 row = branch.child(number)
                 if row is not None:
-                    row.setText(ORIENTATION, " · ".join(said))
-                    row.setToolTip(NAME, "\n".join([name, *said]))
+                    row.setText(ORIENTATION, " · ".join(labels))
+                    row.setToolTip(NAME, "\n".join([name, *labels]))
 
-    # --- what is done ------------------------------------------------------------------------
-    def _selected(self) -> None:
+    # --- actions -----------------------------------------------------------------------------
+    def _emit_selected_photo(self) -> None:
         photos = [item for item in self._tree.selectedItems() if item.data(NAME, PHOTO)]
-        if len(photos) == 1 and self._in_panel(str(photos[0].data(NAME, ID))):
-            self.chosen.emit(str(photos[0].data(NAME, PHOTO)))
+        if len(photos) == 1 and self._is_in_panel(str(photos[0].data(NAME, ID))):
+            self.photo_selected.emit(str(photos[0].data(NAME, PHOTO)))
 
     def _open(self, item: QTreeWidgetItem | None) -> None:
         record = None if item is None else self._studio.records.get(str(item.data(NAME, ID)))
@@ -266,8 +270,8 @@ class TreePhotos(QObject):
         if photo := item.data(NAME, PHOTO):
             self._opening.open_set_photo(record, str(photo))
 
-    def menu_for(self, menu: QMenu, item: QTreeWidgetItem) -> bool:
-        """Fill the context menu of a set or a photo; False where the row is neither."""
+    def fill_menu(self, menu: QMenu, item: QTreeWidgetItem) -> bool:
+        """Fill the context menu of a photo set or photo; return False for other rows."""
         record = self._studio.records.get(str(item.data(NAME, ID)))
         if not isinstance(record, PhotoSet):
             return False
@@ -282,9 +286,9 @@ class TreePhotos(QObject):
             tr("Show in the &Photos panel"),
             partial(self._show_in_panel, record, photo),
         )
-        if self._in_panel(record.id):
+        if self._is_in_panel(record.id):
             menu.addSeparator()
-            for name in _OFFERED:
+            for name in _MENU_ACTIONS:
                 if name == "|":
                     menu.addSeparator()
                 else:
@@ -295,8 +299,8 @@ class TreePhotos(QObject):
         if self._opening.open_set(photo_set):
             self._show_panel()
             if photo:
-                self.chosen.emit(photo)
+                self.photo_selected.emit(photo)
 
 
-def _photos_in(changed: Sequence[Record | None]) -> set[str]:
-    return {r.photo for r in changed if isinstance(r, ImageMark | Mask)}
+def _changed_photos(records: Sequence[Record | None]) -> set[str]:
+    return {r.photo for r in records if isinstance(r, ImageMark | Mask)}

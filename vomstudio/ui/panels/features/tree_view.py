@@ -1,4 +1,4 @@
-"""A tree whose features can be dragged from one group to another."""
+"""Tree widget whose features can be dragged between groups."""
 
 from __future__ import annotations
 
@@ -35,31 +35,31 @@ from vomstudio.ui.base.controls import Label
 ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
-_SET_WIDTH = 80
-# Below that a set's name is a few dots.
-_LEAST_SET_WIDTH = 34
-_FIT_MS = 100
+MAX_SET_WIDTH_PX = 80
+# A narrower column shows only an ellipsis.
+MIN_SET_WIDTH_PX = 34
+FIT_DELAY_MS = 100
 _FEATURES_MIME = "application/x-vomstudio-features"
-# Above so many, one selection of ranges is quicker than one after the other.
-MANY = 20
+# Above this number, selecting ranges is faster than selecting single items.
+MAX_SINGLE_ITEMS = 20
 
 
 class TreeItem(QTreeWidgetItem):
-    """An item that is sorted by its SORT data."""
+    """Item that sorts by its SORT data."""
 
     def __lt__(self, other: QTreeWidgetItem) -> bool:
         return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
 
 
 class FeatureTree(QTreeWidget):
-    """A tree whose features are dragged onto types."""
+    """Tree whose features can be dragged onto types."""
 
-    dropped = Signal(str)
-    """The id of the group onto which the selected features were dropped."""
+    features_dropped = Signal(str)
+    """Id of the group onto which the selected features were dropped."""
 
-    def __init__(self, can_take: Callable[[str], bool]) -> None:
+    def __init__(self, is_target: Callable[[str], bool]) -> None:
         super().__init__()
-        self._can_take = can_take
+        self._is_target = is_target
         self._target: QTreeWidgetItem | None = None
         self.setDragEnabled(True)
         self.setAcceptDrops(True)
@@ -75,14 +75,14 @@ class FeatureTree(QTreeWidget):
         header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(ORIENTATION, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(SET, _SET_WIDTH)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_FIT_MS)
-        self._soon.timeout.connect(self._fit_sets)
-        self.model().rowsInserted.connect(self._soon.start)
-        # Of rows out of sight only so many are measured for the column's width.
-        header.setResizeContentsPrecision(MANY)
+        header.resizeSection(SET, MAX_SET_WIDTH_PX)
+        self._fit_timer = QTimer(self)
+        self._fit_timer.setSingleShot(True)
+        self._fit_timer.setInterval(FIT_DELAY_MS)
+        self._fit_timer.timeout.connect(self._fit_sets)
+        self.model().rowsInserted.connect(self._fit_timer.start)
+        # Limits the number of hidden rows that are measured for the column width.
+        header.setResizeContentsPrecision(MAX_SINGLE_ITEMS)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(
             QAbstractItemView.EditTrigger.EditKeyPressed
@@ -92,20 +92,20 @@ class FeatureTree(QTreeWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
-        # Rows are laid out later.
-        self._soon.start()
+        # Qt lays out the rows after this event.
+        self._fit_timer.start()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        self._soon.start()
+        self._fit_timer.start()
 
     def _fit_sets(self) -> None:
-        """Names come first: sets have what names and orientations leave."""
+        """Fit the set column into the width that names and orientations do not need."""
         header = self.header()
-        left = self.viewport().width() - header.sectionSize(ORIENTATION)
-        left -= self.sizeHintForColumn(NAME)
-        header.setSectionHidden(SET, left < _LEAST_SET_WIDTH)
-        header.resizeSection(SET, max(_LEAST_SET_WIDTH, min(left, _SET_WIDTH)))
+        width = self.viewport().width() - header.sectionSize(ORIENTATION)
+        width -= self.sizeHintForColumn(NAME)
+        header.setSectionHidden(SET, width < MIN_SET_WIDTH_PX)
+        header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
 
     def edit(  # type: ignore[override]
         self,
@@ -113,14 +113,14 @@ class FeatureTree(QTreeWidget):
         trigger: QAbstractItemView.EditTrigger,
         event: QEvent,
     ) -> bool:
-        """Names and sets can be typed, figures cannot."""
+        """Edit names and sets; orientations are read-only."""
         if index.isValid() and index.column() == ORIENTATION:
             return False
         return super().edit(index, trigger, event)
 
-    def ranges(self, ids: set[str]) -> QItemSelection:
-        """The rows of these ids, as few runs as there are."""
-        chosen = QItemSelection()
+    def find_ranges(self, ids: set[str]) -> QItemSelection:
+        """Return the rows of these ids as the fewest ranges."""
+        selection = QItemSelection()
         for i in range(self.topLevelItemCount()):
             group = self.topLevelItem(i)
             assert group is not None
@@ -129,26 +129,28 @@ class FeatureTree(QTreeWidget):
             start = None
             for row in range(group.childCount() + 1):
                 child = group.child(row) if row < group.childCount() else None
-                inside = child is not None and child.data(NAME, ID) in ids
-                if inside and start is None:
+                is_inside = child is not None and child.data(NAME, ID) in ids
+                if is_inside and start is None:
                     start = row
-                elif not inside and start is not None:
-                    chosen.select(model.index(start, 0, parent), model.index(row - 1, SET, parent))
+                elif not is_inside and start is not None:
+                    selection.select(
+                        model.index(start, 0, parent), model.index(row - 1, SET, parent)
+                    )
                     start = None
-        return chosen
+        return selection
 
     def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
-        chosen = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
-        if not chosen:
+        items = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
+        if not items:
             return
         data = QMimeData()
         data.setData(_FEATURES_MIME, b"")
         drag = QDrag(self)
         drag.setMimeData(data)
         label = Label(
-            f" {chosen[0].text(NAME)} "
-            if len(chosen) == 1
-            else " {} ".format(tr_n("{count} feature", "{count} features", len(chosen)))
+            f" {items[0].text(NAME)} "
+            if len(items) == 1
+            else " {} ".format(tr_n("{count} feature", "{count} features", len(items)))
         )
         label.setAutoFillBackground(True)
         label.setBackgroundRole(QPalette.ColorRole.Highlight)
@@ -156,9 +158,9 @@ class FeatureTree(QTreeWidget):
         label.adjustSize()
         drag.setPixmap(label.grab())
         drag.setHotSpot(QPoint(-12, 4))
-        # Copied, or Qt would take the rows out of the tree: the edit does all there is to do.
+        # A move would make Qt remove the rows, which the edit does.
         drag.exec(Qt.DropAction.CopyAction)
-        self._mark(None)
+        self._highlight(None)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if event.mimeData().hasFormat(_FEATURES_MIME):
@@ -170,38 +172,38 @@ class FeatureTree(QTreeWidget):
         if not event.mimeData().hasFormat(_FEATURES_MIME):
             event.ignore()
             return
-        # For the scrolling at the edges.
+        # Qt scrolls at the edges.
         super().dragMoveEvent(event)
         group = self._group_at(event.position().toPoint())
-        self._mark(group)
+        self._highlight(group)
         event.setDropAction(Qt.DropAction.CopyAction)
         event.setAccepted(group is not None)
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:  # noqa: N802
         super().dragLeaveEvent(event)
-        self._mark(None)
+        self._highlight(None)
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
         self.stopAutoScroll()
         self.setState(QAbstractItemView.State.NoState)
         group = self._group_at(event.position().toPoint())
-        self._mark(None)
+        self._highlight(None)
         if group is None or not event.mimeData().hasFormat(_FEATURES_MIME):
             event.ignore()
             return
         event.setDropAction(Qt.DropAction.CopyAction)
         event.accept()
-        self.dropped.emit(str(group.data(NAME, ID)))
+        self.features_dropped.emit(str(group.data(NAME, ID)))
 
-    def _group_at(self, at: QPoint) -> QTreeWidgetItem | None:
-        item = self.itemAt(at)
+    def _group_at(self, position: QPoint) -> QTreeWidgetItem | None:
+        item = self.itemAt(position)
         group = item.parent() or item if item is not None else None
-        if group is not None and self._can_take(str(group.data(NAME, ID))):
+        if group is not None and self._is_target(str(group.data(NAME, ID))):
             return group
         return None
 
-    def _mark(self, group: QTreeWidgetItem | None) -> None:
-        """Show where a drop would go."""
+    def _highlight(self, group: QTreeWidgetItem | None) -> None:
+        """Highlight the group that receives the drop."""
         if group is self._target:
             return
         with QSignalBlocker(self):
@@ -215,14 +217,14 @@ class FeatureTree(QTreeWidget):
         self._target = group
 
 
-def put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None:
-    """Put these children in their places: all others are in order."""
-    if len(moved) > MANY:
+def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None:
+    """Move these children to their sorted positions; all others are in order."""
+    if len(items) > MAX_SINGLE_ITEMS:
         parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
         return
-    for item in moved:
+    for item in items:
         parent.removeChild(item)
-    for item in moved:
+    for item in items:
         low, high = 0, parent.childCount()
         while low < high:
             middle = (low + high) // 2
@@ -234,8 +236,8 @@ def put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None:
         parent.insertChild(low, item)
 
 
-def take_out(item: QTreeWidgetItem) -> None:
-    """Of its group, where it has one."""
+def remove_from_parent(item: QTreeWidgetItem) -> None:
+    """Remove an item from its parent, if any."""
     parent = item.parent()
     if parent is not None:
         parent.removeChild(item)

@@ -39,6 +39,10 @@ def net_command(
     ----------
     table : Path
         File with the shown features.
+    view_settings : NetViewSettings
+    projection : str
+    method : str or None
+    contouring : Contouring
     notation : str
         Notation of the typed planes.
     style, colors

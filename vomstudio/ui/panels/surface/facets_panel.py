@@ -27,7 +27,7 @@ from vomstudio.ui.base.controls import ComboBox, Label, row_of
 from vomstudio.ui.base.number_formatting import area as area_text
 from vomstudio.ui.base.number_formatting import degrees
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.measured_planes import measured_planes, planes_of
+from vomstudio.ui.panels.features.measured_planes import measured_planes, oriented_planes
 from vomstudio.ui.panels.surface.facet_texts import (
     agreement_text,
     share_text,
@@ -289,7 +289,7 @@ class FacetsPanel(ProposalsPanel):
             (proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)
         ]
         agreement = compare_proposals(
-            measured_planes(studio, picks), planes_of(studio, open_facets)
+            measured_planes(studio, picks), oriented_planes(studio, open_facets)
         )
         if agreement.picked:
             lines.append(agreement_text(agreement))

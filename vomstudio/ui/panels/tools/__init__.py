@@ -1,8 +1,9 @@
-"""The panels of the tools. A module of this package that has the name of a tool holds its `PANEL`,
-a widget made with the studio and the actions, or `SHARES`, the name of the tool whose panel it
-shares. `COMMANDS`, where there are any, takes the studio and
-gives what else the tool can do; they stand in the menu behind what all tools can do. Nothing has to
-be entered anywhere.
+"""Find the panels and commands of the tools in the modules of this package.
+
+A module that has the name of a tool defines `PANEL`, a widget class that is called with the studio
+and the actions, or `SHARES`, the name of the tool whose panel it shares. `COMMANDS` is optional: a
+function of the studio that returns further commands of the tool, which the menu lists after the
+common ones. No registration is needed.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ _MODULES = {
 
 
 def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidget]:
-    """The panels by the names of their tools."""
-    made = {
+    """Create the panels of the tools, by tool name."""
+    panels = {
         name: module.PANEL(studio, actions)
         for name, module in _MODULES.items()
         if hasattr(module, "PANEL")
     }
-    shared = {name: getattr(module, "SHARES", "") for name, module in _MODULES.items()}
-    return made | {name: made[other] for name, other in shared.items() if other}
+    shared_names = {name: getattr(module, "SHARES", "") for name, module in _MODULES.items()}
+    return panels | {name: panels[owner] for name, owner in shared_names.items() if owner}
 
 
 def commands(studio: Studio) -> dict[str, list[Command]]:
-    """The commands of each tool that has any, by its name."""
-    found = {name: getattr(module, "COMMANDS", None) for name, module in _MODULES.items()}
-    return {name: make(studio) for name, make in found.items() if make is not None}
+    """Create the additional commands of the tools, by tool name."""
+    factories = {name: getattr(module, "COMMANDS", None) for name, module in _MODULES.items()}
+    return {name: factory(studio) for name, factory in factories.items() if factory is not None}

@@ -1,4 +1,4 @@
-"""The panel of the tool that marks cells: what a click says, and how far one has come."""
+"""Panel of the cell tool: the mark that a click sets, and the number of marked cells."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MARKS = {
     ),
     OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
 }
-"""Name, icon and key of the command that marks the cell under the cursor."""
+"""Name, icon, key and tooltip of the command that sets a mark, by mark."""
 
 
 class CellsPanel(QWidget):
@@ -78,12 +78,12 @@ class CellsPanel(QWidget):
 def commands(studio: Studio) -> list[Command]:
     tool = studio.tool_of(CellsTool)
 
-    def not_marking() -> Finding | None:
+    def why_not_marking() -> Finding | None:
         if studio.tool_name != CellsTool.name:
             return Finding("action.needs-tool", tool=tr("Cells"))
         return None if studio.session.of(FaceGrid) else Finding("action.no-grid")
 
-    def marks_so(mark: str) -> bool:
+    def is_mark_active(mark: str) -> bool:
         return tool.mark == mark
 
     return [
@@ -91,12 +91,12 @@ def commands(studio: Studio) -> list[Command]:
             f"mark_{name}",
             tr("Cell {mark}", mark=tr(TITLES[mark])),
             partial(tool.mark_here, mark),
-            icon,
-            key,
-            tr(tip),
-            not_marking,
+            icon=icon,
+            shortcut=key,
+            tip=tr(tip),
+            why_not=why_not_marking,
             in_viewport=True,
-            checked=partial(marks_so, mark),
+            checked=partial(is_mark_active, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()
     ]

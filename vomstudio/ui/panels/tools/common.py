@@ -1,4 +1,4 @@
-"""Parts that the panels of the tools share."""
+"""Widgets and layouts shared by the panels of the tools."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from vomstudio.ui.base.controls import Label, action_buttons
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")
 
 
-def set_field(typed: Callable[[], None]) -> QLineEdit:
-    """Line edit for the set of the next feature."""
+def create_set_field(callback: Callable[[], None]) -> QLineEdit:
+    """Create a line edit for the set of the next feature."""
     field = QLineEdit()
     field.setPlaceholderText(tr("none"))
-    field.editingFinished.connect(typed)
+    field.editingFinished.connect(callback)
     return field
 
 
 def hint_label(text: str = "") -> Label:
-    """A label of several lines."""
+    """Create a label that wraps its text."""
     label = Label(text)
     label.setWordWrap(True)
     return label
 
 
 def narrow_column(panel: QWidget) -> QVBoxLayout:
-    """A column layout for a dock, with narrow margins."""
+    """Create a vertical layout with narrow margins for a dock."""
     column = QVBoxLayout(panel)
     column.setContentsMargins(6, 4, 6, 4)
     column.setSpacing(4)
@@ -44,7 +44,7 @@ def lay_out_picking(
     table: QWidget,
     hint: Label,
 ) -> None:
-    """Panel of a tool that picks vertices: fields, live figures, vertices, hint, buttons."""
+    """Lay out the panel of a tool that picks vertices, with its buttons below."""
     column = narrow_column(panel)
     column.addLayout(form)
     column.addWidget(figures)

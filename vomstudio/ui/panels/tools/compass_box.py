@@ -1,4 +1,4 @@
-"""What was read by compass: the reading of the selected plane or line, and from which north."""
+"""Box for compass readings: the reading of the selected feature, and its north reference."""
 
 from __future__ import annotations
 
@@ -23,82 +23,100 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import chosen_features
 from vomstudio.ui.base.controls import ElidedLabel
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.compass_dialog import CompassDialog, north_text
+from vomstudio.ui.panels.tools.compass_dialog import CompassDialog, format_north
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
 
 
 class CompassBox(QWidget):
-    """names : of what is in the lists already, which no reading may have; known : what is known of
-    place and day of readings by a compass"""
+    """Enter compass readings of selected planes and lines, and their north reference.
+
+    Parameters
+    ----------
+    list_names : callable
+        Return the names in use, which a new reading must not have.
+    find_north_inputs : callable
+        Return place and day of the readings that a compass record describes.
+    """
 
     def __init__(
         self,
         studio: Studio,
-        names: Callable[[], Sequence[str]],
-        known: Callable[[Compass], North],
+        list_names: Callable[[], Sequence[str]],
+        find_north_inputs: Callable[[Compass], North],
     ) -> None:
         super().__init__()
-        self._studio, self._names, self._known = studio, names, known
+        self._studio, self._list_names, self._find_north_inputs = (
+            studio,
+            list_names,
+            find_north_inputs,
+        )
         self._model: Model | None = None
-        self._used: ReadNorth | None = None
-        self.of = ElidedLabel()
+        self._read_north: ReadNorth | None = None
+        self.feature_label = ElidedLabel()
         self.reading = QLineEdit()
         self.reading.setObjectName("compass_reading")
         self.reading.setAccessibleName(tr("What was read by compass"))
-        self.reading.returnPressed.connect(self.take)
-        self.add = QPushButton(theme.icon("plus"), tr("Add"))
-        self.add.setObjectName("add_compass_reading")
-        self.add.clicked.connect(lambda _=False: self.take())
-        self.north = QPushButton(theme.icon("compass-outline"), "")
-        self.north.setObjectName("compass_north")
-        self.north.clicked.connect(lambda _=False: self.ask_for_north())
+        self.reading.returnPressed.connect(self.add_reading)
+        self.add_button = QPushButton(theme.icon("plus"), tr("Add"))
+        self.add_button.setObjectName("add_compass_reading")
+        self.add_button.clicked.connect(lambda _=False: self.add_reading())
+        self.north_button = QPushButton(theme.icon("compass-outline"), "")
+        self.north_button.setObjectName("compass_north")
+        self.north_button.clicked.connect(lambda _=False: self.edit_north())
         row = QHBoxLayout()
         row.addWidget(self.reading, 1)
-        row.addWidget(self.add)
+        row.addWidget(self.add_button)
         self._form = form = QFormLayout(self)
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(self.of)
+        form.addRow(self.feature_label)
         form.addRow(tr("Was read as"), row)
-        form.addRow(tr("North"), self.north)
+        form.addRow(tr("North"), self.north_button)
         self._row = row
         studio.settings_changed.connect(self._show_selected)
-        studio.selection_changed.connect(self._selected)
+        studio.selection_changed.connect(self._follow_selection)
 
-    # --- what is there -----------------------------------------------------------------------
-    def show_for(
+    # --- display -----------------------------------------------------------------------------
+    def show_model(
         self,
         model: Model | None,
         lines: Sequence[KnownLine],
-        used: ReadNorth | None,
+        read_north: ReadNorth | None,
         *,
-        reading: bool,
+        is_reading: bool,
     ) -> None:
-        """reading : planes and lines are chosen to be read; used : how azimuths are counted, None
-        where that cannot be said"""
-        self._model, self._used = model, used
-        counted = any(line.is_read or line.kind == "azimuth" for line in lines)
-        self._form.setRowVisible(self.of, reading)
-        self._form.setRowVisible(self._row, reading)
-        self._form.setRowVisible(self.north, reading or counted)
-        self.setVisible(reading or counted)
-        said = None if model is None else compass_of(self._studio.records, model.id)
-        self.north.setText(north_text(said, used))
-        self.north.setToolTip(
+        """Show the compass readings of a model, or hide the box if they do not apply.
+
+        Parameters
+        ----------
+        read_north : ReadNorth or None
+            North reference of the azimuths, None if unknown.
+        is_reading : bool
+            Whether clicks select planes and lines to be read.
+        """
+        self._model, self._read_north = model, read_north
+        has_azimuths = any(line.is_read or line.kind == "azimuth" for line in lines)
+        self._form.setRowVisible(self.feature_label, is_reading)
+        self._form.setRowVisible(self._row, is_reading)
+        self._form.setRowVisible(self.north_button, is_reading or has_azimuths)
+        self.setVisible(is_reading or has_azimuths)
+        compass = None if model is None else compass_of(self._studio.records, model.id)
+        self.north_button.setText(format_north(compass, read_north))
+        self.north_button.setToolTip(
             tr("From which north azimuths were read, and how far that may be off for all alike.")
         )
-        self.north.setEnabled(model is not None)
+        self.north_button.setEnabled(model is not None)
         self._show_selected()
 
-    def _selected(self, _: object = None) -> None:
+    def _follow_selection(self, _: object = None) -> None:
         if not self.isVisible():
-            # Nobody sees it; it is brought up to date when it is shown.
+            # The box is updated when it is shown.
             return
         self._show_selected()
         self._take_field_reading()
         if self.reading.isVisible() and self.reading.isEnabled() and self._outcrop_has_focus():
-            # What was clicked on the outcrop is typed at once; a list is gone through by its keys.
+            # A click on the outcrop is followed by typing; in a list the keys move the selection.
             self.reading.setFocus()
             self.reading.selectAll()
 
@@ -109,9 +127,13 @@ class CompassBox(QWidget):
 
         return isinstance(QApplication.focusWidget(), Viewport)
 
-    def _feature(self, model: Model) -> tuple[Record | None, Measurement | None, Finding | None]:
-        """What is selected beside readings of the field book, its measurement, and why it cannot
-        have been read."""
+    def _find_feature(
+        self, model: Model
+    ) -> tuple[Record | None, Measurement | None, Finding | None]:
+        """Return the selected plane or line, its measurement, and why it cannot have a reading.
+
+        Readings of the field book in the selection are skipped.
+        """
         from vomstudio.studio.placing.known_planes import why_not_read
 
         studio = self._studio
@@ -119,60 +141,63 @@ class CompassBox(QWidget):
         current = next((i for i in reversed(features) if not _is_field_reading(studio, i)), None)
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
-        measured = None if current is None else studio.measured([current]).get(current)
-        return record, measured, why_not_read(record, model, measured)
+        measurement = None if current is None else studio.measured([current]).get(current)
+        return record, measurement, why_not_read(record, model, measurement)
 
     def _take_field_reading(self) -> None:
-        """Of a plane or line that is selected together with a reading of the field book, that is
-        what was read."""
+        """Enter the field reading that is selected together with a plane or line."""
         from vomstudio.studio.placing.known_planes import field_text, reading_kind
 
         studio = self._studio
-        if self._model is None or self._used is None or not self.reading.isEnabled():
+        if self._model is None or self._read_north is None or not self.reading.isEnabled():
             return
-        read = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
-        _, measured, _ = self._feature(self._model)
-        if len(read) != 1 or measured is None:
+        readings = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
+        _, measurement, _ = self._find_feature(self._model)
+        if len(readings) != 1 or measurement is None:
             return
-        said = field_text(
-            studio.measured(read)[read[0]],
-            reading_kind(measured),
-            self._used.turned_deg,
+        text = field_text(
+            studio.measured(readings)[readings[0]],
+            reading_kind(measurement),
+            self._read_north.turned_deg,
             studio.settings.notation,
         )
-        if said:
-            self.reading.setText(said)
+        if text:
+            self.reading.setText(text)
 
     def _show_selected(self) -> None:
-        """Name the plane or line that is selected, or say why none can be read."""
+        """Show the name of the selected plane or line, or why it cannot have a reading."""
         if self._model is None:
             return
         from vomstudio.studio.placing.known_planes import reading_kind
         from vomstudio.ui.base.number_formatting import orientation_text
 
-        record, measured, why = self._feature(self._model)
+        record, measurement, reason = self._find_feature(self._model)
         notation = self._studio.settings.notation
         example = format_plane(Plane(213.0, 45.0), notation)
-        if why is None and record is not None and measured is not None:
-            if reading_kind(measured) == "lineation":
+        if reason is None and record is not None and measurement is not None:
+            if reading_kind(measurement) == "lineation":
                 example = "130/25"
-            here = orientation_text(measured, notation)
-            self.of.setText(
-                tr("{feature}, as it stands {orientation}", feature=record.name, orientation=here)
+            orientation = orientation_text(measurement, notation)
+            self.feature_label.setText(
+                tr(
+                    "{feature}, as it stands {orientation}",
+                    feature=record.name,
+                    orientation=orientation,
+                )
             )
         else:
-            self.of.setText("" if why is None else why.message)
-        self.of.setToolTip(self.of.text())
+            self.feature_label.setText("" if reason is None else reason.message)
+        self.feature_label.setToolTip(self.feature_label.text())
         self.reading.setPlaceholderText(tr("such as {example} ± 3", example=example))
-        for part in (self.reading, self.add):
-            part.setEnabled(why is None)
-            part.setToolTip(
-                str(why or tr("The reading, and after ± its error in degrees, one sigma."))
+        for widget in (self.reading, self.add_button):
+            widget.setEnabled(reason is None)
+            widget.setToolTip(
+                str(reason or tr("The reading, and after ± its error in degrees, one sigma."))
             )
 
-    # --- what is done ------------------------------------------------------------------------
-    def take(self) -> None:
-        """What was typed becomes a reading of the selected plane or line."""
+    # --- actions -----------------------------------------------------------------------------
+    def add_reading(self) -> None:
+        """Add the typed value as a reading of the selected plane or line."""
         from vomstudio.studio.placing.known_planes import (
             create_reading,
             parse_reading,
@@ -182,28 +207,28 @@ class CompassBox(QWidget):
         studio = self._studio
         if self._model is None:
             return
-        record, measured, why = self._feature(self._model)
-        if why is not None or measured is None:
+        record, measurement, reason = self._find_feature(self._model)
+        if reason is not None or measurement is None:
             return
         try:
-            said = parse_reading(
-                self.reading.text(), reading_kind(measured), studio.settings.notation
+            reading = parse_reading(
+                self.reading.text(), reading_kind(measurement), studio.settings.notation
             )
         except VomError as error:
             studio.warn(error)
             return
-        new = create_reading(record, measured, said, self._names())
-        if studio.attempt(edits.add_features, [new]):
+        feature = create_reading(record, measurement, reading, self._list_names())
+        if studio.attempt(edits.add_features, [feature]):
             self.reading.clear()
 
-    def ask_for_north(self) -> None:
-        """Let the user say from which north azimuths were read."""
+    def edit_north(self) -> None:
+        """Open the dialog for the north reference of the azimuths."""
         model = self._model
         if model is None:
             return
-        before = compass_of(self._studio.records, model.id)
-        dialog = CompassDialog(self, model, before, self._known)
-        if dialog.exec() and dialog.compass not in (None, before):
+        previous = compass_of(self._studio.records, model.id)
+        dialog = CompassDialog(self, model, previous, self._find_north_inputs)
+        if dialog.exec() and dialog.compass not in (None, previous):
             self._studio.attempt(set_compass, dialog.compass)
 
 

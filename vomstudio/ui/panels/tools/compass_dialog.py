@@ -1,4 +1,4 @@
-"""Dialog that asks from which north azimuths on a model were read, and how far that may be off."""
+"""Dialog for the north reference of the azimuths on a model, and its standard error."""
 
 from __future__ import annotations
 
@@ -38,45 +38,57 @@ _PLACE = re.compile(
 
 
 class CompassDialog(QDialog):
-    """compass : what was said, None before it was accepted"""
+    """Edit the north reference of compass readings.
+
+    Attributes
+    ----------
+    compass : Compass or None
+        The accepted record, None before the dialog is accepted.
+    """
 
     def __init__(
         self,
         parent: QWidget | None,
         model: Model,
-        before: Compass | None,
-        known: Callable[[Compass], North],
+        previous: Compass | None,
+        find_north_inputs: Callable[[Compass], North],
     ) -> None:
-        """known : what is known of place and day of readings by a compass"""
+        """Show the previous compass record, or the default without one.
+
+        Parameters
+        ----------
+        find_north_inputs : callable
+            Return place and day of the readings that a compass record describes.
+        """
         super().__init__(parent)
         explain(self, "registration.md#north")
         self.setWindowTitle(tr("North of the readings on {model}", model=model.name))
-        self._model, self._known = model, known
+        self._model, self._find_north_inputs = model, find_north_inputs
         self.compass: Compass | None = None
-        there = before or Compass(compass_id(model.id), model.id)
+        initial = previous or Compass(compass_id(model.id), model.id)
         self.north = ComboBox()
         self.north.setObjectName("compass_from")
-        for word, title in _NORTHS:
-            self.north.addItem(tr(title), word)
-        self.north.setCurrentIndex(self.north.findData(there.north))
-        self.day = _field("compass_day", there.day, tr("such as 2024-05-12"))
-        place = "" if there.place is None else f"{there.place[1]:.10g}, {there.place[0]:.10g}"
+        for kind, title in _NORTHS:
+            self.north.addItem(tr(title), kind)
+        self.north.setCurrentIndex(self.north.findData(initial.north))
+        self.day = _field("compass_day", initial.day, tr("such as 2024-05-12"))
+        place = "" if initial.place is None else f"{initial.place[1]:.10g}, {initial.place[0]:.10g}"
         self.place = _field("compass_place", place, "")
         self.place.setToolTip(tr("Latitude and longitude in degrees, such as 46.52, 11.35."))
-        self.declination = _field("compass_declination", _angle_text(there.declination_deg), "")
+        self.declination = _field("compass_declination", _angle_text(initial.declination_deg), "")
         self.declination.setToolTip(
             tr("Degrees, east positive; empty for that of the model of the Earth's field.")
         )
-        self.doubt = _field("north_doubt", _angle_text(there.doubt_deg), "")
+        self.doubt = _field("north_doubt", _angle_text(initial.doubt_deg), "")
         self.doubt.setToolTip(
             tr(
                 "One standard error. What the compass is off for all readings alike does not "
                 "become less by more readings."
             )
         )
-        self.says = Label()
-        self.says.setWordWrap(True)
-        self.says.setMinimumHeight(3 * self.says.fontMetrics().lineSpacing())
+        self.summary = Label()
+        self.summary.setWordWrap(True)
+        self.summary.setMinimumHeight(3 * self.summary.fontMetrics().lineSpacing())
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
@@ -90,18 +102,24 @@ class CompassDialog(QDialog):
         form.addRow(tr("All off alike by (1σ)"), self.doubt)
         column = QVBoxLayout(self)
         column.addLayout(form)
-        column.addWidget(self.says)
+        column.addWidget(self.summary)
         column.addStretch()
         column.addWidget(self.buttons)
         self.resize(460, 0)
-        self.north.currentIndexChanged.connect(self._say)
+        self.north.currentIndexChanged.connect(self._update_summary)
         for field in (self.day, self.place, self.declination, self.doubt):
-            field.textChanged.connect(self._say)
-        self._say()
+            field.textChanged.connect(self._update_summary)
+        self._update_summary()
 
-    # --- what is typed -----------------------------------------------------------------------
-    def typed(self) -> Compass:
-        """What the fields say. Raises UsageError."""
+    # --- fields ------------------------------------------------------------------------------
+    def parse_fields(self) -> Compass:
+        """Create the compass record from the fields.
+
+        Raises
+        ------
+        UsageError
+            If a field cannot be parsed.
+        """
         from vomstudio.registration.north import parse_angle, parse_day
 
         declination, doubt = self.declination.text().strip(), self.doubt.text().strip()
@@ -109,28 +127,28 @@ class CompassDialog(QDialog):
         if day:
             day = parse_day(day).isoformat()
         return Compass(
-            compass_id(self._model.id),
-            self._model.id,
-            self.north.currentData(),
-            day,
-            parse_place(self.place.text()),
-            parse_angle(declination) if declination else None,
-            parse_angle(doubt, minimum=0.0) if doubt else None,
+            id=compass_id(self._model.id),
+            model_id=self._model.id,
+            north=self.north.currentData(),
+            day=day,
+            place=parse_place(self.place.text()),
+            declination_deg=parse_angle(declination) if declination else None,
+            doubt_deg=parse_angle(doubt, minimum=0.0) if doubt else None,
         )
 
-    def _say(self, _: object = None) -> None:
-        """Show what follows, or what is missing."""
+    def _update_summary(self, _: object = None) -> None:
+        """Show the resulting north correction, or the first invalid field."""
         from vomstudio.registration.north import default_north_sigma_deg
         from vomstudio.studio.placing.read_north import resolve_north
 
-        word: NorthKind = self.north.currentData()
-        for field, shown in (
-            (self.day, word == "magnetic"),
-            (self.place, word != "grid"),
-            (self.declination, word == "magnetic"),
+        kind: NorthKind = self.north.currentData()
+        for field, is_visible in (
+            (self.day, kind == "magnetic"),
+            (self.place, kind != "grid"),
+            (self.declination, kind == "magnetic"),
         ):
-            self._form.setRowVisible(field, shown)
-        default_deg = default_north_sigma_deg(word)
+            self._form.setRowVisible(field, is_visible)
+        default_deg = default_north_sigma_deg(kind)
         self.doubt.setPlaceholderText(
             tr("{angle:g}°: compass, rocks and steel nearby", angle=default_deg)
             if default_deg
@@ -138,24 +156,26 @@ class CompassDialog(QDialog):
         )
         problem = None
         try:
-            made = self.typed()
-            known = self._known(made)
-            self._show_known(made, known)
-            used, said = resolve_north(made, known)
+            compass = self.parse_fields()
+            inputs = self._find_north_inputs(compass)
+            self._show_placeholders(compass, inputs)
+            read_north, text = resolve_north(compass, inputs)
         except VomError as error:
-            made, problem = None, cause_of(error)
+            compass, problem = None, cause_of(error)
         else:
-            doubt = tr("All of them may be off alike by {angle:g}° (1σ).", angle=used.doubt_deg)
-            self.says.setText(f"{said} {doubt}")
-        self._made = made
+            doubt = tr(
+                "All of them may be off alike by {angle:g}° (1σ).", angle=read_north.doubt_deg
+            )
+            self.summary.setText(f"{text} {doubt}")
+        self._current = compass
         if problem is not None:
-            self.says.setText(problem.message)
+            self.summary.setText(problem.message)
         ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         allow(ok, problem)
 
-    def _show_known(self, made: Compass, known: North) -> None:
-        """In empty fields what holds instead."""
-        place = known.place
+    def _show_placeholders(self, compass: Compass, inputs: North) -> None:
+        """Show the values that apply to empty fields."""
+        place = inputs.place
         self.place.setPlaceholderText(
             tr("latitude, longitude, such as 46.52, 11.35")
             if place is None
@@ -165,26 +185,26 @@ class CompassDialog(QDialog):
                 longitude=place[0],
             )
         )
-        if place is None or known.day is None or made.north != "magnetic":
+        if place is None or inputs.day is None or compass.north != "magnetic":
             self.declination.setPlaceholderText(tr("by day and place, or typed: east positive"))
             return
         from vomstudio.registration.north import declination_deg
 
         self.declination.setPlaceholderText(
-            tr("{angle:+.2f}° by IGRF-14", angle=declination_deg(*place, known.day))
+            tr("{angle:+.2f}° by IGRF-14", angle=declination_deg(*place, inputs.day))
         )
 
     def accept(self) -> None:
-        """Keep it in `compass`."""
-        if self._made is not None:
-            self.compass = self._made
+        """Store the record in `compass` and close the dialog."""
+        if self._current is not None:
+            self.compass = self._current
             super().accept()
 
 
-def _field(name: str, text: str, empty: str) -> QLineEdit:
+def _field(name: str, text: str, placeholder: str) -> QLineEdit:
     field = QLineEdit(text)
     field.setObjectName(name)
-    field.setPlaceholderText(empty)
+    field.setPlaceholderText(placeholder)
     return field
 
 
@@ -193,31 +213,36 @@ def _angle_text(angle_deg: float | None) -> str:
 
 
 def parse_place(text: str) -> tuple[float, float] | None:
-    """Longitude and latitude of a text that has the latitude first; None for an empty one. Raises
-    UsageError."""
+    """Parse latitude and longitude; return longitude and latitude, None for an empty text.
+
+    Raises
+    ------
+    UsageError
+        If the text has another form or is not a place on Earth.
+    """
     from vomstudio.geometry.coordinate_limits import check_on_earth
 
     if not text.strip():
         return None
-    found = _PLACE.fullmatch(text)
-    if found is None:
+    match = _PLACE.fullmatch(text)
+    if match is None:
         raise UsageError(Finding("place.invalid", text=text.strip()))
-    latitude = float(found[1]) * (-1.0 if found[2].upper() == "S" else 1.0)
-    longitude = float(found[3]) * (-1.0 if found[4].upper() == "W" else 1.0)
-    if (why := check_on_earth(longitude, latitude)) is not None:
-        raise UsageError(why)
+    latitude = float(match[1]) * (-1.0 if match[2].upper() == "S" else 1.0)
+    longitude = float(match[3]) * (-1.0 if match[4].upper() == "W" else 1.0)
+    if (reason := check_on_earth(longitude, latitude)) is not None:
+        raise UsageError(reason)
     return longitude, latitude
 
 
-def north_text(said: Compass | None, used: ReadNorth | None) -> str:
-    """What a button says of it. used : None where it cannot be said how azimuths are counted"""
-    if said is None:
+def format_north(compass: Compass | None, read_north: ReadNorth | None) -> str:
+    """Format the north reference for a button; without `read_north` it is incomplete."""
+    if compass is None:
         return tr("Grid north, not doubted: say if not")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}
-    word = name[said.north]
-    if used is None:
-        return tr("{north}: more is needed", north=word)
-    doubt = f"± {used.doubt_deg:g}°"
-    if said.north == "grid":
-        return f"{word} {doubt}"
-    return tr("{north}: {turn:+.1f}° {doubt}", north=word, turn=used.turned_deg, doubt=doubt)
+    north = name[compass.north]
+    if read_north is None:
+        return tr("{north}: more is needed", north=north)
+    doubt = f"± {read_north.doubt_deg:g}°"
+    if compass.north == "grid":
+        return f"{north} {doubt}"
+    return tr("{north}: {turn:+.1f}° {doubt}", north=north, turn=read_north.turned_deg, doubt=doubt)

@@ -1,4 +1,4 @@
-"""The panel of the tool of contact lines: type and set of the next one, what it follows."""
+"""Panel of the contact tool: type and set of the next contact line, and path following."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from vomstudio.studio.tools.contact import ContactTool
 from vomstudio.ui.base.controls import allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking, set_field
-from vomstudio.ui.panels.tools.in_photos_box import InPhotosBox
+from vomstudio.ui.panels.tools.common import create_set_field, hint_label, lay_out_picking
+from vomstudio.ui.panels.tools.photo_follow_box import PhotoFollowBox
 from vomstudio.ui.widgets.follow_box import FollowBox
 from vomstudio.ui.widgets.type_box import TypeBox
 from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class ContactPanel(QWidget):
-    """Shows the tool and sets type and set."""
+    """Show the contact tool and set type and set of the next line."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -28,15 +28,15 @@ class ContactPanel(QWidget):
         self._tool = studio.tool_of(ContactTool)
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("contact_type")
-        self.type_box.activated.connect(self._chosen)
-        self.set_edit = set_field(self._chosen)
+        self.type_box.activated.connect(self._apply_fields)
+        self.set_edit = create_set_field(self._apply_fields)
         self.follow_box = FollowBox(studio, self._tool)
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
         form.addRow(tr("Follow"), self.follow_box)
-        self.in_photos = InPhotosBox(studio, self._tool)
-        form.addRow(self.in_photos)
+        self.photo_follow_box = PhotoFollowBox(studio, self._tool)
+        form.addRow(self.photo_follow_box)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -45,8 +45,15 @@ class ContactPanel(QWidget):
                 "drawn: it has a length, and no plane."
             )
         )
-        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
-        # After the box, which follows them first.
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.figures,
+            table=self.table,
+            hint=self._hint,
+        )
+        # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)
         studio.edited.connect(self._types_changed)
         studio.tool_changed_signal.connect(self.refresh)
@@ -56,27 +63,27 @@ class ContactPanel(QWidget):
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
         self.refresh()
 
-    def _chosen(self) -> None:
+    def _apply_fields(self) -> None:
         self.set_edit.setModified(False)
         self._tool.choose(
             type_id=str(self.type_box.currentData()), set_name=self.set_edit.text().strip()
         )
 
     def refresh(self) -> None:
-        """Show the tool as it is now."""
-        tool, now = self._tool, self._tool.attributes
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+        """Show the current state of the tool."""
+        tool, attributes = self._tool, self._tool.attributes
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
-        self.type_box.choose(now.type_id)
+        self.type_box.choose(attributes.type_id)
         if not self.set_edit.isModified():
-            self.set_edit.setText(now.set_name)
+            self.set_edit.setText(attributes.set_name)
         for field in (self.type_box, self.set_edit):
             allow(field, Finding("feature.continued") if tool.continued else None)
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
-        self.in_photos.refresh()
+        self.photo_follow_box.refresh()
         self.table.refresh()
 
 

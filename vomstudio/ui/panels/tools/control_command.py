@@ -1,4 +1,4 @@
-"""Control points, known lines and compass readings as the command that places a model by them."""
+"""Copy the `register` command with control points, known lines and compass readings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.readings import Readings, used_north
+from vomstudio.ui.panels.tools.readings import Readings, placement_north
 from vomstudio.ui.widgets.copied_command import Words, copy_command, copy_with_file, numbers_text
 
 
@@ -29,35 +29,46 @@ def copy_register(
     readings: Readings,
     north: ReadNorth | None,
     *,
-    kept_scale: float | None = None,
+    fixed_scale: float | None = None,
     click_sigma_m: float | None = None,
 ) -> None:
-    """Ask for the tables of points and readings, where there are some, and put the command on the
-    clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file
-    click_sigma_m : error of the click on the model as typed, None for the default"""
+    """Save points and readings as tables, if any, and copy the command to the clipboard.
+
+    Parameters
+    ----------
+    north : ReadNorth or None
+        North reference of the azimuths.
+    fixed_scale : float or None
+        Scale to keep, in metres per unit of the model's file.
+    click_sigma_m : float or None
+        Standard error of a click on the model, None for the default.
+    """
     from vomstudio.io.control.writing import write_compass, write_pairs
     from vomstudio.studio.placing.known_planes import compass_table
     from vomstudio.studio.placing.read_north import to_register_options
     from vomstudio.studio.placing.registering import control_pairs
 
     pairs = control_pairs(points)
-    table = compass_table(lines, readings.seen)
-    turn = 0.0
-    register = RegisterOptions()
-    used = None if north is None else used_north(north, lines)
-    if used is not None:
-        counted = to_register_options(readings.compass, used, pairs, crs)
-        if counted is None:
-            turn, counted = used.turned_deg, RegisterOptions(north_sigma_deg=used.doubt_deg)
-        register = counted
-    register = add_known_lines(register, lines, turn)
-    register = replace(register, crs=crs, click_sigma_m=click_sigma_m)
-    if kept_scale is not None:
-        register = add_kept_scale(register, kept_scale)
+    table = compass_table(lines, readings.directions)
+    turned_deg = 0.0
+    options = RegisterOptions()
+    read_north = None if north is None else placement_north(north, lines)
+    if read_north is not None:
+        north_options = to_register_options(readings.compass, read_north, pairs, crs)
+        if north_options is None:
+            turned_deg, north_options = (
+                read_north.turned_deg,
+                RegisterOptions(north_sigma_deg=read_north.doubt_deg),
+            )
+        options = north_options
+    options = add_known_lines(options, lines, turned_deg)
+    options = replace(options, crs=crs, click_sigma_m=click_sigma_m)
+    if fixed_scale is not None:
+        options = add_fixed_scale(options, fixed_scale)
     if table is not None:
-        table = replace(table, azimuth_deg=(table.azimuth_deg + turn) % 360.0)
+        table = replace(table, azimuth_deg=(table.azimuth_deg + turned_deg) % 360.0)
     if not len(pairs.labels) and table is None:
-        copy_command(studio, ["register", model, *option_words(register)])
+        copy_command(studio, ["register", model, *option_words(options)])
         return
 
     def write(file: Path) -> None:
@@ -66,21 +77,21 @@ def copy_register(
         if table is not None:
             write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
 
-    def words(file: Path) -> Words:
+    def build_command(file: Path) -> Words:
         readings_file = _readings_file(file, pairs=len(pairs.labels) > 0)
         files = replace(
-            register,
+            options,
             pairs=str(file) if len(pairs.labels) else None,
             orientations=None if table is None else str(readings_file),
         )
         return ["register", model, *option_words(files)]
 
-    proposed = "pairs.csv" if len(pairs.labels) else "readings.csv"
-    copy_with_file(parent, studio, proposed, write, words)
+    default_name = "pairs.csv" if len(pairs.labels) else "readings.csv"
+    copy_with_file(parent, studio, default_name, write, build_command)
 
 
-def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
-    """Return the options of `register` that keep a scale, in metres per unit of the model's file.
+def add_fixed_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
+    """Return the options of `register` that keep a scale in metres per model unit.
 
     A scale other than 1 comes from an earlier registration. The file does not contain it, so it
     is passed as a known length.
@@ -94,7 +105,7 @@ def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
 
 
 def _readings_file(file: Path, *, pairs: bool) -> Path:
-    """The file that was chosen, or one beside it where that is for the points."""
+    """Return the path of the readings table; `pairs` if the selected file is for the points."""
     return file.with_name(f"{file.stem}_readings{file.suffix}") if pairs else file
 
 
@@ -118,8 +129,8 @@ def add_known_lines(
         value = line.value
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0
-        known = [each for each in (value, line.sigma) if each is not None]
-        text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
+        numbers = [each for each in (value, line.sigma) if each is not None]
+        text = numbers_text([*line.vertices[0], *line.vertices[-1], *numbers])
         texts[names[line.kind]].append(text)
     values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
     return replace(options, **values)

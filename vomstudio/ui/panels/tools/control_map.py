@@ -1,5 +1,4 @@
-"""The control points from above: where they lie, what is left over at each, and the axis about
-which they hold the model worst."""
+"""Map of the control points with their residuals and the weakest rotation axis."""
 
 from __future__ import annotations
 
@@ -18,27 +17,38 @@ from vomstudio.ui.base.number_formatting import degrees, length
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
 
-_MARGIN = 26.0
-_LONGEST_ARROW = 34.0
-_DOT = 4.5
-_RESIDUAL, _AXIS = "#d55e00", "#0072b2"
+_MARGIN_PX = 26.0
+_MAX_ARROW_PX = 34.0
+_DOT_RADIUS_PX = 4.5
+_RESIDUAL_COLOR, _AXIS_COLOR = "#d55e00", "#0072b2"
 
 
 @dataclass(frozen=True)
 class MapPoint:
-    """x, y : World, metres. used : it places the model; found : it is on the model already; off :
-    (dx, dy) fitted less given, None where not known"""
+    """Control point on the map.
+
+    Attributes
+    ----------
+    x, y : float
+        World coordinates in metres.
+    is_used : bool
+        Whether the point determines the placement; otherwise it is a check point.
+    is_on_model : bool
+        Whether the point has been clicked on the model.
+    residual : tuple of float or None
+        (dx, dy) in metres, fitted minus given; None if unknown.
+    """
 
     label: str
     x: float
     y: float
-    used: bool
-    found: bool
-    off: tuple[float, float] | None
+    is_used: bool
+    is_on_model: bool
+    residual: tuple[float, float] | None
 
 
 class ControlMap(QWidget):
-    """North is up. Arrows are drawn longer than they are, by what the text below says."""
+    """Draw the points with north up and the residuals as exaggerated arrows."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -67,84 +77,97 @@ class ControlMap(QWidget):
                 tr("Points with coordinates are shown here from above."),
             )
             return
-        below = 2.0 * painter.fontMetrics().height()
-        room = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN - below)
-        places = np.array([(p.x, p.y) for p in self._points])
-        low, high = places.min(axis=0), places.max(axis=0)
+        caption_height = 2.0 * painter.fontMetrics().height()
+        plot_area = QRectF(self.rect()).adjusted(
+            _MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX - caption_height
+        )
+        positions = np.array([(p.x, p.y) for p in self._points])
+        low, high = positions.min(axis=0), positions.max(axis=0)
         span = np.maximum(high - low, 1e-9)
-        scale = min(max(room.width(), 1.0) / span[0], max(room.height(), 1.0) / span[1])
+        scale = min(max(plot_area.width(), 1.0) / span[0], max(plot_area.height(), 1.0) / span[1])
         if not np.isfinite(scale) or span.max() <= 1e-9:
             scale = 1.0
-        middle = 0.5 * (low + high)
+        center = 0.5 * (low + high)
 
-        def at(x: float, y: float) -> QPointF:
+        def to_widget(x: float, y: float) -> QPointF:
             return QPointF(
-                room.center().x() + scale * (x - middle[0]),
-                room.center().y() - scale * (y - middle[1]),
+                plot_area.center().x() + scale * (x - center[0]),
+                plot_area.center().y() - scale * (y - center[1]),
             )
 
-        said = self._paint_axis(painter, room)
-        said += self._paint_points(painter, at, scale)
+        captions = self._paint_axis(painter, plot_area)
+        captions += self._paint_points(painter, to_widget, scale)
         self._paint_north(painter)
         painter.setPen(self.palette().color(QPalette.ColorRole.WindowText))
-        said.append(tr("width {metres}", metres=length(float(high[0] - low[0]))))
+        captions.append(tr("width {metres}", metres=length(float(high[0] - low[0]))))
         painter.drawText(
-            QRectF(8.0, self.height() - below - 4.0, self.width() - 16.0, below + 2.0),
+            QRectF(
+                8.0, self.height() - caption_height - 4.0, self.width() - 16.0, caption_height + 2.0
+            ),
             int(Qt.AlignmentFlag.AlignLeft)
             | int(Qt.AlignmentFlag.AlignBottom)
             | int(Qt.TextFlag.TextWordWrap),
-            "; ".join(said),
+            "; ".join(captions),
         )
 
-    def _paint_axis(self, painter: QPainter, room: QRectF) -> list[str]:
-        worst = None if self._placed is None else self._placed.rotation_error_95_deg.weakest
-        if worst is None or worst.error_deg is None:
+    def _paint_axis(self, painter: QPainter, plot_area: QRectF) -> list[str]:
+        axis = None if self._placed is None else self._placed.rotation_error_95_deg.weakest
+        if axis is None or axis.error_deg is None:
             return []
-        angle = np.radians(worst.trend_deg)
-        along = np.array([np.sin(angle), -np.cos(angle)]) * np.cos(np.radians(worst.plunge_deg))
-        reach = 0.5 * np.hypot(room.width(), room.height())
-        step = QPointF(*(along * reach))
+        angle = np.radians(axis.trend_deg)
+        direction = np.array([np.sin(angle), -np.cos(angle)]) * np.cos(np.radians(axis.plunge_deg))
+        half_length = 0.5 * np.hypot(plot_area.width(), plot_area.height())
+        step = QPointF(*(direction * half_length))
         painter.save()
-        painter.setClipRect(room.adjusted(-14, -14, 14, 14))
-        painter.setPen(QPen(QColor(_AXIS), 1.6, Qt.PenStyle.DashLine))
-        painter.drawLine(room.center() - step, room.center() + step)
+        painter.setClipRect(plot_area.adjusted(-14, -14, 14, 14))
+        painter.setPen(QPen(QColor(_AXIS_COLOR), 1.6, Qt.PenStyle.DashLine))
+        painter.drawLine(plot_area.center() - step, plot_area.center() + step)
         painter.restore()
         return [
             tr(
                 "Dashed: the axis held worst, {error} (95 %)",
-                error=degrees(worst.error_deg),
+                error=degrees(axis.error_deg),
             )
         ]
 
     def _paint_points(
-        self, painter: QPainter, at: Callable[[float, float], QPointF], scale: float
+        self, painter: QPainter, to_widget: Callable[[float, float], QPointF], scale: float
     ) -> list[str]:
-        longest = max((float(np.hypot(*p.off)) for p in self._points if p.off), default=0.0)
-        times = _LONGEST_ARROW / (scale * longest) if longest * scale > 0.0 else 0.0
-        text = self.palette().color(QPalette.ColorRole.WindowText)
-        dim = self.palette().color(QPalette.ColorRole.PlaceholderText)
-        high = painter.fontMetrics().height()
-        taken: set[tuple[int, int]] = set()
+        max_residual = max(
+            (float(np.hypot(*p.residual)) for p in self._points if p.residual), default=0.0
+        )
+        factor = _MAX_ARROW_PX / (scale * max_residual) if max_residual * scale > 0.0 else 0.0
+        text_color = self.palette().color(QPalette.ColorRole.WindowText)
+        muted_color = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        line_height = painter.fontMetrics().height()
+        occupied: set[tuple[int, int]] = set()
         for point in self._points:
-            here = at(point.x, point.y)
-            if point.off is not None and times:
-                there = at(point.x + times * point.off[0], point.y + times * point.off[1])
-                painter.setPen(QPen(QColor(_RESIDUAL), 1.8))
-                painter.drawLine(here, there)
-            painter.setPen(QPen(text if point.found else dim, 1.4))
-            painter.setBrush(text if point.used and point.found else Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(here, _DOT, _DOT)
-            wide = painter.fontMetrics().horizontalAdvance(point.label)
-            right = here.x() + _DOT + 3.0 + wide < self.width() - 2.0
-            aside = _DOT + 3.0 if right else -_DOT - 3.0 - wide
-            # Labels on top of each other cannot be read.
-            line = int(here.y() // high)
-            first, last = int((here.x() + aside) // high), int((here.x() + aside + wide) // high)
-            cells = {(column, line) for column in range(first, last + 1)}
-            if not cells & taken:
-                taken |= cells
-                painter.drawText(here + QPointF(aside, -_DOT), point.label)
-        return [tr("residuals {times} times", times=_round(times))] if times else []
+            position = to_widget(point.x, point.y)
+            if point.residual is not None and factor:
+                tip = to_widget(
+                    point.x + factor * point.residual[0], point.y + factor * point.residual[1]
+                )
+                painter.setPen(QPen(QColor(_RESIDUAL_COLOR), 1.8))
+                painter.drawLine(position, tip)
+            painter.setPen(QPen(text_color if point.is_on_model else muted_color, 1.4))
+            painter.setBrush(
+                text_color if point.is_used and point.is_on_model else Qt.BrushStyle.NoBrush
+            )
+            painter.drawEllipse(position, _DOT_RADIUS_PX, _DOT_RADIUS_PX)
+            label_width = painter.fontMetrics().horizontalAdvance(point.label)
+            fits_right = position.x() + _DOT_RADIUS_PX + 3.0 + label_width < self.width() - 2.0
+            label_dx = _DOT_RADIUS_PX + 3.0 if fits_right else -_DOT_RADIUS_PX - 3.0 - label_width
+            # Labels that overlap another one are left out.
+            line = int(position.y() // line_height)
+            first, last = (
+                int((position.x() + label_dx) // line_height),
+                int((position.x() + label_dx + label_width) // line_height),
+            )
+            label_cells = {(column, line) for column in range(first, last + 1)}
+            if not label_cells & occupied:
+                occupied |= label_cells
+                painter.drawText(position + QPointF(label_dx, -_DOT_RADIUS_PX), point.label)
+        return [tr("residuals {times} times", times=_format_factor(factor))] if factor else []
 
     def _paint_north(self, painter: QPainter) -> None:
         painter.setPen(QPen(self.palette().color(QPalette.ColorRole.WindowText), 1.4))
@@ -155,7 +178,7 @@ class ControlMap(QWidget):
         painter.drawText(QRectF(top.x() - 8.0, 2.0, 16.0, 14.0), Qt.AlignmentFlag.AlignCenter, "N")
 
 
-def _round(times: float) -> str:
-    """Two digits are enough."""
-    step = 10.0 ** (np.floor(np.log10(times)) - 1.0)
-    return f"{np.round(times / step) * step:,.0f}" if times >= 10.0 else f"{times:.1f}"
+def _format_factor(factor: float) -> str:
+    """Format a factor with two significant digits."""
+    step = 10.0 ** (np.floor(np.log10(factor)) - 1.0)
+    return f"{np.round(factor / step) * step:,.0f}" if factor >= 10.0 else f"{factor:.1f}"

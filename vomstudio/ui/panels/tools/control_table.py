@@ -1,4 +1,4 @@
-"""The table of control points: which are used, their coordinates, and what is left over."""
+"""Table of control points: use, coordinates and residuals."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed, PointResidual
 
 TICK, LABEL = 0, 1
-_X, _Z, _LEFT = 2, 4, 5
-_SHARE = Qt.ItemDataRole.UserRole
-_BAR, _WRONG = "#56b4e9", "#d55e00"
+_X, _Z, _RESIDUAL = 2, 4, 5
+_SHARE_ROLE = Qt.ItemDataRole.UserRole
+_BAR_COLOR, _BLUNDER_COLOR = "#56b4e9", "#d55e00"
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
 
 class ControlTable(QTableWidget):
-    """A row for each point; the last column says what is left over, with a bar."""
+    """Show one row per point; the last column shows the residual with a bar."""
 
     def __init__(self) -> None:
-        super().__init__(0, _LEFT + 1)
+        super().__init__(0, _RESIDUAL + 1)
         self.setObjectName("control_points")
         self.setHorizontalHeaderLabels(
             [tr("Use"), tr("Label"), "x (m)", "y (m)", "z (m)", tr("Resid. (m)")]
@@ -43,18 +43,18 @@ class ControlTable(QTableWidget):
         self.verticalHeader().hide()
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setItemDelegateForColumn(_LEFT, _Bar(self))
+        self.setItemDelegateForColumn(_RESIDUAL, _BarDelegate(self))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(_LEFT, QHeaderView.ResizeMode.Stretch)
-        # By the rows that are seen.
+        header.setSectionResizeMode(_RESIDUAL, QHeaderView.ResizeMode.Stretch)
+        # Only visible rows are measured.
         header.setResizeContentsPrecision(0)
         header.setMinimumSectionSize(34)
         self.verticalHeader().setDefaultSectionSize(23)
         self.setMinimumHeight(170)
         for column, tip in (
             (TICK, tr("Ticked points place the model, the others judge it.")),
-            (_LEFT, tr("Length of the residual, which is fitted less given.")),
+            (_RESIDUAL, tr("Length of the residual, which is fitted less given.")),
         ):
             item = self.horizontalHeaderItem(column)
             if item is not None:
@@ -62,11 +62,11 @@ class ControlTable(QTableWidget):
         self._cells: list[list[QTableWidgetItem]] = []
 
     def choose_row(self, row: int) -> None:
-        """Select a row; the cell that was clicked in it stays the current one."""
+        """Select a row and keep the current column."""
         self.setCurrentCell(row, max(self.currentColumn(), 0))
 
     def coordinates(self, row: int) -> list[str]:
-        """The texts of x, y and z in a row."""
+        """Return the texts of x, y and z in a row."""
         return [cell.text() for cell in self._cells[row][_X : _Z + 1]]
 
     def show_points(self, points: list[ControlPoint]) -> None:
@@ -74,17 +74,19 @@ class ControlTable(QTableWidget):
         with QSignalBlocker(self):
             self.setRowCount(len(points))
         self._cells = []
-        with self._unmeasured():
+        with self._resize_columns_once():
             for row, point in enumerate(points):
                 tick = QTableWidgetItem()
                 tick.setFlags(_READ_ONLY | Qt.ItemFlag.ItemIsUserCheckable)
                 tick.setCheckState(
                     Qt.CheckState.Unchecked if point.check else Qt.CheckState.Checked
                 )
-                given = [""] * 3 if point.position is None else [f"{v:.3f}" for v in point.position]
-                left = QTableWidgetItem()
-                left.setFlags(_READ_ONLY)
-                numbers = [*map(QTableWidgetItem, given), left]
+                coordinates = (
+                    [""] * 3 if point.position is None else [f"{v:.3f}" for v in point.position]
+                )
+                residual = QTableWidgetItem()
+                residual.setFlags(_READ_ONLY)
+                numbers = [*map(QTableWidgetItem, coordinates), residual]
                 for item in numbers:
                     item.setTextAlignment(right)
                 self._cells.append([tick, QTableWidgetItem(point.name), *numbers])
@@ -92,39 +94,45 @@ class ControlTable(QTableWidget):
                     self.setItem(row, column, item)
 
     def show_residuals(self, points: list[ControlPoint], placed: Placed | None) -> None:
-        known: dict[str, PointResidual] = {}
-        wrong: set[str] = set()
+        residuals: dict[str, PointResidual] = {}
+        blunders: set[str] = set()
         if placed is not None:
-            known = {p.label: p for p in (*placed.control, *placed.check)}
-            wrong = {blunder.label for blunder in placed.blunders}
-        largest = max((p.error_m for p in known.values()), default=0.0)
+            residuals = {p.label: p for p in (*placed.control, *placed.check)}
+            blunders = {blunder.label for blunder in placed.blunders}
+        largest = max((p.error_m for p in residuals.values()), default=0.0)
         alert = theme.icon("alert-outline")
-        with self._unmeasured():
+        with self._resize_columns_once():
             for cells, point in zip(self._cells, points, strict=True):
-                item, left = cells[_LEFT], known.get(point.name)
-                if left is not None:
-                    item.setText(f"{left.error_m:.3f}")
-                    item.setToolTip(f"dx {left.dx:.3f}, dy {left.dy:.3f}, dz {left.dz:.3f} m")
+                item, residual = cells[_RESIDUAL], residuals.get(point.name)
+                if residual is not None:
+                    item.setText(f"{residual.error_m:.3f}")
+                    item.setToolTip(
+                        f"dx {residual.dx:.3f}, dy {residual.dy:.3f}, dz {residual.dz:.3f} m"
+                    )
                 else:
                     item.setText("" if point.vertices else tr("not found"))
                     item.setToolTip("")
-                share = left.error_m / largest if left is not None and largest > 0.0 else 0.0
-                item.setData(_SHARE, -share if point.name in wrong else share)
-                cells[LABEL].setIcon(alert if point.name in wrong else QIcon())
+                share = (
+                    residual.error_m / largest if residual is not None and largest > 0.0 else 0.0
+                )
+                item.setData(_SHARE_ROLE, -share if point.name in blunders else share)
+                cells[LABEL].setIcon(alert if point.name in blunders else QIcon())
 
     @contextmanager
-    def _unmeasured(self) -> Iterator[None]:
-        """The columns would be measured anew at each cell, minutes with a thousand points: once
-        afterwards is enough."""
+    def _resize_columns_once(self) -> Iterator[None]:
+        """Resize the columns once after all cells have changed.
+
+        Resizing at each cell takes minutes with a thousand points.
+        """
         with QSignalBlocker(self), QSignalBlocker(self.model()):
             yield
-        for column in range(_LEFT):
+        for column in range(_RESIDUAL):
             self.resizeColumnToContents(column)
         self.viewport().update()
 
 
-class _Bar(QStyledItemDelegate):
-    """A bar behind a number; its length is a share of the longest, negative for a blunder."""
+class _BarDelegate(QStyledItemDelegate):
+    """Draw a bar behind a number: a share of the longest, negative for a blunder."""
 
     def paint(
         self,
@@ -132,9 +140,9 @@ class _Bar(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        share = float(index.data(_SHARE) or 0.0)
+        share = float(index.data(_SHARE_ROLE) or 0.0)
         if share:
-            color = QColor(_WRONG if share < 0.0 else _BAR)
+            color = QColor(_BLUNDER_COLOR if share < 0.0 else _BAR_COLOR)
             color.setAlphaF(0.45)
             box = QRectF(option.rect).adjusted(1.0, 3.0, -1.0, -3.0)
             box.setWidth(abs(share) * box.width())

@@ -1,3 +1,3 @@
-"""Known lines are listed in the panel of the control points: both place the model together."""
+"""Share the panel of the control points: both place the model together."""
 
 SHARES = "control"

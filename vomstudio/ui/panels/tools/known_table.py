@@ -1,5 +1,4 @@
-"""The table of known lines and planes: which are used, what is known of them, and what is left
-over."""
+"""Table of known lines and planes: use, known quantity, value and residual."""
 
 from __future__ import annotations
 
@@ -16,19 +15,19 @@ from vomstudio.core.words import tr
 from vomstudio.project.kinds.known_line import KINDS, KnownLine, format_reading
 from vomstudio.ui.base import theme
 
-TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
+TICK, LABEL, QUANTITY, VALUE, SIGMA, RESIDUAL = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-_WORDS = dict(KINDS)
+_KIND_NAMES = dict(KINDS)
 _UNITS = {"length": " m"}
 _DIGITS = {"length": 3, "plane": 1, "lineation": 1}
-_MOST_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
+MAX_SIGMA_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
 
 
 class KnownTable(QTableWidget):
-    """A row for each line; it is as high as its rows, and hidden without any."""
+    """Show one row per line; the table is as high as its rows and hidden without any."""
 
     def __init__(self) -> None:
-        super().__init__(0, LEFT + 1)
+        super().__init__(0, RESIDUAL + 1)
         self.setObjectName("known_lines")
         self.setAccessibleName(tr("Known lines and planes"))
         self.setHorizontalHeaderLabels(
@@ -40,7 +39,7 @@ class KnownTable(QTableWidget):
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(LEFT, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(RESIDUAL, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(34)
         for column, tip in (
             (TICK, tr("Ticked ones place the model, the others judge it.")),
@@ -60,7 +59,7 @@ class KnownTable(QTableWidget):
                 ),
             ),
             (
-                LEFT,
+                RESIDUAL,
                 tr(
                     "What is left over: placed less known; of planes and lines by compass the "
                     "angle between the two."
@@ -73,7 +72,7 @@ class KnownTable(QTableWidget):
         self.hide()
 
     def show_lines(self, lines: Sequence[KnownLine], notation: str) -> None:
-        """notation : of planes"""
+        """Show the lines, planes in the given notation."""
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         with QSignalBlocker(self):
             self.setRowCount(len(lines))
@@ -81,55 +80,59 @@ class KnownTable(QTableWidget):
                 tick = QTableWidgetItem()
                 tick.setFlags(_READ_ONLY | Qt.ItemFlag.ItemIsUserCheckable)
                 tick.setCheckState(Qt.CheckState.Unchecked if line.check else Qt.CheckState.Checked)
-                what = QTableWidgetItem(tr(_WORDS[line.kind]))
-                what.setFlags(_READ_ONLY)
-                value = QTableWidgetItem(value_text(line, notation))
+                quantity = QTableWidgetItem(tr(_KIND_NAMES[line.kind]))
+                quantity.setFlags(_READ_ONLY)
+                value = QTableWidgetItem(format_value(line, notation))
                 if not line.has_value:
                     value = QTableWidgetItem("–")
                     value.setFlags(_READ_ONLY)
-                sigma = QTableWidgetItem("" if line.sigma is None else _short(line.sigma))
-                left = QTableWidgetItem()
-                left.setFlags(_READ_ONLY)
-                for item in (value, sigma, left):
+                sigma = QTableWidgetItem("" if line.sigma is None else _format_number(line.sigma))
+                residual = QTableWidgetItem()
+                residual.setFlags(_READ_ONLY)
+                for item in (value, sigma, residual):
                     item.setTextAlignment(right)
-                cells = (tick, QTableWidgetItem(line.name), what, value, sigma, left)
+                cells = (tick, QTableWidgetItem(line.name), quantity, value, sigma, residual)
                 for column, item in enumerate(cells):
                     self.setItem(row, column, item)
         self.setVisible(bool(lines))
-        shown = min(len(lines), 6)
-        self.setFixedHeight(self.horizontalHeader().sizeHint().height() + 23 * shown + 6)
+        row_count = min(len(lines), 6)
+        self.setFixedHeight(self.horizontalHeader().sizeHint().height() + 23 * row_count + 6)
 
     def show_residuals(
         self,
         lines: Sequence[KnownLine],
-        off: Mapping[str, float],
-        wrong: set[str],
+        residuals: Mapping[str, float],
+        blunders: set[str],
         tips: Mapping[str, str],
     ) -> None:
-        """off, tips : by id; wrong : labels"""
+        """Show residuals and tooltips by line id, and mark blunders by label."""
         alert = theme.icon("alert-outline")
         with QSignalBlocker(self):
             for row, line in enumerate(lines):
-                left, label = self.item(row, LEFT), self.item(row, LABEL)
-                if left is None or label is None:
+                residual_item, label_item = self.item(row, RESIDUAL), self.item(row, LABEL)
+                if residual_item is None or label_item is None:
                     continue
-                miss = off.get(line.id)
+                residual = residuals.get(line.id)
                 unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
                 sign = "" if line.is_read else "+"
-                # Without a sign where nothing is left over.
-                miss = None if miss is None else round(miss, digits) or 0.0
-                left.setText(
-                    "" if miss is None else f"{miss:{sign}.{digits}f}{unit}" if miss else "0"
+                # A residual that rounds to zero has no sign.
+                residual = None if residual is None else round(residual, digits) or 0.0
+                residual_item.setText(
+                    ""
+                    if residual is None
+                    else f"{residual:{sign}.{digits}f}{unit}"
+                    if residual
+                    else "0"
                 )
                 if not line.is_complete:
-                    left.setText(tr("type its value"))
-                elif line.is_read and miss is None and line.id in tips:
-                    left.setText(tr("not there"))
-                left.setToolTip(tips.get(line.id, ""))
-                label.setIcon(alert if line.name in wrong else QIcon())
+                    residual_item.setText(tr("type its value"))
+                elif line.is_read and residual is None and line.id in tips:
+                    residual_item.setText(tr("not there"))
+                residual_item.setToolTip(tips.get(line.id, ""))
+                label_item.setIcon(alert if line.name in blunders else QIcon())
 
     def ask_for_value(self, row: int) -> None:
-        """Let the user type what is known of a new line."""
+        """Open the editor for the value of a new line."""
         item = self.item(row, VALUE)
         if item is not None:
             self.setCurrentItem(item)
@@ -137,52 +140,57 @@ class KnownTable(QTableWidget):
             self.editItem(item)
 
 
-def typed(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -> KnownLine:
-    """The line with what was typed or ticked; a plane in the notation. Raises UsageError,
-    InputError."""
+def apply_cell(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -> KnownLine:
+    """Return the line with the edited cell applied; planes are parsed in the notation.
+
+    Raises
+    ------
+    UsageError, InputError
+        If the text is not a valid value.
+    """
     if column == TICK:
         return replace(line, check=item.checkState() != Qt.CheckState.Checked)
     text = item.text().strip()
     if column == LABEL:
         return replace(line, name=text or line.name)
     if line.is_read and column == VALUE:
-        return _read_anew(line, text, notation)
+        return _apply_reading(line, text, notation)
     if not text:
         return replace(line, value=None) if column == VALUE else replace(line, sigma=None)
     try:
         number = float(text.rstrip("°m ").replace(",", "."))
     except ValueError:
         number = float("nan")
-    wrong = "number.not-a-length" if line.kind == "length" else "number.not-an-angle"
+    code = "number.not-a-length" if line.kind == "length" else "number.not-an-angle"
     if column == SIGMA:
-        if not 0.0 < number <= _MOST_DEG.get(line.kind, 1e6):
-            raise UsageError(Finding(wrong, text=text))
+        if not 0.0 < number <= MAX_SIGMA_DEG.get(line.kind, 1e6):
+            raise UsageError(Finding(code, text=text))
         return replace(line, sigma=number)
     if line.kind == "azimuth" and not -360.0 <= number <= 360.0:
-        raise UsageError(Finding(wrong, text=text))
+        raise UsageError(Finding(code, text=text))
     if line.kind == "length" and not 0.0 < number < 1e9:
-        raise UsageError(Finding(wrong, text=text))
+        raise UsageError(Finding(code, text=text))
     return replace(line, value=number % 360.0 if line.kind == "azimuth" else number)
 
 
-def value_text(line: KnownLine, notation: str) -> str:
-    """What is known of a line or plane, as it is typed."""
+def format_value(line: KnownLine, notation: str) -> str:
+    """Format the known value of a line or plane as it is typed."""
     if line.is_read:
         return format_reading(line, notation)
-    return "" if line.value is None else _short(line.value)
+    return "" if line.value is None else _format_number(line.value)
 
 
-def _read_anew(line: KnownLine, text: str, notation: str) -> KnownLine:
+def _apply_reading(line: KnownLine, text: str, notation: str) -> KnownLine:
     from vomstudio.studio.placing.known_planes import parse_reading
 
-    said = parse_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
+    reading = parse_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
     return replace(
         line,
-        value=said.azimuth_deg,
-        inclination_deg=said.inclination_deg,
-        sigma=line.sigma if said.sigma_deg is None else said.sigma_deg,
+        value=reading.azimuth_deg,
+        inclination_deg=reading.inclination_deg,
+        sigma=line.sigma if reading.sigma_deg is None else reading.sigma_deg,
     )
 
 
-def _short(value: float) -> str:
+def _format_number(value: float) -> str:
     return f"{value:.10g}"

@@ -1,4 +1,4 @@
-"""The panel of the line tool: what is made next, the plane it lies on, the live line."""
+"""Panel of the line tool: attributes of the next line, its plane and the live fit."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import slip_names
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import (
+    create_set_field,
     hint_label,
     lay_out_picking,
-    set_field,
 )
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.plane_box import PlaneBox
@@ -24,7 +24,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class LinePanel(QWidget):
-    """Shows the line tool and sets its attributes."""
+    """Show the line tool and set the attributes of the next line."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -33,8 +33,8 @@ class LinePanel(QWidget):
         self._tool = studio.tool_of(LineTool)
         self.type_box = TypeBox(studio, lines_first=True)
         self.type_box.setObjectName("line_type")
-        self.type_box.activated.connect(self._chosen)
-        self.set_edit = set_field(self._chosen)
+        self.type_box.activated.connect(self._apply_fields)
+        self.set_edit = create_set_field(self._apply_fields)
         self.plane_box = PlaneBox(studio, tr("none"), follow=False)
         self.plane_box.setObjectName("line_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
@@ -44,7 +44,7 @@ class LinePanel(QWidget):
         for value, text in slip_names().items():
             self.slip_box.addItem(text, value)
         self.slip_box.keep_narrow()
-        self.slip_box.activated.connect(self._chosen)
+        self.slip_box.activated.connect(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
@@ -54,8 +54,15 @@ class LinePanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("line_vertices")
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
-        # After the box, which follows them first.
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.fit_view,
+            table=self.table,
+            hint=self._hint,
+        )
+        # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self._types_changed)
         studio.edited.connect(self._types_changed)
         studio.tool_changed_signal.connect(self.refresh)
@@ -65,7 +72,7 @@ class LinePanel(QWidget):
             self._tool.choose(type_id=str(self.type_box.itemData(0)))
         self.refresh()
 
-    def _chosen(self) -> None:
+    def _apply_fields(self) -> None:
         self.set_edit.setModified(False)
         self._tool.choose(
             type_id=str(self.type_box.currentData()),
@@ -74,13 +81,13 @@ class LinePanel(QWidget):
         )
 
     def refresh(self) -> None:
-        """Show the tool as it is now."""
-        tool, now = self._tool, self._tool.attributes
-        measured = tool.measurement if len(tool.vertices) > 1 else None
+        """Show the current state of the tool."""
+        tool, attributes = self._tool, self._tool.attributes
+        measurement = tool.measurement if len(tool.vertices) > 1 else None
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
+        self.fit_view.setVisible(measurement is not None)
         self._hint.setText(
             tr(
                 "Click along a striation, a hinge or another lineation. Two points give trend and "
@@ -88,17 +95,17 @@ class LinePanel(QWidget):
             )
         )
         self._hint.setVisible(not tool.open)
-        self.type_box.choose(now.type_id)
+        self.type_box.choose(attributes.type_id)
         if not self.set_edit.isModified():
-            self.set_edit.setText(now.set_name)
-        self.plane_box.show_plane(now.plane_id)
-        self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
-        why = Finding("feature.continued") if tool.continued else None
+            self.set_edit.setText(attributes.set_name)
+        self.plane_box.show_plane(attributes.plane_id)
+        self.slip_box.setCurrentIndex(self.slip_box.findData(attributes.slip))
+        reason = Finding("feature.continued") if tool.continued else None
         for field in (self.type_box, self.set_edit, self.plane_box):
-            allow(field, why)
-        if why is None and not now.plane_id:
-            why = Finding("slip.no-plane")
-        allow(self.slip_box, why)
+            allow(field, reason)
+        if reason is None and not attributes.plane_id:
+            reason = Finding("slip.no-plane")
+        allow(self.slip_box, reason)
         self.table.refresh()
 
 

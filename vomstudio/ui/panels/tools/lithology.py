@@ -1,4 +1,4 @@
-"""The panel of the tool of rock areas: the rock of the next one, what its outline follows."""
+"""Panel of the rock area tool: lithology of the next area, and path following."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, lay_out_picking
-from vomstudio.ui.panels.tools.in_photos_box import InPhotosBox
+from vomstudio.ui.panels.tools.photo_follow_box import PhotoFollowBox
 from vomstudio.ui.widgets.follow_box import FollowBox
 from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class LithologyPanel(QWidget):
-    """Shows the tool and sets the rock."""
+    """Show the rock area tool and set the lithology."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -27,17 +27,17 @@ class LithologyPanel(QWidget):
         self._tool = studio.tool_of(LithologyTool)
         self.lithology_box = ComboBox()
         self.lithology_box.setObjectName("lithology_word")
-        for word, said in CHOICES:
-            self.lithology_box.addItem(tr(said), word)
+        for value, title in CHOICES:
+            self.lithology_box.addItem(tr(title), value)
         self.lithology_box.setToolTip(tr("Words of StraboSpot's forms."))
         self.lithology_box.keep_narrow()
-        self.lithology_box.activated.connect(self._chosen)
+        self.lithology_box.activated.connect(self._apply_fields)
         self.follow_box = FollowBox(studio, self._tool)
         form = narrow_form()
         form.addRow(tr("Rock"), self.lithology_box)
         form.addRow(tr("Follow"), self.follow_box)
-        self.in_photos = InPhotosBox(studio, self._tool)
-        form.addRow(self.in_photos)
+        self.photo_follow_box = PhotoFollowBox(studio, self._tool)
+        form.addRow(self.photo_follow_box)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -46,27 +46,34 @@ class LithologyPanel(QWidget):
                 "is that of the surface inside the outline."
             )
         )
-        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.figures,
+            table=self.table,
+            hint=self._hint,
+        )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 
-    def _chosen(self) -> None:
+    def _apply_fields(self) -> None:
         self._tool.choose(str(self.lithology_box.currentData() or ""))
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         tool = self._tool
         self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
         if self.lithology_box.currentIndex() < 0:
             self.lithology_box.show_text(tool.lithology)
         allow(self.lithology_box, Finding("feature.continued") if tool.continued else None)
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
-        self.in_photos.refresh()
+        self.photo_follow_box.refresh()
         self.table.refresh()
 
 

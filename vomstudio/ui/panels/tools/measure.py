@@ -1,4 +1,4 @@
-"""The panel of the measure tool: kind of measurement, plane, live figures."""
+"""Panel of the measure tool: kind of measurement, plane and live figures."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _HINTS = {
 
 
 class MeasurePanel(QWidget):
-    """Shows the measure tool and sets kind and plane."""
+    """Show the measure tool and set kind and plane."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class MeasurePanel(QWidget):
         self.kind_box.setObjectName("measure_kind")
         for kind, name in KINDS:
             self.kind_box.addItem(tr(name), kind)
-        self.kind_box.activated.connect(self._chosen)
+        self.kind_box.activated.connect(self._apply_fields)
         self.plane_box = PlaneBox(studio, None, follow=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
@@ -62,28 +62,35 @@ class MeasurePanel(QWidget):
         self.table = VertexTable(studio, self._tool)
         self.table.setObjectName("measure_vertices")
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.figures,
+            table=self.table,
+            hint=self._hint,
+        )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 
-    def _chosen(self) -> None:
+    def _apply_fields(self) -> None:
         kind: Any = self.kind_box.currentData()
         self._tool.choose(kind=kind)
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         tool = self._tool
         with QSignalBlocker(self.kind_box):
             self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))
-        across = tool.kind == "thickness"
-        self._form.setRowVisible(self.plane_box, across)
-        if across:
+        is_thickness = tool.kind == "thickness"
+        self._form.setRowVisible(self.plane_box, is_thickness)
+        if is_thickness:
             self.plane_box.show_plane(tool.plane_id)
-        why = Finding("measurement.continued") if tool.continued else None
+        reason = Finding("measurement.continued") if tool.continued else None
         for field in (self.kind_box, self.plane_box):
-            allow(field, why)
-        measured = tool.measurement
-        lines = words(measured) if measured and measured.dimension else []
+            allow(field, reason)
+        measurement = tool.measurement
+        lines = words(measurement) if measurement and measurement.dimension else []
         bold = lines[:1]
         if not lines and tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
             lines = [str(tool.measurement.problem)]

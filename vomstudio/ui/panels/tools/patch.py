@@ -1,4 +1,4 @@
-"""The panel of the patch tool: brush, type and set of the next patch, live fit and its reasons."""
+"""Panel of the patch tool: brush, type and set of the next patch, and the live fit."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools import patch_commands
 from vomstudio.ui.panels.tools.common import (
+    create_set_field,
     hint_label,
     narrow_column,
-    set_field,
 )
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.type_box import TypeBox
 
 
 class PatchPanel(QWidget):
-    """Shows the patch tool and sets brush, type and set."""
+    """Show the patch tool and set brush, type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         explain(self, "window.md#paint-a-patch")
         self._studio = studio
         self._tool = studio.tool_of(PatchTool)
-        self._shown: Measurement | None = None
+        self._measurement: Measurement | None = None
         self.radius = DoubleSpinBox()
         self.radius.setObjectName("brush_radius")
         self.radius.setDecimals(3)
@@ -52,8 +52,8 @@ class PatchPanel(QWidget):
         brush.addWidget(_button(actions["brush_removes"], tr("Erase")))
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("patch_type")
-        self.type_box.currentIndexChanged.connect(self._next_changed)
-        self.set_edit = set_field(self._next_changed)
+        self.type_box.currentIndexChanged.connect(self._apply_fields)
+        self.set_edit = create_set_field(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Brush"), brush)
         form.addRow(tr("Type"), self.type_box)
@@ -81,20 +81,20 @@ class PatchPanel(QWidget):
         layout.addWidget(self._hint)
         layout.addStretch(1)
         layout.addLayout(buttons)
-        # After the box, which follows them first.
+        # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
-        # Live figures come with every step of a stroke, the rest only with its end.
-        studio.preview.connect(self._follow)
+        # Live figures change during a stroke, all others at its end.
+        studio.preview.connect(self._follow_preview)
 
-    def _next_changed(self) -> None:
+    def _apply_fields(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         tool, studio = self._tool, self._studio
         patch = tool.current
         with QSignalBlocker(self.radius):
@@ -108,18 +108,18 @@ class PatchPanel(QWidget):
         self._name.setVisible(patch is not None)
         self._show_fit()
 
-    def _follow(self, preview: object) -> None:
-        if self._tool.open and self._tool.measurement is not self._shown:
+    def _follow_preview(self, preview: object) -> None:
+        if self._tool.open and self._tool.measurement is not self._measurement:
             self._show_fit()
 
     def _show_fit(self) -> None:
         self.radius.setSuffix(" m" if self._studio.metres_known() else tr(" units"))
-        self._shown = measured = self._tool.measurement
+        self._measurement = measurement = self._tool.measurement
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
-        self._hint.setVisible(measured is None)
+        self.fit_view.setVisible(measurement is not None)
+        self._hint.setVisible(measurement is None)
 
 
 def _button(action: QAction, text: str) -> QToolButton:

@@ -1,4 +1,4 @@
-"""Commands on a patch that is being painted."""
+"""Commands of the patch tool."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from vomstudio.ui.base.studio import Studio
 
 
 def commands(studio: Studio) -> list[Command]:
-    """The commands that the patch tool adds to the menu Interpret."""
+    """Create the commands that the patch tool adds to the menu Interpret."""
     tool = studio.tool_of(PatchTool)
 
-    def not_painting() -> Finding | None:
+    def why_not_painting() -> Finding | None:
         if studio.tool_name == tool.name:
             return None
         return Finding("action.needs-tool", tool=tr("Patch"))
 
-    def chosen() -> Patch | None:
+    def find_patch() -> Patch | None:
         records = studio.records
-        found = (get(records, i, Patch) for i in reversed(studio.selection.ids))
-        return next((patch for patch in found if patch is not None), None)
+        patches = (get(records, i, Patch) for i in reversed(studio.selection.ids))
+        return next((patch for patch in patches if patch is not None), None)
 
-    def cannot_continue() -> Finding | None:
+    def why_not_continue() -> Finding | None:
         if studio.open_tool is not None:
             return Finding("feature.open")
-        patch = chosen()
+        patch = find_patch()
         if patch is None:
             return Finding("selection.no-patch")
         return None if patch.model_id in studio.models else Finding("model.not-open")
 
     def continue_patch() -> None:
-        patch = chosen()
+        patch = find_patch()
         if patch is None:
             return
         studio.activate(tool.name)
@@ -49,39 +49,39 @@ def commands(studio: Studio) -> list[Command]:
             "continue_patch",
             tr("Continue patch"),
             continue_patch,
-            "brush-variant",
-            (),
-            tr("Continue the selected patch: add to it or erase from it."),
-            cannot_continue,
+            icon="brush-variant",
+            shortcut=(),
+            tip=tr("Continue the selected patch: add to it or erase from it."),
+            why_not=why_not_continue,
         ),
         Command(
             "brush_removes",
             tr("Erase with brush"),
             lambda: tool.set_removing(not tool.removing),
-            "eraser",
-            (),
-            tr("Strokes erase. Otherwise only strokes with Ctrl do."),
-            not_painting,
+            icon="eraser",
+            shortcut=(),
+            tip=tr("Strokes erase. Otherwise only strokes with Ctrl do."),
+            why_not=why_not_painting,
             checked=lambda: tool.removing,
         ),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
             tool.smaller,
-            None,
-            "[",
-            "",
-            not_painting,
+            icon=None,
+            shortcut="[",
+            tip="",
+            why_not=why_not_painting,
             in_viewport=True,
         ),
         Command(
             "brush_larger",
             tr("Larger brush"),
             tool.larger,
-            None,
-            "]",
-            "",
-            not_painting,
+            icon=None,
+            shortcut="]",
+            tip="",
+            why_not=why_not_painting,
             in_viewport=True,
         ),
     ]

@@ -1,4 +1,4 @@
-"""What was read by compass on a model: as the model shows it, and counted from which north."""
+"""Compass readings on a model: their directions in the model and their north reference."""
 
 from __future__ import annotations
 
@@ -20,70 +20,98 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """compass : what was said of it, None for nothing; seen : by the ids of the readings"""
+    """Compass readings on a model.
+
+    Attributes
+    ----------
+    compass : Compass or None
+        North reference of the readings, None for the default.
+    directions : mapping
+        Directions in model coordinates, by reading id.
+    """
 
     compass: Compass | None
-    seen: Mapping[str, ModelDirection]
+    directions: Mapping[str, ModelDirection]
 
     @classmethod
-    def none(cls) -> Readings:
+    def empty(cls) -> Readings:
         return cls(None, {})
 
     @classmethod
-    def of(cls, studio: Studio, model: Model | None, lines: Sequence[KnownLine]) -> Readings:
-        """Those of a model as it stands in the project."""
+    def create(cls, studio: Studio, model: Model | None, lines: Sequence[KnownLine]) -> Readings:
+        """Collect the readings on a model of the project."""
         if model is None:
-            return cls.none()
+            return cls.empty()
         compass = compass_of(studio.records, model.id)
-        there = {line.feature_id for line in lines if line.is_read} & set(studio.records)
-        if not there:
+        feature_ids = {line.feature_id for line in lines if line.is_read} & set(studio.records)
+        if not feature_ids:
             return cls(compass, {})
         from vomstudio.studio.placing.known_planes import measure_directions
 
-        return cls(compass, measure_directions(lines, studio.measured(there), model))
+        return cls(compass, measure_directions(lines, studio.measured(feature_ids), model))
 
-    def counted(self, known: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
-        """How azimuths are counted, and a sentence on that. Raises UsageError, InputError where
-        that is not known."""
+    def resolve_north(self, find_inputs: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
+        """Return the north reference of the azimuths and a sentence about it.
+
+        Raises
+        ------
+        UsageError, InputError
+            If the reference cannot be determined.
+        """
         from vomstudio.studio.placing.read_north import GRID_NORTH, resolve_north
 
         return (
             (GRID_NORTH, "")
             if self.compass is None
-            else resolve_north(self.compass, known(self.compass))
+            else resolve_north(self.compass, find_inputs(self.compass))
         )
 
-    def same_as(self, other: Readings) -> bool:
-        """Whether nothing has changed that places a model."""
-        return self.compass == other.compass and _figures(self) == _figures(other)
+    def is_equivalent(self, other: Readings) -> bool:
+        """Return whether both give the same placement."""
+        return self.compass == other.compass and _direction_values(self) == _direction_values(other)
 
 
-def known_north(
+def find_north_inputs(
     studio: Studio, compass: Compass, model: Model, points: Sequence[ControlPoint], crs: str | None
 ) -> North:
-    """What is known of place and day of readings on a model. crs : of the points. Raises
-    UsageError."""
+    """Return place and day of the readings on a model.
+
+    Parameters
+    ----------
+    crs : str or None
+        CRS of the points.
+
+    Raises
+    ------
+    UsageError
+        If the place or the day is not valid.
+    """
     from vomstudio.studio.placing.read_north import north_inputs
     from vomstudio.studio.placing.registering import control_pairs
 
-    opened = studio.models.get(model.id)
-    bounds = None if opened is None else opened.data.bounds
-    return north_inputs(compass, model, bounds, control_pairs(points), crs)
-
-
-def counted(lines: Sequence[KnownLine]) -> bool:
-    """Whether azimuths are among what is known."""
-    return any(line.is_read or line.kind == "azimuth" for line in lines)
-
-
-def used_north(used: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
-    """How azimuths were counted that place a model; None where none does."""
-    return (
-        used if counted([line for line in lines if line.is_complete and not line.check]) else None
+    open_model = studio.models.get(model.id)
+    bounds = None if open_model is None else open_model.data.bounds
+    return north_inputs(
+        compass=compass, model=model, bounds=bounds, pairs=control_pairs(points), crs=crs
     )
 
 
-def _figures(readings: Readings) -> dict[str, tuple[tuple[float, ...], float | None]]:
+def has_azimuths(lines: Sequence[KnownLine]) -> bool:
+    """Return whether any of the lines has an azimuth."""
+    return any(line.is_read or line.kind == "azimuth" for line in lines)
+
+
+def placement_north(read_north: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
+    """Return the north reference if azimuths determine the placement, else None."""
+    return (
+        read_north
+        if has_azimuths([line for line in lines if line.is_complete and not line.check])
+        else None
+    )
+
+
+def _direction_values(readings: Readings) -> dict[str, tuple[tuple[float, ...], float | None]]:
     return {
-        id_: (tuple(each.direction.tolist()), each.sigma_deg) for id_, each in readings.seen.items()
+        id_: (tuple(each.direction.tolist()), each.sigma_deg)
+        for id_, each in readings.directions.items()
     }

@@ -1,4 +1,4 @@
-"""The panel of the tool that chooses faces and points."""
+"""Panel of the selection tool for faces and points."""
 
 from __future__ import annotations
 
@@ -25,38 +25,38 @@ from vomstudio.ui.base.controls import DoubleSpinBox, Label, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools import select_commands
-from vomstudio.ui.panels.tools.common import hint_label, narrow_column, set_field
-from vomstudio.ui.panels.tools.value_selection_box import ByValue
+from vomstudio.ui.panels.tools.common import create_set_field, hint_label, narrow_column
+from vomstudio.ui.panels.tools.value_selection_box import ValueSelectionBox
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.type_box import TypeBox
 
-_WAYS = ("select_grow", "select_rectangle", "select_lasso", "select_polygon")
-_CHANGES = (
+_MODES = ("select_grow", "select_rectangle", "select_lasso", "select_polygon")
+_SELECTION_CHANGES = (
     "select_wider",
     "select_narrower",
     "select_invert",
     "select_everything",
     "select_patch",
 )
-_OUT = ("hide_elements", "isolate_elements", "show_elements", "cut_out")
+_VISIBILITY = ("hide_elements", "isolate_elements", "show_elements", "cut_out")
 _SHARED = ("finish", "cancel")
-"""Which stand in the panels of all tools."""
-_COMBINE = ("select_new", "select_add", "select_subtract", "select_intersect")
+"""Commands that the panels of all tools have."""
+_COMBINATIONS = ("select_new", "select_add", "select_subtract", "select_intersect")
 
 
 class SelectPanel(QWidget):
-    """Shows what is chosen and its plane, and sets how it is chosen."""
+    """Show the selection and its plane, and set the selection mode."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         explain(self, "window.md#select-on-the-surface")
         self._studio = studio
         self._tool = studio.tool_of(SelectTool)
-        self._shown: Measurement | None = None
+        self._measurement: Measurement | None = None
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("selected_type")
-        self.type_box.currentIndexChanged.connect(self._next_changed)
-        self.set_edit = set_field(self._next_changed)
+        self.type_box.currentIndexChanged.connect(self._apply_fields)
+        self.set_edit = create_set_field(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
@@ -65,14 +65,14 @@ class SelectPanel(QWidget):
         self.fit_view = FitView()
         self._hint = hint_label()
         layout = narrow_column(self)
-        layout.addLayout(_buttons(actions, _WAYS))
-        self._tolerances = self._make_tolerances(studio)
+        layout.addLayout(_buttons(actions, _MODES))
+        self._tolerances = self._create_tolerances(studio)
         layout.addWidget(self._tolerances)
-        layout.addLayout(_icons(actions, (*_COMBINE, "select_through")))
-        self.by_value = ByValue(studio)
-        layout.addWidget(self.by_value)
-        layout.addLayout(_buttons(actions, _CHANGES))
-        layout.addLayout(_buttons(actions, _OUT))
+        layout.addLayout(_icons(actions, (*_COMBINATIONS, "select_through")))
+        self.value_box = ValueSelectionBox(studio)
+        layout.addWidget(self.value_box)
+        layout.addLayout(_buttons(actions, _SELECTION_CHANGES))
+        layout.addLayout(_buttons(actions, _VISIBILITY))
         layout.addWidget(self.count)
         layout.addLayout(form)
         layout.addLayout(_buttons(actions, _SHARED))
@@ -84,8 +84,8 @@ class SelectPanel(QWidget):
         studio.tool_changed_signal.connect(self.refresh)
         studio.settings_changed.connect(self.refresh)
 
-    def _make_tolerances(self, studio: Studio) -> QWidget:
-        """How far a piece grows from a click."""
+    def _create_tolerances(self, studio: Studio) -> QWidget:
+        """Create the tolerances of growing a piece from a click."""
         growth, tool = self._tool.growth, self._tool
         self.angle, self.distance = DoubleSpinBox(), DoubleSpinBox()
         self.angle.setObjectName("grow_angle")
@@ -116,17 +116,17 @@ class SelectPanel(QWidget):
         rows.addRow(tr("Distance"), self.distance)
         return page
 
-    def _next_changed(self) -> None:
+    def _apply_fields(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        # Choosing the tool is no change of it: the box of fields would be empty.
+        # Activating the tool does not emit its change signal.
         self.refresh()
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         if self._studio.tool_name != self._tool.name:
             return
         tool, studio = self._tool, self._studio
@@ -136,30 +136,30 @@ class SelectPanel(QWidget):
             self.angle.setValue(tool.growth.angle_deg)
             self.distance.setValue(tool.growth.distance or 0.0)
         self.distance.setSuffix(" m" if studio.metres_known() else tr(" units"))
-        self.by_value.refresh()
+        self.value_box.refresh()
         if not self.set_edit.isModified():
             self.set_edit.setText(studio.next_set)
-        chosen = tool.selection
-        model = None if chosen is None else studio.records.get(chosen.model_id)
-        self.count.setVisible(chosen is not None)
-        if chosen is not None and model is not None:
+        selection = tool.selection
+        model = None if selection is None else studio.records.get(selection.model_id)
+        self.count.setVisible(selection is not None)
+        if selection is not None and model is not None:
             self.count.setText(
                 tr(
                     "{count:,} of {all:,} of {model}",
-                    count=chosen.count,
-                    all=len(chosen.mask),
+                    count=selection.count,
+                    all=len(selection.mask),
                     model=model.name,
                 )
             )
-        measured = tool.measurement
+        measurement = tool.measurement
         self.fit_view.show_measurement(
-            measured, studio.settings.notation, local=not studio.north_known()
+            measurement, studio.settings.notation, local=not studio.north_known()
         )
-        self.fit_view.setVisible(measured is not None)
-        self._hint.setVisible(measured is None)
+        self.fit_view.setVisible(measurement is not None)
+        self._hint.setVisible(measurement is None)
         self._hint.setText(
             tr("Draw around a piece of the outcrop, or click it. The right button orbits.")
-            if chosen is None
+            if selection is None
             else tr(
                 "Of more than {most:,} the plane is shown once they are a patch.",
                 most=MAX_LIVE_ELEMENTS,
@@ -168,7 +168,7 @@ class SelectPanel(QWidget):
 
 
 def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout:
-    """Two in a row, with their keys."""
+    """Lay out the buttons in two columns, with their keys."""
     grid = QGridLayout()
     grid.setSpacing(3)
     for i, name in enumerate(names):
@@ -177,9 +177,9 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
         theme.show_toggles(button)
         keys = actions[name].shortcuts()
         if keys and name not in _SHARED:
-            shown = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
+            shortcut = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
             text = plain(actions[name].text()).partition(" ")[0]
-            actions[name].setIconText(f"{text} ({shown})")
+            actions[name].setIconText(f"{text} ({shortcut})")
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         grid.addWidget(button, i // 2, i % 2)
@@ -187,7 +187,7 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
 
 
 def _icons(actions: dict[str, QAction], names: tuple[str, ...]) -> QHBoxLayout:
-    """All in one row; what they are stands in their tooltips."""
+    """Lay out icon buttons in one row; their names are in the tooltips."""
     row = QHBoxLayout()
     row.setSpacing(3)
     for name in names:

@@ -1,4 +1,4 @@
-"""Commands on what is chosen of a surface."""
+"""Commands on the selected faces and points of a surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.ui.base.studio import Studio
 
 Keys = str | tuple[str, ...]
 
-WAYS: dict[SelectMode, tuple[str, str, str]] = {
+_MODES: dict[SelectMode, tuple[str, str, str]] = {
     "grow": (
         "auto-fix",
         "G",
@@ -30,7 +30,7 @@ WAYS: dict[SelectMode, tuple[str, str, str]] = {
         to_translate("Clicks are the corners of a polygon; Enter takes what lies inside."),
     ),
 }
-_COMBINE: dict[Combine, tuple[str, str]] = {
+_COMBINE_TIPS: dict[Combine, tuple[str, str]] = {
     "new": ("selection", to_translate("What is found takes the place of what is chosen.")),
     "add": ("vector-union", to_translate("What is found is added (Shift does so once).")),
     "subtract": (
@@ -44,177 +44,188 @@ _COMBINE: dict[Combine, tuple[str, str]] = {
 }
 
 
-class _Selecting:
-    """What can be done now, and why not."""
+class _SelectCommands:
+    """Commands of the selection tool with the reasons why they are disabled."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio, self.tool = studio, studio.tool_of(SelectTool)
 
-    def not_selecting(self) -> Finding | None:
+    def why_not_selecting(self) -> Finding | None:
         if self._studio.tool_name == self.tool.name:
             return None
         return Finding("action.needs-tool", tool=tr("Select"))
 
-    def nothing_chosen(self) -> Finding | None:
-        if (reason := self.not_selecting()) is not None:
+    def why_no_selection(self) -> Finding | None:
+        if (reason := self.why_not_selecting()) is not None:
             return reason
         return None if self.tool.count else Finding("action.no-elements")
 
-    def no_model(self) -> Finding | None:
-        if (reason := self.not_selecting()) is not None:
+    def why_no_model(self) -> Finding | None:
+        if (reason := self.why_not_selecting()) is not None:
             return reason
         return None if self.tool.changes.data() is not None else Finding("action.no-elements")
 
-    def nothing_hidden(self) -> Finding | None:
+    def why_none_hidden(self) -> Finding | None:
         return None if self.tool.changes.anything_hidden() else Finding("action.nothing-hidden")
 
-    def patch(self) -> Patch | None:
-        """The last one that is selected."""
+    def find_patch(self) -> Patch | None:
+        """Return the patch that was selected last."""
         studio = self._studio
-        found = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
-        return next((each for each in found if each is not None), None)
+        patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
+        return next((patch for patch in patches if patch is not None), None)
 
-    def no_patch(self) -> Finding | None:
-        if (reason := self.not_selecting()) is not None:
+    def why_no_patch(self) -> Finding | None:
+        if (reason := self.why_not_selecting()) is not None:
             return reason
-        return None if self.patch() is not None else Finding("selection.no-patch")
+        return None if self.find_patch() is not None else Finding("selection.no-patch")
 
     def take_patch(self) -> None:
-        if (found := self.patch()) is not None:
-            self.tool.changes.take_patch(found)
+        if (patch := self.find_patch()) is not None:
+            self.tool.changes.take_patch(patch)
 
-    # --- its commands ------------------------------------------------------------------------
-    def way(self, way: SelectMode) -> Command:
-        icon, key, tip = WAYS[way]
+    # --- commands ----------------------------------------------------------------------------
+    def create_mode_command(self, mode: SelectMode) -> Command:
+        icon, key, tip = _MODES[mode]
         return Command(
-            f"select_{way}",
-            tr(STEPS[way]),
-            lambda: self.tool.set_mode(way),
-            icon,
-            key,
-            tr(tip),
-            self.not_selecting,
+            f"select_{mode}",
+            tr(STEPS[mode]),
+            lambda: self.tool.set_mode(mode),
+            icon=icon,
+            shortcut=key,
+            tip=tr(tip),
+            why_not=self.why_not_selecting,
             in_viewport=True,
-            checked=lambda: self.tool.mode == way,
+            checked=lambda: self.tool.mode == mode,
         )
 
-    def combine(self, how: Combine) -> Command:
-        icon, tip = _COMBINE[how]
+    def create_combine_command(self, combination: Combine) -> Command:
+        icon, tip = _COMBINE_TIPS[combination]
         return Command(
-            f"select_{how}",
-            tr(COMBINATIONS[how]),
-            lambda: self.tool.set_combine(how),
-            icon,
-            (),
-            tr(tip),
-            self.not_selecting,
-            checked=lambda: self.tool.combine == how,
+            f"select_{combination}",
+            tr(COMBINATIONS[combination]),
+            lambda: self.tool.set_combine(combination),
+            icon=icon,
+            shortcut=(),
+            tip=tr(tip),
+            why_not=self.why_not_selecting,
+            checked=lambda: self.tool.combine == combination,
         )
 
 
 def commands(studio: Studio) -> list[Command]:
-    """The commands that the tool adds to the menu Interpret."""
-    now = _Selecting(studio)
-    tool, changes = now.tool, now.tool.changes
+    """Create the commands that the tool adds to the menu Interpret."""
+    factory = _SelectCommands(studio)
+    tool, changes = factory.tool, factory.tool.changes
 
-    def plain(
+    def create_command(
         name: str,
         text: str,
         run: Callable[[], object],
         icon: str,
         key: Keys,
         tip: str,
-        why_not: Callable[[], Finding | None] = now.nothing_chosen,
+        why_not: Callable[[], Finding | None] = factory.why_no_selection,
     ) -> Command:
-        return Command(name, text, run, icon, key, tip, why_not, in_viewport=bool(key))
+        return Command(
+            name,
+            text,
+            run,
+            icon=icon,
+            shortcut=key,
+            tip=tip,
+            why_not=why_not,
+            in_viewport=bool(key),
+        )
 
     return [
-        *(now.way(way) for way in WAYS),
-        *(now.combine(how) for how in _COMBINE),
+        *(factory.create_mode_command(mode) for mode in _MODES),
+        *(factory.create_combine_command(combination) for combination in _COMBINE_TIPS),
         Command(
             "select_through",
             tr("Through the surface"),
             lambda: tool.set_through(not tool.through),
-            "layers-outline",
-            "V",
-            tr("Shapes take what is hidden too; else only what is seen."),
-            now.not_selecting,
+            icon="layers-outline",
+            shortcut="V",
+            tip=tr("Shapes take what is hidden too; else only what is seen."),
+            why_not=factory.why_not_selecting,
             in_viewport=True,
             checked=lambda: tool.through,
         ),
-        plain(
+        create_command(
             "select_wider",
             tr("Widen"),
             changes.wider,
-            "arrow-expand-all",
-            ("+", "="),
-            tr("With those beside the chosen ones."),
+            icon="arrow-expand-all",
+            key=("+", "="),
+            tip=tr("With those beside the chosen ones."),
         ),
-        plain(
+        create_command(
             "select_narrower",
             tr("Narrow"),
             changes.narrower,
-            "arrow-collapse-all",
-            "-",
-            tr("Without those at the edge of what is chosen."),
+            icon="arrow-collapse-all",
+            key="-",
+            tip=tr("Without those at the edge of what is chosen."),
         ),
-        plain(
+        create_command(
             "select_invert",
             tr("Invert"),
             changes.invert,
-            "select-inverse",
-            "Shift+I",
-            tr("What is not chosen, in place of what is."),
+            icon="select-inverse",
+            key="Shift+I",
+            tip=tr("What is not chosen, in place of what is."),
         ),
-        plain(
+        create_command(
             "select_everything",
             tr("Choose all"),
             changes.everything,
-            "select-all",
-            (),
-            tr("Every face or point of the model."),
-            now.no_model,
+            icon="select-all",
+            key=(),
+            tip=tr("Every face or point of the model."),
+            why_not=factory.why_no_model,
         ),
-        plain(
+        create_command(
             "select_patch",
             tr("Take patch"),
-            now.take_patch,
-            "texture-box",
-            (),
-            tr("The faces or points of the selected patch."),
-            now.no_patch,
+            factory.take_patch,
+            icon="texture-box",
+            key=(),
+            tip=tr("The faces or points of the selected patch."),
+            why_not=factory.why_no_patch,
         ),
-        plain(
+        create_command(
             "hide_elements",
             tr("Hide what is chosen"),
             tool.hide_selected,
-            "eye-off-outline",
-            "H",
-            tr("Hides what is chosen of the model. Undo shows it again."),
+            icon="eye-off-outline",
+            key="H",
+            tip=tr("Hides what is chosen of the model. Undo shows it again."),
         ),
-        plain(
+        create_command(
             "isolate_elements",
             tr("Isolate what is chosen"),
             changes.isolate,
-            "eye-outline",
-            "Shift+H",
-            tr("Hides all of the model but what is chosen. Earlier view (Shift+Z) shows it again."),
+            icon="eye-outline",
+            key="Shift+H",
+            tip=tr(
+                "Hides all of the model but what is chosen. Earlier view (Shift+Z) shows it again."
+            ),
         ),
-        plain(
+        create_command(
             "show_elements",
             tr("Show hidden"),
             changes.show_all,
-            "eye",
-            "U",
-            tr("Shows every face and point again. Undo hides them."),
-            now.nothing_hidden,
+            icon="eye",
+            key="U",
+            tip=tr("Shows every face and point again. Undo hides them."),
+            why_not=factory.why_none_hidden,
         ),
-        plain(
+        create_command(
             "cut_out",
             tr("Cut out"),
             changes.cut_out,
-            "scissors-cutting",
-            (),
-            tr("Makes a model of what is chosen, with its textures. The original stays."),
+            icon="scissors-cutting",
+            key=(),
+            tip=tr("Makes a model of what is chosen, with its textures. The original stays."),
         ),
     ]

@@ -1,4 +1,4 @@
-"""The panel of the tool of stations and samples: what the next click makes."""
+"""Panel of the station tool: kind, number and photo of the next station or sample."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class StationPanel(QWidget):
-    """Shows the tool and sets kind, number and photo of the next station."""
+    """Show the tool and set kind, number and photo of the next station."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         explain(self, "window.md#stations-contact-lines-and-rock-areas")
         self._tool = studio.tool_of(StationTool)
-        self.what_box = ComboBox()
-        self.what_box.setObjectName("station_what")
-        for what, name in STATION_KINDS:
-            self.what_box.addItem(tr(name), what)
-        self.what_box.activated.connect(self._chosen)
+        self.kind_box = ComboBox()
+        self.kind_box.setObjectName("station_what")
+        for kind, name in STATION_KINDS:
+            self.kind_box.addItem(tr(name), kind)
+        self.kind_box.activated.connect(self._apply_fields)
         self.number_edit, self.photo_edit = QLineEdit(), QLineEdit()
         self.number_edit.setPlaceholderText(tr("such as KB-17"))
         self.photo_edit.setPlaceholderText(tr("its label or file"))
         for edit in (self.number_edit, self.photo_edit):
-            edit.editingFinished.connect(self._chosen)
+            edit.editingFinished.connect(self._apply_fields)
         form = narrow_form()
-        form.addRow(tr("Make"), self.what_box)
+        form.addRow(tr("Make"), self.kind_box)
         form.addRow(tr("Number"), self.number_edit)
-        form.addRow(tr("Photo"), self._with_browser())
+        form.addRow(tr("Photo"), self._create_photo_row())
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
             tr(
@@ -45,12 +45,19 @@ class StationPanel(QWidget):
                 "by itself; notes are written in Properties."
             )
         )
-        lay_out_picking(self, actions, form, QWidget(), self.table, self._hint)
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=QWidget(),
+            table=self.table,
+            hint=self._hint,
+        )
         for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
             signal.connect(self.refresh)
 
-    def _with_browser(self) -> QWidget:
-        """The field of the photo, with a button that looks for its file."""
+    def _create_photo_row(self) -> QWidget:
+        """Create the photo field with a button that opens the file dialog."""
         row = QWidget()
         layout = QHBoxLayout(row)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -71,25 +78,25 @@ class StationPanel(QWidget):
         )
         if path:
             self.photo_edit.setText(path)
-            self._chosen()
+            self._apply_fields()
 
-    def _chosen(self) -> None:
+    def _apply_fields(self) -> None:
         self._tool.choose(
-            what=str(self.what_box.currentData()),
+            what=str(self.kind_box.currentData()),
             number=self.number_edit.text().strip(),
             photo=self.photo_edit.text().strip(),
         )
 
     def refresh(self, *_: object) -> None:
-        """Show what is made next."""
-        tool, now = self._tool, self._tool.feature or self._tool.next
-        self.what_box.setCurrentIndex(self.what_box.findData(now.what))
-        for edit, text in ((self.number_edit, now.number), (self.photo_edit, now.photo)):
+        """Show the attributes of the open or next station."""
+        tool, station = self._tool, self._tool.feature or self._tool.next
+        self.kind_box.setCurrentIndex(self.kind_box.findData(station.what))
+        for edit, text in ((self.number_edit, station.number), (self.photo_edit, station.photo)):
             if edit.text() != text and not (edit.hasFocus() and edit.isModified()):
                 edit.setText(text)
-        why = Finding("feature.continued") if tool.continued else None
-        for field in (self.what_box, self.number_edit, self.photo_edit, self.browse):
-            allow(field, why)
+        reason = Finding("feature.continued") if tool.continued else None
+        for field in (self.kind_box, self.number_edit, self.photo_edit, self.browse):
+            allow(field, reason)
         self._hint.setVisible(not tool.open)
         self.table.refresh()
 

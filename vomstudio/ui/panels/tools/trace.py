@@ -1,4 +1,4 @@
-"""The panel of the trace tool: type and set of the next trace, live fit with reasons, vertices."""
+"""Panel of the trace tool: type and set of the next trace, live fit and vertices."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from vomstudio.ui.base.controls import allow, narrow_form
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import (
+    create_set_field,
     hint_label,
     lay_out_picking,
-    set_field,
 )
-from vomstudio.ui.panels.tools.in_photos_box import InPhotosBox
+from vomstudio.ui.panels.tools.photo_follow_box import PhotoFollowBox
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.follow_box import FollowBox
 from vomstudio.ui.widgets.type_box import TypeBox
@@ -24,7 +24,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 
 class TracePanel(QWidget):
-    """Shows the trace tool and sets type and set."""
+    """Show the trace tool and set type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -33,15 +33,15 @@ class TracePanel(QWidget):
         self._tool = studio.tool_of(TraceTool)
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("trace_type")
-        self.type_box.currentIndexChanged.connect(self._next_changed)
-        self.set_edit = set_field(self._next_changed)
+        self.type_box.currentIndexChanged.connect(self._apply_fields)
+        self.set_edit = create_set_field(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
         self.follow_box = FollowBox(studio, self._tool)
         form.addRow(tr("Follow"), self.follow_box)
-        self.in_photos = InPhotosBox(studio, self._tool)
-        form.addRow(self.in_photos)
+        self.photo_follow_box = PhotoFollowBox(studio, self._tool)
+        form.addRow(self.photo_follow_box)
 
         self.fit_view = FitView(reasons_shown=2)
 
@@ -49,24 +49,31 @@ class TracePanel(QWidget):
         self.table.setObjectName("trace_vertices")
 
         self._hint = hint_label()
-        lay_out_picking(self, actions, form, self.fit_view, self.table, self._hint)
-        # After the box, which follows them first.
+        lay_out_picking(
+            panel=self,
+            actions=actions,
+            form=form,
+            figures=self.fit_view,
+            table=self.table,
+            hint=self._hint,
+        )
+        # The box must be updated first, so it is connected first.
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.next_changed.connect(self._show_kind)
 
-    def _next_changed(self) -> None:
+    def _apply_fields(self) -> None:
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         tool = self._tool
-        enough = tool.followed or len(tool.vertices) > 2
-        measured = tool.measurement if enough and not tool.searching else None
+        has_fit = tool.followed or len(tool.vertices) > 2
+        measurement = tool.measurement if has_fit and not tool.searching else None
         self.fit_view.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, local=not self._studio.north_known()
         )
         self.fit_view.setVisible(tool.open)
         self._hint.setText(
@@ -81,11 +88,13 @@ class TracePanel(QWidget):
         self._show_kind()
         self.table.refresh()
         self.follow_box.refresh()
-        self.in_photos.refresh()
+        self.photo_follow_box.refresh()
 
     def _show_kind(self) -> None:
-        """Type and set of the open trace, else of the next one. Those of a continued trace are
-        changed in its properties."""
+        """Show type and set of the open trace, else of the next one.
+
+        A continued trace is changed in its properties.
+        """
         trace, studio = self._tool.trace, self._studio
         type_id = trace.type_id if trace else studio.next_type_id
         set_name = trace.set_name if trace else studio.next_set

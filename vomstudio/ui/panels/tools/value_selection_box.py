@@ -1,4 +1,4 @@
-"""The box that chooses faces and points by a field or by their colour."""
+"""Box that selects faces and points by field value or colour."""
 
 from __future__ import annotations
 
@@ -21,43 +21,45 @@ from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow
 from vomstudio.ui.base.studio import Studio
 
-_COLOUR = ""
-_FIRST_TOLERANCE = 10.0
-_MOST = 1e9
-_NARROW = 76
+_COLOUR_KEY = ""
+DEFAULT_TOLERANCE = 10.0
+MAX_VALUE = 1e9
+_MIN_WIDTH_PX = 76
 
 
-class ByValue(QWidget):
-    """A field with a range, or the colour of what is chosen with a tolerance."""
+class ValueSelectionBox(QWidget):
+    """Select by the range of a field, or by similarity to the selected colour."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
         self._tool = studio.tool_of(SelectTool)
-        self._of: object = None
-        self.what = ComboBox()
-        self.what.setObjectName("by_value_of")
-        self.what.setMinimumWidth(_NARROW)
-        self.what.currentIndexChanged.connect(self._show_range)
+        self._field_source: object = None
+        self.field_box = ComboBox()
+        self.field_box.setObjectName("by_value_of")
+        self.field_box.setMinimumWidth(_MIN_WIDTH_PX)
+        self.field_box.currentIndexChanged.connect(self._show_range)
         self.low, self.high = DoubleSpinBox(), DoubleSpinBox()
         self.low.setObjectName("by_value_low")
         self.high.setObjectName("by_value_high")
         for box in (self.low, self.high):
-            box.setRange(-_MOST, _MOST)
+            box.setRange(-MAX_VALUE, MAX_VALUE)
             box.setDecimals(3)
-            # Or the dock would have room for a thousand million.
-            box.setMinimumWidth(_NARROW)
+            # The size hint would fit the largest value and widen the dock.
+            box.setMinimumWidth(_MIN_WIDTH_PX)
             box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self._to = Label(tr("to"))
-        self.take = QPushButton(tr("Choose"))
-        self.take.setObjectName("by_value_take")
-        self.take.setToolTip(tr("What has such a value, as New, Add, Subtract and Intersect say."))
-        self.take.clicked.connect(self._take)
+        self._to_label = Label(tr("to"))
+        self.take_button = QPushButton(tr("Choose"))
+        self.take_button.setObjectName("by_value_take")
+        self.take_button.setToolTip(
+            tr("What has such a value, as New, Add, Subtract and Intersect say.")
+        )
+        self.take_button.clicked.connect(self._select)
         first, second = QHBoxLayout(), QHBoxLayout()
-        first.addWidget(self.what, 1)
-        first.addWidget(self.take)
+        first.addWidget(self.field_box, 1)
+        first.addWidget(self.take_button)
         second.addWidget(self.low, 1)
-        second.addWidget(self._to)
+        second.addWidget(self._to_label)
         second.addWidget(self.high, 1)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -66,35 +68,37 @@ class ByValue(QWidget):
         column.addLayout(second)
 
     def refresh(self) -> None:
-        """The fields of the model that is meant now."""
+        """List the fields of the current model."""
         from vomstudio.extraction.selection.field_values import selectable_fields
 
         changes = self._tool.changes
         data = changes.data()
-        lacks_color = not self.what.currentData() and not self._tool.count
-        allow(self.take, Finding("action.no-elements") if data is None or lacks_color else None)
+        lacks_color = not self.field_box.currentData() and not self._tool.count
+        allow(
+            self.take_button, Finding("action.no-elements") if data is None or lacks_color else None
+        )
         names = () if data is None else selectable_fields(data)
-        if (data, names) == self._of:
+        if (data, names) == self._field_source:
             return
-        self._of = (data, names)
-        with QSignalBlocker(self.what):
-            self.what.clear()
-            self.what.addItem(tr("Colour as chosen"), _COLOUR)
+        self._field_source = (data, names)
+        with QSignalBlocker(self.field_box):
+            self.field_box.clear()
+            self.field_box.addItem(tr("Colour as chosen"), _COLOUR_KEY)
             for name in names:
-                self.what.addItem(name, name)
+                self.field_box.addItem(name, name)
         self._show_range()
 
     def _show_range(self) -> None:
         from vomstudio.extraction.selection.field_values import field_range
 
-        name = self.what.currentData() or _COLOUR
-        self._to.setVisible(name != _COLOUR)
-        self.high.setVisible(name != _COLOUR)
-        if name == _COLOUR:
+        name = self.field_box.currentData() or _COLOUR_KEY
+        self._to_label.setVisible(name != _COLOUR_KEY)
+        self.high.setVisible(name != _COLOUR_KEY)
+        if name == _COLOUR_KEY:
             self.low.setPrefix(tr("within "))
             self.low.setSuffix(" ΔE")
             self.low.setDecimals(1)
-            self.low.setValue(_FIRST_TOLERANCE)
+            self.low.setValue(DEFAULT_TOLERANCE)
             self.low.setToolTip(
                 tr("Difference in CIE L*a*b*, lightness by half: 2 is just seen, 30 another rock.")
             )
@@ -113,8 +117,8 @@ class ByValue(QWidget):
                 self.high.setValue(high if math.isfinite(high) else 0.0)
         self._studio.tool_changed()
 
-    def _take(self) -> None:
-        name = self.what.currentData()
+    def _select(self) -> None:
+        name = self.field_box.currentData()
         if not name:
             self._tool.changes.select_by_colour(self.low.value())
         else:

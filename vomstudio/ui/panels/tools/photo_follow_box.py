@@ -1,4 +1,4 @@
-"""Whether what is clicked in a photo is followed in its pixels, and what other photos say of it."""
+"""Box that turns on path following in photos and shows the votes of other photos."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.studio import Studio
 
 
-class InPhotosBox(QWidget):
-    """A check box, and below it the votes on the open feature."""
+class PhotoFollowBox(QWidget):
+    """Show a check box, and below it the votes on the open feature."""
 
     def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class InPhotosBox(QWidget):
         self.refresh()
 
     def why_not(self) -> Finding | None:
-        """Return why photos cannot be followed in; None if they can."""
+        """Return why paths cannot be followed in photos; None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
         if self._tool.continued:
             return Finding("follow.continued")
@@ -54,7 +54,7 @@ class InPhotosBox(QWidget):
         return Finding("follow.no-cameras")
 
     def refresh(self, *_: object) -> None:
-        """Show the tool as it is now."""
+        """Show the current state of the tool."""
         reason = self.why_not()
         with QSignalBlocker(self.check):
             self.check.setChecked(self._tool.in_photos)

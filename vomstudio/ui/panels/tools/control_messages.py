@@ -1,4 +1,4 @@
-"""What the panel of control points, known lines and compass readings says."""
+"""Texts of the panel of control points, known lines and compass readings."""
 
 from __future__ import annotations
 
@@ -17,55 +17,55 @@ from vomstudio.ui.panels.tools.readings import Readings
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
 
-_IN_THE_WINDOW = {
+_WINDOW_NAMES = {
     "(--without)": to_translate("(take its tick away)"),
     "(--declination)": to_translate("(North)"),
     "(--north-sigma)": to_translate("(North)"),
 }
-"""What the options of the command are here."""
+"""Names in the window of the options that findings mention."""
 
 
-def in_short(
+def placement_problem(
     points: Sequence[ControlPoint],
     lines: Sequence[KnownLine],
-    found: int,
+    pair_count: int,
     error: VomError,
     readings: Readings,
 ) -> Finding:
-    """Why there is no placement, or what is to be done next. found : so many points are found"""
+    """Return why the model is not placed, or the next step; `pair_count` points are complete."""
     from vomstudio.studio.placing.known_lines import placement_lines
     from vomstudio.studio.placing.known_planes import placement_readings
 
-    if placement_lines(lines) or placement_readings(lines, readings.seen):
+    if placement_lines(lines) or placement_readings(lines, readings.directions):
         return finding_of(error)
     if not points:
         if any(not line.is_complete for line in lines):
             return Finding("line.value-missing")
         return Finding("registration.not-begun")
-    if not found and not any(p.position for p in points):
+    if not pair_count and not any(p.position for p in points):
         return Finding("control.coordinates-missing")
-    left = sum(p.position is not None and not p.vertices for p in points)
-    if found < 3 and left:
-        return Finding("control.click-points", found=found, count=found + left)
+    unclicked_count = sum(p.position is not None and not p.vertices for p in points)
+    if pair_count < 3 and unclicked_count:
+        return Finding("control.click-points", found=pair_count, count=pair_count + unclicked_count)
     return finding_of(error)
 
 
-def placement_text(placed: Placed, model: Model | None, crs: str | None) -> str:
-    """What a geologist must know of it."""
+def format_placement(placed: Placed, model: Model | None, crs: str | None) -> str:
+    """Format residuals, frame accuracy and warnings of a placement."""
     from vomstudio.registration.warnings import vertical_error_findings
     from vomstudio.studio.placing.known_lines import frame_after_placement
 
-    said = [_worth(placed)]
+    lines = [_format_residuals(placed)]
     if model is not None and not placed.known.all:
-        known = frame_after_placement(placed, model, crs).known_text()
-        then = [
-            tr("After registering: {known}", known=known),
+        accuracy = frame_after_placement(placed, model, crs).known_text()
+        frame_lines = [
+            tr("After registering: {known}", known=accuracy),
             *map(str, vertical_error_findings(placed)),
         ]
-        # What is wrong comes before what is known by it.
-        said = [*said, *then] if placed.blunders else [*then, *said]
-    text = "\n".join(said)
-    for option, name in _IN_THE_WINDOW.items():
+        # Blunders are listed before the accuracy that they affect.
+        lines = [*lines, *frame_lines] if placed.blunders else [*frame_lines, *lines]
+    text = "\n".join(lines)
+    for option, name in _WINDOW_NAMES.items():
         text = text.replace(option, tr(name))
     return text
 
@@ -77,15 +77,18 @@ def reading_tips(
     turned_deg: float,
     studio: Studio,
 ) -> Mapping[str, str]:
-    """Of what was read by compass, by id: what the placed model shows, what else is in its error,
-    and what becomes of the placement without it; or why it places nothing."""
+    """Format tooltips of the compass readings, by id.
+
+    They compare the reading with the placed model and state the effect of leaving it out, or why
+    the reading is not used.
+    """
     from vomstudio.project.records import get_feature
 
     tips = {}
     for line in lines:
         if not line.is_read:
             continue
-        if line.id not in readings.seen:
+        if line.id not in readings.directions:
             feature = get_feature(studio.records, line.feature_id)
             tips[line.id] = (
                 tr("The plane or line that was read is no longer in the project.")
@@ -94,11 +97,19 @@ def reading_tips(
             )
         elif placed is not None:
             notation = studio.settings.notation
-            tips[line.id] = "\n".join(_of_reading(line, readings, placed, turned_deg, notation))
+            tips[line.id] = "\n".join(
+                _format_reading_tip(
+                    line=line,
+                    readings=readings,
+                    placed=placed,
+                    turned_deg=turned_deg,
+                    notation=notation,
+                )
+            )
     return tips
 
 
-def _of_reading(
+def _format_reading_tip(
     line: KnownLine, readings: Readings, placed: Placed, turned_deg: float, notation: str
 ) -> list[str]:
     from dataclasses import replace
@@ -107,54 +118,58 @@ def _of_reading(
     from vomstudio.project.kinds.known_line import format_reading
     from vomstudio.studio.placing.known_planes import placed_direction
 
-    seen = readings.seen[line.id]
-    there = placed_direction(seen, placed)
+    direction = readings.directions[line.id]
+    vector = placed_direction(direction, placed)
     if line.kind == "plane":
-        plane = Plane.from_normal(there)
+        plane = Plane.from_normal(vector)
         angles = round(plane.dip_direction_deg, 1), round(plane.dip_deg, 1)
     else:
-        axis = Line.from_vector(there)
+        axis = Line.from_vector(vector)
         angles = round(axis.trend_deg, 1), round(axis.plunge_deg, 1)
-    shown = format_reading(
+    placed_line = format_reading(
         replace(line, value=angles[0] % 360.0, inclination_deg=angles[1]), notation
     )
-    read = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
-    said = [
-        tr("Placed: {placed}; read: {read}.", placed=shown, read=format_reading(read, notation))
+    read_line = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
+    lines = [
+        tr(
+            "Placed: {placed}; read: {read}.",
+            placed=placed_line,
+            read=format_reading(read_line, notation),
+        )
     ]
-    if seen.sigma_deg is not None and line.sigma is not None:
-        said.append(
+    if direction.sigma_deg is not None and line.sigma is not None:
+        lines.append(
             tr(
                 "What the model shows is itself known to ± {error:.1f}° (1σ), which counts too.",
-                error=seen.sigma_deg,
+                error=direction.sigma_deg,
             )
         )
-    for each in placed.without:
-        if each.label == line.name:
-            said.append(
+    for result in placed.without:
+        if result.label == line.name:
+            lines.append(
                 tr(
                     "Without it the others agree to {others:.1f}° (RMS), and the model turns by "
                     "{turn:.1f}°.",
-                    others=each.others_deg,
-                    turn=each.turned_deg,
+                    others=result.others_deg,
+                    turn=result.turned_deg,
                 )
             )
-    return said
+    return lines
 
 
-def _worth(placed: Placed) -> str:
+def _format_residuals(placed: Placed) -> str:
     from vomstudio.registration.warnings import worst_axis_findings
 
-    said = []
+    lines = []
     if placed.rms_control_m is not None:
-        said.append(
+        lines.append(
             tr(
                 "Control points: {control:.3f} m (RMS).",
                 control=placed.rms_control_m,
             )
         )
     if placed.rms_check_m is not None:
-        said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    said += map(str, worst_axis_findings(placed))
-    # What is wrong with a point is read first.
-    return "\n".join([*map(str, reversed(placed.warnings)), " ".join(said)])
+        lines.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
+    lines += map(str, worst_axis_findings(placed))
+    # Warnings about points precede the residuals.
+    return "\n".join([*map(str, reversed(placed.warnings)), " ".join(lines)])
