@@ -33,6 +33,7 @@ _CHOICES = {
     "projection": ("area", "angle"),
     "planes_as": ("discs", "symbols", "neither"),
     "theme": ("light", "dark", "system"),
+    "labels": ("auto", "all", "selected", "none"),
 }
 """Settings with a fixed list of values."""
 
@@ -77,6 +78,8 @@ class Settings:
         Profiles of the user by name.
     point_budget : int
         Maximum number of points of a streamed cloud in memory; larger COPC files are streamed.
+    labels : str
+        Labelled features: "all", "selected", "none", or "auto" for all of a few features.
     theme : str
         "light", "dark" or "system".
     offer_tour : bool
@@ -106,6 +109,7 @@ class Settings:
     profiles: dict[str, dict[str, Any]] = field(default_factory=dict)
     point_budget: int = 5_000_000
     theme: str = "system"
+    labels: str = "auto"
     offer_tour: bool = True
 
     @property

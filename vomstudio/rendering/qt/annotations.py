@@ -41,6 +41,8 @@ LINE_POSITIONS = (0.25, 0.75, 0.0, 1.0)
 """Positions along a feature's line of label and symbol if its anchor is hidden."""
 SYMBOL_GAP = 17.0
 # Called for thousands of drawings at every change: a Python loop takes three times as long.
+MAX_LABELLED_FEATURES = 30
+"""Features above which only selected ones are labelled by default."""
 _ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
 
 
@@ -101,6 +103,8 @@ class Annotations:
     def __init__(self) -> None:
         self.labels = painting.LabelCache()
         self.label_boxes: list[tuple[str, QRectF]] = []
+        self.label_mode = "auto"
+        """Labelled features: "all", "selected", "none", or "auto" for all of a few."""
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
@@ -419,6 +423,11 @@ class Annotations:
         return pixmap
 
     # --- labels ------------------------------------------------------------------------------
+    def _labels_selection_only(self, ready: _Ready) -> bool:
+        """Return whether only selected features have labels: many labels hide the rock."""
+        is_many = int(ready.labelled.sum()) > MAX_LABELLED_FEATURES
+        return self.label_mode == "selected" or (self.label_mode == "auto" and is_many)
+
     def _paint_labels(
         self,
         painter: QPainter,
@@ -434,6 +443,10 @@ class Annotations:
         is_patient = self._patient(ready, is_visible, self._labels_shown, moving)
         was_shown = ready.flags(self._labels_shown)
         candidates = ready.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
+        if self.label_mode == "none":
+            candidates[:] = False
+        elif self._labels_selection_only(ready):
+            candidates &= is_selected
         order = order_by_importance(is_selected, was_shown, ready.extents, moving=moving)
         corners = ready.numbers(self._corners)
         # While the view moves, a new label needs more space, or it would vanish at the next step.

@@ -228,6 +228,11 @@ class Viewport(QWidget):
             self.features.set_live(area, color)
         self.update()
 
+    def set_label_mode(self, mode: str) -> None:
+        """Label all features, selected ones or none; "auto" labels all if they are few."""
+        self.overlays.annotations.label_mode = mode
+        self._picture.redraw_features()
+
     def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
         """Set whether World's y is North, and its unit the metre.
 

@@ -54,7 +54,11 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "lithology": (to_translate("rock area, facies, lithology polygon"),),
     "line": (to_translate("lineation, striation, slickenline, hinge, rake"),),
     "station": (to_translate("sample, locality, waypoint"),),
-    "measure": (to_translate("thickness, distance, length, area, height, ruler"),),
+    "labels": (to_translate("hide labels, show labels, names of features"),),
+    "rose_diagram": (to_translate("rose, rose of strikes, histogram"),),
+    "net_contours": (to_translate("contours, kamb, density, schmidt contours"),),
+    "measure_thickness": (to_translate("thickness, true thickness, stratigraphic thickness"),),
+    "measure": (to_translate("distance, length, area, height, ruler"),),
     "control": (to_translate("ground control points, gcp, targets, compass and north, north"),),
     "known_line": (
         to_translate("scale bar, known length, known azimuth, horizon, plumb line, level line"),

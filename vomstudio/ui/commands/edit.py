@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QInputDialog, QWidget
 
@@ -16,9 +17,12 @@ from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.commands.deletion import delete_selected
 
+if TYPE_CHECKING:
+    from vomstudio.ui.dialogs.command_palette import Destination
+
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
-    """Create the editing commands. `find` opens the search for a command."""
+    """Create the editing commands. `find` opens the search."""
 
     def why_no_selection() -> Finding | None:
         return why_none_chosen(studio)
@@ -81,7 +85,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             lambda: studio.selection.set(f.id for f in studio.session.features()),
             shortcut="Ctrl+A",
         ),
-        Command("find_command", tr("&Find command…"), find, icon="magnify", shortcut="Ctrl+K"),
+        Command("find_command", tr("&Search…"), find, icon="magnify", shortcut="Ctrl+K"),
     ]
 
 
@@ -90,11 +94,11 @@ def _menu_text(label: str) -> str:
     return step_title(label).replace("&", "&&")
 
 
-def find_command(parent: QWidget, actions: Actions) -> None:
-    """Open the search for a command, and run the selected one."""
+def search(parent: QWidget, actions: Actions, pages: Callable[[], list[Destination]]) -> None:
+    """Open the search of commands, pages and documents, and run what the user selects."""
     from vomstudio.ui.dialogs.command_palette import CommandPalette
 
-    dialog = CommandPalette(parent, actions)
+    dialog = CommandPalette(parent, actions, pages())
     fit_to_screen(dialog)
-    if dialog.exec() and dialog.selected_command:
-        actions.run(dialog.selected_command)
+    if dialog.exec():
+        dialog.run_selected()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import TYPE_CHECKING
+
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.core.paths import documentation
@@ -11,8 +14,12 @@ from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.help_links import explained_here
 from vomstudio.ui.base.long_boxes import show_long_text
 from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.search import SearchEntry
 from vomstudio.ui.dialogs.help.help_pages import address_of
 from vomstudio.ui.widgets.failure_notices import Host, save_report
+
+if TYPE_CHECKING:
+    from vomstudio.ui.dialogs.command_palette import Destination
 
 _MOUSE_TEXT = to_translate(
     "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
@@ -85,6 +92,29 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
             tr("&About VOM Studio"),
             lambda: QMessageBox.about(parent, "VOM Studio", tr(_ABOUT_TEXT, version=__version__)),
         ),
+    ]
+
+
+def document_destinations(dialogs: OpenDialogs, parent: QWidget) -> list[Destination]:
+    """Return the pages of the documentation for the search; none if they cannot be read."""
+    from vomstudio.ui.dialogs.command_palette import Destination
+    from vomstudio.ui.dialogs.help.help_pages import list_pages
+
+    def open_page(name: str) -> None:
+        from vomstudio.ui.dialogs.help.help_window import HelpWindow
+
+        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation())).go_to(name)
+
+    try:
+        pages = list_pages(documentation())
+    except OSError:
+        return []
+    return [
+        Destination(
+            SearchEntry(f"document_{page.path.stem}", tr("Help: {title}", title=page.title)),
+            partial(open_page, page.path.name),
+        )
+        for page in pages
     ]
 
 

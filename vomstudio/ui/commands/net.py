@@ -31,12 +31,16 @@ if TYPE_CHECKING:
     from vomstudio.ui.dialogs.readings_dialog import Place
 
 
+DEFAULT_CONTOURS = "exponential_kamb"
+
+
 def commands(
     studio: Studio,
     find_net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
     fill_middle: Callable[[str], None],
+    show_net: Callable[[], None],
 ) -> list[Command]:
     """Create the commands of the stereonet and the import of field measurements.
 
@@ -49,6 +53,8 @@ def commands(
     dialogs : OpenDialogs
     fill_middle : callable
         Toggles a dock between its own place and the place of the outcrop.
+    show_net : callable
+        Brings the stereonet forward.
     """
 
     def why_no_net() -> Finding | None:
@@ -80,6 +86,17 @@ def commands(
     def why_not_loaded() -> Finding | None:
         return None if find_net() else Finding("action.net-loading")
 
+    def show_rose() -> None:
+        if (panel := find_net()) is not None:
+            shows_rose = studio.settings.net_view == "strike"
+            panel.view_settings.show_view("net" if shows_rose else "strike", "")
+            show_net()
+
+    def toggle_contours() -> None:
+        studio.settings.contour = "" if studio.settings.contour else DEFAULT_CONTOURS
+        studio.keep_settings()
+        show_net()
+
     return [
         Command(
             "type_on_net",
@@ -96,6 +113,24 @@ def commands(
             icon="palette-outline",
             tip=tr("Size, letters, symbols and colours of figures of nets and roses."),
             why_not=why_not_loaded,
+        ),
+        Command(
+            "rose_diagram",
+            tr("Rose diagram"),
+            show_rose,
+            icon="chart-donut-variant",
+            tip=tr("Show strikes as a rose, or the net again."),
+            why_not=why_not_loaded,
+            checked=lambda: studio.settings.net_view == "strike",
+        ),
+        Command(
+            "net_contours",
+            tr("Contours on the net"),
+            toggle_contours,
+            icon="chart-bell-curve-cumulative",
+            tip=tr("Contour the density of poles and lines, or remove the contours."),
+            why_not=why_not_loaded,
+            checked=lambda: bool(studio.settings.contour),
         ),
         Command(
             "net_in_middle",

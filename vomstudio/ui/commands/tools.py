@@ -8,6 +8,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.studio.tools.polyline import PolylineTool
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_entry import ToolEntry
@@ -155,6 +156,10 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
     """Create the tool commands. `directions` sets the view, `docks` shows the stereonet."""
     picking, following = _OpenFeature(studio), _ContactFollowing(studio)
 
+    def measure_thickness() -> None:
+        studio.activate("measure")
+        studio.tool_of(MeasureTool).choose(kind="thickness")
+
     return [
         Command(
             "navigate",
@@ -254,6 +259,14 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             tip=tr("Orthographic view perpendicular to the selected plane."),
             why_not=directions.why_no_plane,
             in_viewport=True,
+        ),
+        Command(
+            "measure_thickness",
+            tr("Measure &thickness"),
+            measure_thickness,
+            icon="arrow-expand-vertical",
+            tip=tr("Distance across a plane, between a point on its base and one on its top."),
+            why_not=lambda: why_no_model(studio),
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
     ]

@@ -25,6 +25,12 @@ _NOTATIONS = (
     ("notation_strike", to_translate("Strike/dip, right-hand rule (042/41)"), "strike/dip"),
     ("notation_quadrant", to_translate("Quadrant (N42E 41SE)"), "quadrant"),
 )
+_LABELS = (
+    ("auto", to_translate("automatic")),
+    ("all", to_translate("all")),
+    ("selected", to_translate("selected")),
+    ("none", to_translate("none")),
+)
 _THEMES = (
     ("system", to_translate("As the &system has it")),
     ("light", to_translate("&Light")),
@@ -58,7 +64,30 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
         view.set_turntable(studio.settings.turntable)
         studio.keep_settings()
 
+    def next_labels() -> str:
+        modes = [mode for mode, _ in _LABELS]
+        return modes[(modes.index(studio.settings.labels) + 1) % len(modes)]
+
+    def switch_labels() -> None:
+        studio.settings.labels = next_labels()
+        view.set_label_mode(studio.settings.labels)
+        studio.keep_settings()
+
+    def labels_text() -> str:
+        return tr("La&bels: {mode}", mode=tr(dict(_LABELS)[studio.settings.labels]))
+
     table = [
+        Command(
+            "labels",
+            tr("La&bels"),
+            switch_labels,
+            icon="label-outline",
+            shortcut="Shift+L",
+            tip=tr("Label all features, selected ones, or none."),
+            why_not=view.why_not,
+            in_viewport=True,
+            text_now=labels_text,
+        ),
         Command(
             "home",
             tr("&Whole model"),

@@ -1,6 +1,9 @@
-"""Search dialog for commands."""
+"""Search of commands, pages and documentation by their words (Ctrl+K)."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QIcon, QKeyEvent, QPixmap
@@ -13,71 +16,114 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.ui.base.actions import Actions
+from vomstudio.ui.base.actions import Actions, plain
+from vomstudio.ui.base.controls import Label
+from vomstudio.ui.base.search import SearchEntry, rank, synonyms_of
+
+MAX_RECENT = 20
+_recent: list[str] = []
+"""Keys of the entries that were opened since the program started, the last one first."""
+
+
+@dataclass(frozen=True)
+class Destination:
+    """A page or document that the search opens."""
+
+    entry: SearchEntry
+    open: Callable[[], object]
 
 
 class CommandPalette(QDialog):
-    """Search for commands whose texts contain all typed words."""
+    """List of everything that matches the typed words, the best match first."""
 
-    def __init__(self, parent: QWidget, actions: Actions) -> None:
+    def __init__(
+        self, parent: QWidget, actions: Actions, destinations: Sequence[Destination] = ()
+    ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(tr("Find command"))
-        self.resize(520, 420)
+        self.setWindowTitle(tr("Search"))
+        self.resize(560, 460)
         self._actions = actions
+        self._destinations = {each.entry.key: each for each in destinations}
         self._search = QLineEdit()
-        self._search.setPlaceholderText(tr("Type part of a command's name"))
+        self._search.setPlaceholderText(tr("Command, page, setting or document"))
         self._search.textChanged.connect(self._fill)
         self._search.installEventFilter(self)
-        # An empty icon aligns the texts of commands without an icon.
+        # An empty icon aligns the texts of entries without an icon.
         empty_pixmap = QPixmap(16, 16)
         empty_pixmap.fill(Qt.GlobalColor.transparent)
         self._empty_icon = QIcon(empty_pixmap)
         self._list = QListWidget()
-        self._list.itemActivated.connect(lambda _: self.accept())
-        self._list.itemClicked.connect(lambda _: self.accept())
+        self._list.itemActivated.connect(lambda _: self._accept_selection())
+        self._list.itemClicked.connect(lambda _: self._accept_selection())
+        self._no_match = Label(tr("No command matches."))
+        self._no_match.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout = QVBoxLayout(self)
         layout.addWidget(self._search)
+        layout.addWidget(self._no_match)
         layout.addWidget(self._list)
         self._search.returnPressed.connect(self._accept_selection)
+        self._commands = {command.name: command for command in actions.commands()}
+        entries = (
+            SearchEntry(name, plain(each.text).rstrip("…"), synonyms_of(name), each.tip)
+            for name, each in self._commands.items()
+        )
+        self._entries = [*entries, *(each.entry for each in destinations)]
         self._fill("")
 
     def _accept_selection(self) -> None:
-        if self.selected_command is not None:
+        if self.selected is not None:
             self.accept()
 
     @property
-    def selected_command(self) -> str | None:
-        """Name of the selected command, None if no listed command is enabled."""
+    def selected(self) -> str | None:
+        """Key of the selected entry, None if it cannot be run now."""
         item = self._list.currentItem()
-        return str(item.data(Qt.ItemDataRole.UserRole)) if item and item.flags() else None
+        key = None if item is None else str(item.data(Qt.ItemDataRole.UserRole))
+        return None if key is None or self._why_not(key) else key
+
+    def run_selected(self) -> None:
+        """Run the selected command, or open the selected page or document."""
+        key = self.selected
+        if key is None:
+            return
+        if key in _recent:
+            _recent.remove(key)
+        _recent.insert(0, key)
+        del _recent[MAX_RECENT:]
+        if key in self._commands:
+            self._actions.run(key)
+        else:
+            self._destinations[key].open()
+
+    def _why_not(self, key: str) -> Finding | None:
+        return self._commands[key].why_not() if key in self._commands else None
 
     def _fill(self, text: str) -> None:
         self._list.clear()
         self._actions.refresh()
-        terms = text.casefold().split()
-        for command in self._actions.commands():
-            action = self._actions.all[command.name]
-            title = command.text.replace("&", "")
-            searched_text = f"{title} {command.tip} {command.name}".casefold()
-            if not all(word in searched_text for word in terms):
-                continue
+        ranked = rank(text, self._entries, _recent)
+        self._no_match.setVisible(not ranked)
+        for entry in ranked:
+            self._list.addItem(self._item(entry))
+        self._list.setCurrentRow(0)
+
+    def _item(self, entry: SearchEntry) -> QListWidgetItem:
+        icon, title = self._empty_icon, entry.title
+        reason = self._why_not(entry.key)
+        if entry.key in self._commands:
+            action = self._actions.all[entry.key]
             shortcuts = ", ".join(key.toString() for key in action.shortcuts())
-            reason = command.why_not()
-            item = QListWidgetItem(
-                self._empty_icon if action.icon().isNull() else action.icon(),
-                title
-                + (f"    {shortcuts}" if shortcuts else "")
-                + (f"    – {reason}" if reason else ""),
+            icon = icon if action.icon().isNull() else action.icon()
+            title += (f"    {shortcuts}" if shortcuts else "") + (
+                f"    – {reason}" if reason else ""
             )
-            item.setData(Qt.ItemDataRole.UserRole, command.name)
-            if reason is not None:
-                item.setFlags(Qt.ItemFlag.NoItemFlags)
-            self._list.addItem(item)
-        for row in range(self._list.count()):
-            if self._list.item(row).flags():
-                self._list.setCurrentRow(row)
-                break
+        item = QListWidgetItem(icon, title)
+        item.setData(Qt.ItemDataRole.UserRole, entry.key)
+        if reason is not None:
+            item.setForeground(self.palette().placeholderText())
+        return item
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if (
@@ -87,9 +133,6 @@ class CommandPalette(QDialog):
         ):
             step = 1 if event.key() == Qt.Key.Key_Down else -1
             row = self._list.currentRow() + step
-            # Skip disabled commands.
-            while 0 <= row < self._list.count() and not self._list.item(row).flags():
-                row += step
             if 0 <= row < self._list.count():
                 self._list.setCurrentRow(row)
             return True

@@ -49,6 +49,7 @@ class OutcropView(QObject):
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
+        viewport.set_label_mode(self._studio.settings.labels)
         self._grids = FaceGridDrawings(self._studio, viewport)
         self._proposed = ProposedTraceDrawings(self._studio, viewport)
         self._extended = ExtendedPlaneDrawings(self._studio, viewport)
@@ -120,6 +121,11 @@ class OutcropView(QObject):
         """Look in one of the standard directions, such as "north"."""
         if self.viewport is not None:
             self.viewport.moves.standard_view(name)
+
+    def set_label_mode(self, mode: str) -> None:
+        """Label all features, selected ones or none."""
+        if self.viewport is not None:
+            self.viewport.set_label_mode(mode)
 
     def set_turntable(self, on: bool) -> None:
         """Whether Z stays up when the view is rotated."""

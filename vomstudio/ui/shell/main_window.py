@@ -24,6 +24,7 @@ from vomstudio.project.records import Model
 from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.search import SearchEntry
 from vomstudio.ui.shell import thread_switching, warm_up
 from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.docks import WindowDocks
@@ -34,6 +35,7 @@ from vomstudio.ui.widgets.failure_notices import close_all, may_close
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
+    from vomstudio.ui.dialogs.command_palette import Destination
     from vomstudio.ui.panels.net.stereonet_panel import StereonetPanel
 
 # A viewport that cannot draw must not keep the net away.
@@ -132,7 +134,8 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.commands import view as view_commands
         from vomstudio.ui.shell import top_bar
 
-        studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
+        studio = self.studio
+        find = partial(edit_commands.search, self, self.actions_table, self._search_destinations)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
@@ -195,6 +198,7 @@ class MainWindow(QMainWindow):
                 self,
                 self._dialogs,
                 self.docks.toggle_center,
+                partial(self.docks.bring_forward, "stereonet"),
             ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
@@ -202,6 +206,20 @@ class MainWindow(QMainWindow):
             *help_commands.commands(self.actions_table, self, self._dialogs, self),
             *tour.commands(studio, self.actions_table.all, view, self.docks, self),
         ]
+
+    def _search_destinations(self) -> list[Destination]:
+        """Return the pages and documents that the search finds."""
+        from vomstudio.ui.commands.help import document_destinations
+        from vomstudio.ui.dialogs.command_palette import Destination
+
+        pages = [
+            Destination(
+                SearchEntry(f"page_{name}", tr("Page: {name}", name=dock.windowTitle())),
+                partial(self.docks.bring_forward, name),
+            )
+            for name, dock in self.docks.items()
+        ]
+        return [*pages, *document_destinations(self._dialogs, self)]
 
     def _make_centre(self) -> None:
         from vomstudio.ui.shell.central_area import CentralArea

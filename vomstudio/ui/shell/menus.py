@@ -75,6 +75,7 @@ MENUS = (
             "clipping_box",
             "clipping_reset",
             "*planes",
+            "labels",
             "*notation",
             "trackball",
             "|",

@@ -154,7 +154,7 @@ TOOL = ToolEntry(
     CellsTool,
     label=to_translate("Ce&lls"),
     icon="grid",
-    key="Shift+L",
+    key="Shift+C",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
     in_bar=False,
